@@ -1,0 +1,72 @@
+# rpf3d. `make demo` and `make test` are all that a newcomer needs; both fill .venv on their first run.
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP = $(BIN)/python -m pip install --quiet --no-compile
+COLCON := .colcon
+
+# The first Python that can carry everything: 3.11 to 3.13 (there are no ROS 2 Jazzy wheels beyond), with venv and pip.
+FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
+PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
+
+.PHONY: help venv demo demo-ros test lint colcon clean
+help:
+	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
+	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
+	@echo "make test      every test"
+	@echo "make lint      ruff, and mypy on the core"
+	@echo "make colcon    build as a ROS 2 workspace does"
+	@echo "make venv      only the virtual environment, with everything in it"
+	@echo "make clean     remove what the others made"
+
+venv: $(VENV)/.everything
+
+# In two steps, because the demo needs neither ROS 2 nor the test tools, and they take longer to fetch than all the rest.
+# Nothing is byte-compiled ahead of use: that would take longer than the demo.
+$(VENV)/.core: setup.py
+	@test -n "$(PYTHON)" || { echo "rpf3d needs Python 3.11, 3.12 or 3.13 with venv and pip (on Debian and Ubuntu:" \
+	  "apt install python3-venv); none was found. Name one with: make venv PYTHON=/path/to/python3.11"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(PIP) --editable .
+	-@$(BIN)/rerun analytics disable >/dev/null 2>&1
+	@touch $@
+
+$(VENV)/.everything: $(VENV)/.core
+	$(PIP) --editable '.[ros,test]'
+	@touch $@
+
+demo: $(VENV)/.core
+	$(BIN)/rpf3d run config/scenes/demo.yaml --out out/demo
+
+demo-ros: venv
+	$(BIN)/python -m rpf3d_ros.demo
+
+test: venv
+	$(BIN)/python -m pytest
+
+lint: venv
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+$(COLCON)/.installed:
+	@test -n "$(PYTHON)" || { echo "make colcon needs Python 3.11, 3.12 or 3.13 with venv and pip"; exit 1; }
+	$(PYTHON) -m venv $(COLCON)
+	$(COLCON)/bin/python -m pip install --quiet --no-compile colcon-common-extensions catkin_pkg 'setuptools<80'
+	@touch $@
+
+# The workspace is a temporary folder, so nothing of it stays behind.
+colcon: $(COLCON)/.installed
+	@set -eu; work=$$(mktemp -d); trap 'rm -rf "$$work"' EXIT; export PATH="$(CURDIR)/$(COLCON)/bin:$$PATH" COLCON_LOG_PATH="$$work/log"; \
+	mkdir -p "$$work/src/rpf3d"; \
+	cp -r package.xml setup.py setup.cfg pyproject.toml LICENSE resource config launch rpf3d_core rpf3d_ros test "$$work/src/rpf3d"; \
+	cd "$$work"; colcon list; \
+	colcon list | grep -q 'ros.ament_python' || { echo "colcon does not see an ament_python package: check package.xml"; exit 1; }; \
+	colcon build; \
+	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher share/rpf3d/package.xml \
+	  share/ament_index/resource_index/packages/rpf3d; do \
+	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
+	echo "colcon: built and installed as ros.ament_python"
+
+clean:
+	rm -rf $(VENV) $(COLCON) build install log out *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,56 @@
+"""Packaging of rpf3d: a ROS 2 package (ament_python) that plain pip installs too."""
+
+from glob import glob
+from os.path import isfile
+
+from setuptools import find_packages, setup
+
+NAME = "rpf3d"
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="Rockfall trajectories over open-pit terrain, in Python and over ROS 2",
+    author="rpf3d maintainers",
+    author_email="maintainers@rpf3d.example.org",
+    maintainer="rpf3d maintainers",
+    maintainer_email="maintainers@rpf3d.example.org",
+    license="Apache-2.0",
+    packages=find_packages(include=["rpf3d_core", "rpf3d_core.*", "rpf3d_ros", "rpf3d_ros.*"]),
+    python_requires=">=3.11",
+    install_requires=[
+        "matplotlib>=3.8",
+        "numba>=0.60",
+        "numpy>=2.0",
+        "pyarrow>=16",
+        "pydantic>=2.7,<3",
+        "PyYAML>=6.0",
+        "rasterio>=1.4",
+        "rerun-sdk>=0.38,<0.42",  # its interface changes from month to month
+        "rich>=13",
+        "shapely>=2.0",
+        "typer>=0.12",
+        "vtk>=9.4",  # the first whose wheels need no libGL to be imported
+    ],
+    extras_require={
+        # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
+        "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
+        "test": ["hypothesis", "mpmath", "mypy", "pytest", "ruff", "types-PyYAML"],
+    },
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        (f"share/{NAME}/launch", glob("launch/*.launch.py")),
+        (f"share/{NAME}/config", glob("config/*.yaml")),
+        (f"share/{NAME}/config/scenes", [name for name in glob("config/scenes/*") if isfile(name)]),
+    ],
+    entry_points={
+        "console_scripts": [
+            "rpf3d = rpf3d_core.cli:main",
+            "rpf3d_simulator = rpf3d_ros.simulator_node:main",
+            "rpf3d_recorder = rpf3d_ros.recorder_node:main",
+            "rpf3d_scene_publisher = rpf3d_ros.scene_publisher_node:main",
+        ],
+    },
+    zip_safe=True,
+)
