@@ -1,0 +1,28 @@
+"""rpf3d: rockfall trajectories over open-pit terrain.
+
+>>> import rpf3d_core as rpf3d
+>>> run = rpf3d.simulate("config/scenes/demo.yaml", rocks=50)  # doctest: +SKIP
+>>> rpf3d.write_run(run, "out")  # doctest: +SKIP
+"""
+
+from typing import Any
+
+__all__ = ["InputError", "Run", "read_scene", "read_terrain", "simulate", "write_run"]
+
+_HOMES = {
+    "InputError": "rpf3d_core.errors",
+    "Run": "rpf3d_core.run",
+    "read_scene": "rpf3d_core.io.scene",
+    "read_terrain": "rpf3d_core.io.terrain",
+    "simulate": "rpf3d_core.run",
+    "write_run": "rpf3d_core.run",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use: naming the package alone loads neither VTK nor numba."""
+    import importlib
+
+    if name not in _HOMES:
+        raise AttributeError(f"module 'rpf3d_core' has no attribute {name!r}")
+    return getattr(importlib.import_module(_HOMES[name]), name)

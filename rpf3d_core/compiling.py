@@ -1,0 +1,142 @@
+"""The only file that knows numba: physics is written once and serves plain Python and compiled code.
+
+`kernel` marks a function that both engines call, `model_function` a choice among models, `loop` a loop that is
+compiled where numba is there. Without numba all three leave plain Python, and the reference engine works.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Protocol, TypeVar
+
+numba: ModuleType | None
+try:
+    import numba
+    import numba.extending
+except ImportError:
+    numba = None
+
+HAS_NUMBA = numba is not None
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIONS = {"error_model": "numpy", "_nrt": False}
+"""For all compiled code. Nothing in it allocates, so it needs no reference counts (`_nrt`): without them it is three
+times as fast, because each look at an array inside a NamedTuple would count up and down."""
+
+
+class ModelFunction(Protocol):
+    """A function with one rule per class of its first argument."""
+
+    def __call__(self, model: Any, *args: Any) -> Any:
+        """Call the rule of the model's class."""
+
+    def rule(self, cls: type) -> Callable[[F], F]:
+        """Register the rule of a class."""
+
+
+def kernel(function: F) -> F:
+    """Mark a function of plain values so that compiled code can call it; Python calls it as it is."""
+    if numba is None:
+        return function
+    options = dict(OPTIONS, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    marked: F = numba.extending.register_jitable(**options)(function)
+    return marked
+
+
+def loop(function: F) -> F:
+    """Compile a loop over rocks or facets, without the interpreter's lock, on first call, into the disk cache.
+
+    It runs on the calling thread; `ensemble/fly.py` spreads batches over threads, which serves progress and Ctrl-C
+    as well. `py_func` keeps the undecorated function. Order of summation is kept (no fastmath, no contraction), so
+    that both engines agree to the last bit.
+    """
+    if numba is None:
+        function.py_func = function  # type: ignore[attr-defined]
+        return function
+    with _cache_folder() as usable:
+        compiled: F = numba.njit(nogil=True, cache=usable, **OPTIONS)(function)
+    return compiled
+
+
+def model_function(stub: Callable[..., Any]) -> ModelFunction:
+    """Turn a stub `f(model, *args)` into a dispatch on the class of `model`.
+
+    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers where it must compile.
+
+    Raises
+    ------
+    TypeError
+        When called with a class that has no rule.
+    """
+    rules: dict[type, Callable[..., Any]] = {}
+
+    def call(model, *args):  # type: ignore[no-untyped-def]
+        try:
+            rule = rules[type(model)]
+        except KeyError:
+            raise TypeError(f"{stub.__name__} has no rule for {type(model).__name__}") from None
+        return rule(model, *args)
+
+    if numba is not None:
+
+        @numba.extending.overload(call)  # numba compares parameter lists with annotations, so neither side may have any
+        def compiled(model, *args):  # type: ignore[no-untyped-def]
+            rule = rules.get(getattr(model, "instance_class", type(model)))
+            if rule is None:
+                raise TypeError(f"{stub.__name__} has no rule for {model}")
+            return lambda model, *args: rule(model, *args)
+
+    def rule(cls: type) -> Callable[[F], F]:
+        def register(function: F) -> F:
+            rules[cls] = kernel(function)
+            return function
+
+        return register
+
+    call.rule = rule  # type: ignore[attr-defined]
+    call.__doc__, call.__name__, call.__module__ = stub.__doc__, stub.__name__, stub.__module__
+    return call  # type: ignore[return-value]
+
+
+def compiled_signatures(function: Any) -> int:
+    """How many argument types a `loop` function has been compiled (or loaded from the cache) for."""
+    return len(getattr(function, "signatures", ()))
+
+
+@contextmanager
+def _cache_folder() -> Iterator[bool]:
+    """Point numba's cache at a folder named after the sources; yields whether it can be used.
+
+    numba checks only the file of the decorated function: an edit in a file that it calls would run stale code. A home
+    that cannot be written to costs a compilation a process, for numba's own choice of folder has no such guard.
+    """
+    config: Any = numba.config if numba else None
+    before = config.CACHE_DIR
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d"
+    folder = home / source_digest()
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+    usable = os.access(folder, os.W_OK | os.X_OK)
+    config.CACHE_DIR = str(folder) if usable else before
+    try:
+        yield usable
+    finally:
+        config.CACHE_DIR = before
+
+
+NO_KERNELS = ("io", "recordings", "hazard", "check.py", "cli.py", "run.py", "__init__.py")
+"""Folders and files that hold no compiled code: an edit there need not compile anything again."""
+
+
+def source_digest() -> str:
+    """First 16 hex digits of the SHA-256 of the source files that kernels are compiled from."""
+    digest = hashlib.sha256()
+    root = Path(__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        if path.relative_to(root).parts[0] not in NO_KERNELS:
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,67 @@
+"""The immutable values that flow through everything: motion, rock, outcome.
+
+SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+Vec = tuple[float, float, float]
+
+ZERO: Vec = (0.0, 0.0, 0.0)
+STANDARD_GRAVITY = 9.81
+"""Gravity used by the published test cases (m/s^2); shared/reference/validation.md section 2."""
+
+
+class Motion(NamedTuple):
+    """Where a rock is and how it moves: t (s), x (3,) m, v (3,) m/s, w (3,) rad/s."""
+
+    t: float
+    x: Vec
+    v: Vec
+    w: Vec
+
+
+class Rock(NamedTuple):
+    """A rock: mass (kg) and the radius (m) of the sphere of the same volume."""
+
+    mass: float
+    radius: float
+
+
+class Outcome(IntEnum):
+    """How a rock's flight ended; every rock has exactly one."""
+
+    STOPPED = 0
+    LEFT_TERRAIN = 1
+    CAUGHT = 2
+    FRAGMENTED = 3
+    MAX_TIME = 4
+    MAX_IMPACTS = 5
+    UNRESOLVED_CONTACT = 6
+
+
+OUTCOME_SENTENCES: dict[Outcome, str] = {
+    Outcome.STOPPED: "came to rest on the ground",
+    Outcome.LEFT_TERRAIN: "flew past the edge of the terrain or through a hole in it",
+    Outcome.CAUGHT: "was caught by a barrier",
+    Outcome.FRAGMENTED: "broke; its pieces fly on as rocks of their own",
+    Outcome.MAX_TIME: "was still moving at max_time; raise max_time to follow it further",
+    Outcome.MAX_IMPACTS: "used up max_impacts (impacts and slides over facets); raise max_impacts to follow it further",
+    Outcome.UNRESOLVED_CONTACT: (
+        "was faster than stop_speed when its bounces had died out and the scene names no ground model that carries it "
+        "on (`ground: sliding` does), or it was wedged between facets at a speed that should have freed it"
+    ),
+}
+
+DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
+"""Only these outcomes leave a rock lying on the terrain."""
+
+
+class Mode(IntEnum):
+    """What a rock does from one event of its path to the next."""
+
+    FLIGHT = 0
+    SETTLING = 1
+    SLIDING = 2
+    END = 3

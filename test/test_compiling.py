@@ -1,0 +1,153 @@
+"""Compiled code is never stale, costs nothing but time where it cannot be kept, and names what it does not know."""
+
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from command_line import ROOT, python
+
+from rpf3d_core import compiling
+from rpf3d_core.compiling import model_function, source_digest
+from rpf3d_core.kinetics.rebound import rebound
+
+numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+
+HALF = "from rpf3d_core.compiling import kernel\n\n\n@kernel\ndef factor(x):\n    return {factor} * x\n"
+LOOP = """\
+from rpf3d_core.compiling import loop
+from rpf3d_core.terrain.factor import factor
+
+
+@loop
+def total(n):
+    s = 0
+    for i in range(n):
+        s += factor(i)
+    return s
+"""
+RUN = "from rpf3d_core.terrain.total import total; print(total(10), len(total.stats.cache_hits))"
+
+
+class Known(NamedTuple):
+    """A model with a rule."""
+
+    a: float
+
+
+class Unknown(NamedTuple):
+    """A model without one."""
+
+    a: float
+
+
+@model_function
+def doubled(model: object, x: float) -> float:
+    """Twice or whatever."""
+
+
+@doubled.rule(Known)
+def known_doubled(model: Known, x: float) -> float:
+    """Twice, and more."""
+    return 2.0 * x + model.a
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A copy of the package, whose sources may be edited."""
+    root = tmp_path / "rpf3d_core"
+    shutil.copytree(ROOT / "rpf3d_core", root, ignore=shutil.ignore_patterns("__pycache__"))
+    (root / "terrain" / "factor.py").write_text(HALF.format(factor=2))
+    (root / "terrain" / "total.py").write_text(LOOP)
+    return root
+
+
+def digest_of(monkeypatch: pytest.MonkeyPatch, package: Path) -> str:
+    monkeypatch.setattr(compiling, "__file__", str(package / "compiling.py"))
+    return source_digest()
+
+
+def total_of(package: Path, **environment: str) -> tuple[int, int]:
+    """The answer of the compiled loop in a fresh process, and how many of its compilations were loaded."""
+    done = python(RUN, cwd=package.parent, PYTHONPATH=str(package.parent), **environment)
+    assert done.returncode == 0, done.stderr
+    answer, loaded = done.stdout.split()
+    return int(answer), int(loaded)
+
+
+def test_a_model_is_dispatched_on_its_class_in_python_and_compiled() -> None:
+    compiled = numba.njit(lambda model, x: doubled(model, x))
+    assert doubled(Known(1.0), 3.0) == compiled(Known(1.0), 3.0) == 7.0
+
+
+def test_a_class_without_a_rule_is_named() -> None:
+    with pytest.raises(TypeError, match="doubled has no rule for Unknown"):
+        doubled(Unknown(1.0), 3.0)
+    with pytest.raises(TypeError, match="rebound has no rule for Unknown"):
+        rebound(Unknown(1.0), None, None, None)
+
+
+def test_a_class_without_a_rule_is_named_by_compiled_calls_too() -> None:
+    compiled = numba.njit(lambda model, x: doubled(model, x))
+    with pytest.raises(Exception, match="doubled has no rule for Unknown"):
+        compiled(Unknown(1.0), 3.0)
+
+
+def test_a_model_function_keeps_the_name_and_the_words_of_its_stub() -> None:
+    assert (doubled.__name__, doubled.__doc__) == ("doubled", "Twice or whatever.")
+
+
+@pytest.mark.parametrize("file", ["values.py", "compiling.py", "kinetics/rebound.py", "detection/contact.py", "arc.py"])
+def test_the_digest_changes_when_the_source_of_a_kernel_changes(
+    monkeypatch: pytest.MonkeyPatch, package: Path, file: str
+) -> None:
+    before = digest_of(monkeypatch, package)
+    path = package / file
+    path.write_text(path.read_text() + "\n")
+    assert digest_of(monkeypatch, package) != before
+
+
+@pytest.mark.parametrize("file", ["cli.py", "run.py", "io/summary.py", "recordings/log.py"])
+def test_the_digest_stays_when_a_file_without_kernels_changes(
+    monkeypatch: pytest.MonkeyPatch, package: Path, file: str
+) -> None:
+    before = digest_of(monkeypatch, package)
+    path = package / file
+    path.write_text(path.read_text() + "\n")
+    assert digest_of(monkeypatch, package) == before
+
+
+@pytest.mark.parametrize("folder", compiling.NO_KERNELS)
+def test_what_the_digest_leaves_out_compiles_nothing(folder: str) -> None:
+    path = ROOT / "rpf3d_core" / folder
+    assert path.exists()
+    for file in path.rglob("*.py") if path.is_dir() else [path]:
+        text = file.read_text()
+        for mark in ("@kernel", "@loop", ".rule(", "@model_function"):
+            assert mark not in text, f"{file.name} holds compiled code"
+
+
+def test_what_was_compiled_is_kept_for_the_next_process(package: Path, tmp_path: Path) -> None:
+    home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert total_of(package, **home) == (90, 0)
+    assert total_of(package, **home) == (90, 1)
+
+
+def test_an_edit_in_a_file_that_a_loop_calls_is_never_run_stale(package: Path, tmp_path: Path) -> None:
+    home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert total_of(package, **home)[0] == 90
+    (package / "terrain" / "factor.py").write_text(HALF.format(factor=3))
+    assert total_of(package, **home) == (135, 0)
+
+
+def test_a_home_that_cannot_be_written_to_costs_a_compilation_and_no_failure(package: Path) -> None:
+    for _ in range(2):
+        assert total_of(package, HOME="/dev/null", XDG_CACHE_HOME="")[0] == 90
+
+
+def test_a_home_that_cannot_be_written_to_never_runs_stale_code(package: Path) -> None:
+    nowhere = {"HOME": "/dev/null", "XDG_CACHE_HOME": ""}
+    assert total_of(package, **nowhere)[0] == 90
+    (package / "terrain" / "factor.py").write_text(HALF.format(factor=3))
+    assert total_of(package, **nowhere)[0] == 135
+    assert not list(package.rglob("*.nbi")), "nothing is written beside the sources"
