@@ -1,0 +1,107 @@
+"""The geometry of one facet, as the kernels ask for it."""
+
+import math
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
+
+ALONG_EDGE = 1e-14
+"""Sine below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
+ALONG_GULLY = 1e-10
+"""The same for the line between two facets, whose direction is known to 1e-16 over the sine of their angle."""
+PARALLEL = 1e-5
+"""Sine below which two facets count as one plane: their normals tell the line between them to less than 1e-10."""
+NEAR = 4.0
+"""Tolerances within which a rock counts as on the plane of a facet.
+
+More than one: a rock within one tolerance of the edge of a facet it stands on is off its neighbours by as much again,
+and what it does within that distance must not add up to a fall.
+"""
+REACH = 256.0
+"""Tolerances around a facet's box within which a locator must offer it.
+
+More than those of a near contact: beyond the tip of a sharp corner a point can be that near to both edges and yet
+further away, by one over the sine of half the angle.
+"""
+
+
+@kernel
+def corner(facets: Facets, f: int, k: int) -> Vec:
+    """Corner k (0, 1, 2) of facet f (m)."""
+    return facets.corners[f, 3 * k], facets.corners[f, 3 * k + 1], facets.corners[f, 3 * k + 2]
+
+
+@kernel
+def stored_normal(facets: Facets, f: int) -> Vec:
+    """Unit normal of facet f towards its free side; zero where it has no area."""
+    return facets.normals[f, 0], facets.normals[f, 1], facets.normals[f, 2]
+
+
+@kernel
+def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
+    """Whether point p (m) of the plane of f lies in the facet: up to a slack (m) outside it, or inside by more."""
+    for k in range(3):
+        squared, distance = edge_distance(facets, f, k, p)
+        near = distance * distance <= slack * slack * squared
+        inside = distance > 0.0 and not near if strictly else distance >= 0.0 or near
+        if not inside:
+            return False
+    return True
+
+
+@kernel
+def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
+    """Squared length of edge k and the distance of p inwards from it, times that length (m^2, m^2)."""
+    begin = corner(facets, f, k)
+    edge = subtract(corner(facets, f, (k + 1) % 3), begin)
+    inward = cross(stored_normal(facets, f), edge)
+    return dot(edge, edge), dot(inward, subtract(p, begin))
+
+
+@kernel
+def edge_inward(facets: Facets, f: int, k: int) -> Vec:
+    """Vector in the plane of f, perpendicular to edge k and pointing into the facet, of the edge's length (m)."""
+    edge = subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k))
+    return cross(stored_normal(facets, f), edge)
+
+
+@kernel
+def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
+    """The point of the plane of f closest to x (m): takes out what rounding has left."""
+    n = stored_normal(facets, f)
+    return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n))
+
+
+@kernel
+def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
+    """The point common to two planes closest to x (m), which lies on the first; x itself if they are as good as one."""
+    n, m = stored_normal(facets, first), stored_normal(facets, second)
+    across = without(m, n)
+    squared = dot(across, across)
+    if squared <= PARALLEL * PARALLEL:
+        return x
+    off = dot(m, subtract(x, corner(facets, second, 0)))
+    return subtract(x, scale(off / squared, across))
+
+
+@kernel
+def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> float:
+    """Distance (m) along a direction in the plane of f until a rock at x leaves it.
+
+    parallel : sine below which the direction runs along an edge and does not cross it
+    """
+    leave = math.inf
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        closing = -dot(inward, direction)
+        if closing > parallel * norm(inward):
+            leave = min(leave, max(edge_distance(facets, f, k, x)[1], 0.0) / closing)
+    return leave
+
+
+@kernel
+def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
+    """Whether a line from x stays on facet f for more than the tolerance."""
+    return line_exit(facets, f, x, direction, parallel) > facets.tolerance

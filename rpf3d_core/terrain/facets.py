@@ -1,0 +1,105 @@
+"""Terrain as arrays: `Terrain` for people, `Facets` for the kernels.
+
+Both engines read `Facets`; the reference engine through `plain`, which hands out Python floats.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_core.values import Vec
+
+IntArray = NDArray[np.int32]
+
+RELATIVE_TOLERANCE = 2.0**-40
+"""Contact tolerance over the terrain's diagonal (-).
+
+A contact point is computed from coordinates no larger than the diagonal L with a few dozen roundings, each at most
+2^-53 L; 2^-40 L leaves a factor of 200 above that, and is 1 nm on a pit of 1 km.
+"""
+
+
+class Facets(NamedTuple):
+    """What the kernels know of a terrain.
+
+    corners : (F, 9) m, local frame, three corners a facet, counter-clockwise seen from the free side
+    normals : (F, 3) unit, towards the free side; zero for a facet without area, which no rock can touch
+    zone : (F,) index into `Terrain.zones`
+    low, high : corners of the bounding box, m
+    tolerance : distance within which a point counts as on a facet, m
+    """
+
+    corners: Any
+    normals: Any
+    zone: Any
+    low: Vec
+    high: Vec
+    tolerance: float
+
+
+WORLD = Frame()
+"""The frame of a terrain that is local already: origin 0, z up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """A welded triangle mesh with consistent winding, each facet in one zone.
+
+    vertices : (V, 3) m, local frame, z up
+    triangles : (F, 3) indices into vertices, counter-clockwise seen from the free side
+    zone : (F,) index into zones
+    zones : names, in order of first mention
+    frame : how to return to the input's coordinates
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+    zone: IntArray
+    zones: tuple[str, ...]
+    frame: Frame = WORLD
+
+
+def facets_of(terrain: Terrain) -> Facets:
+    """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
+    corners = terrain.vertices[terrain.triangles]
+    low = (float(corners[..., 0].min()), float(corners[..., 1].min()), float(corners[..., 2].min()))
+    high = (float(corners[..., 0].max()), float(corners[..., 1].max()), float(corners[..., 2].max()))
+    return Facets(
+        corners=np.ascontiguousarray(corners.reshape(-1, 9)),
+        normals=unit_normals(area_vectors(terrain.vertices, terrain.triangles)),
+        zone=np.ascontiguousarray(terrain.zone, dtype=np.int32),
+        low=low,
+        high=high,
+        tolerance=RELATIVE_TOLERANCE * math.dist(low, high),
+    )
+
+
+def unit_normals(areas: FloatArray) -> FloatArray:
+    """Unit normals (F, 3) of area vectors (F, 3); zero where a facet has no area."""
+    length = np.sqrt(areas[:, 0] ** 2 + areas[:, 1] ** 2 + areas[:, 2] ** 2)[:, None]
+    return np.divide(areas, length, out=np.zeros_like(areas), where=length > 0.0)
+
+
+def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
+    """The area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3).
+
+    Column by column: a quarter of the time of np.cross, which counts on millions of facets.
+    """
+    a, b, c = triangles.T
+    x, y, z = (np.ascontiguousarray(column) for column in vertices.T)
+    ux, uy, uz = x[b] - x[a], y[b] - y[a], z[b] - z[a]
+    wx, wy, wz = x[c] - x[a], y[c] - y[a], z[c] - z[a]
+    areas = np.empty((len(triangles), 3))
+    areas[:, 0] = 0.5 * (uy * wz - uz * wy)
+    areas[:, 1] = 0.5 * (uz * wx - ux * wz)
+    areas[:, 2] = 0.5 * (ux * wy - uy * wx)
+    return areas
+
+
+def plain(value: Any) -> Any:
+    """The same record with memoryviews for arrays: indexing them gives Python floats, five times as fast as NumPy."""
+    return type(value)(*(memoryview(v.data) if isinstance(v, np.ndarray) else v for v in value))

@@ -1,0 +1,39 @@
+"""The local frame: the input's axes turned z up, less one origin.
+
+Survey coordinates are large (5e5, 4.5e6): subtracting one origin at load keeps float64 rounding near 1e-13 m
+instead of 1e-9 m (docs/design.md, decisions on contact).
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Up = Literal["y", "z"]
+FloatArray = NDArray[np.float64]
+
+
+class Frame(NamedTuple):
+    """Origin (3,) m of the local frame, in z-up axes, and the axis that points up in the input."""
+
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    up: Up = "z"
+
+    def directions_to_local(self, vectors: ArrayLike) -> FloatArray:
+        """Turn input vectors (..., 3) z up."""
+        v = np.asarray(vectors, dtype=float)
+        return v if self.up == "z" else np.stack([v[..., 0], -v[..., 2], v[..., 1]], axis=-1)
+
+    def directions_to_input(self, vectors: ArrayLike) -> FloatArray:
+        """Turn local vectors (..., 3) back to the input's axes."""
+        v = np.asarray(vectors, dtype=float)
+        return v if self.up == "z" else np.stack([v[..., 0], v[..., 2], -v[..., 1]], axis=-1)
+
+    def points_to_local(self, points: ArrayLike) -> FloatArray:
+        """Input points (..., 3) m as local points."""
+        local: FloatArray = self.directions_to_local(points) - np.array(self.origin)
+        return local
+
+    def points_to_input(self, points: ArrayLike) -> FloatArray:
+        """Local points (..., 3) m as input points."""
+        return self.directions_to_input(np.asarray(points, dtype=float) + np.array(self.origin))

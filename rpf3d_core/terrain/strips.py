@@ -1,0 +1,56 @@
+"""Triangles between neighbouring lines of points, whatever their numbers of points."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+
+IndexArray = NDArray[np.int64]
+
+
+class Lines(NamedTuple):
+    """Lines of points, one a strip.
+
+    strip : (A,) number of the strip, ascending ; key : (A,) place along the line, ascending within a strip
+    point : (A,) the point's index
+    """
+
+    strip: IndexArray
+    key: FloatArray
+    point: IndexArray
+
+
+def strip_triangles(right: Lines, left: Lines) -> tuple[IndexArray, IndexArray]:
+    """Fill the strips between lines on their right and lines on their left, both walked in order of the keys.
+
+    Each point but a line's first makes one triangle: with the point before it on its line and with the point last
+    passed on the other. Points of equal key are passed together, so an edge joins them. The two lines of a strip
+    begin at the same key.
+
+    Returns triangles (T, 3), counter-clockwise seen from above, and the entry (T,) whose point made the triangle:
+    an index into the right lines, or, less the number of right entries, into the left ones.
+    """
+    strip, key = np.concatenate([right.strip, left.strip]), np.concatenate([right.key, left.key])
+    span = 2.0 * float(np.abs(key).max()) + 1.0
+    # A stable sort passes right before left where keys are equal, and is a mere merge of two sorted runs.
+    order = np.argsort(strip * span + key, kind="stable")
+    on_right = order < len(right.point)
+    last_right = np.cumsum(on_right) - 1
+    last_left = np.cumsum(~on_right) - 1
+    begins = np.concatenate([starts(right.strip), starts(left.strip)])[order]
+    entry, on_right = order[~begins], on_right[~begins]
+    at_right, at_left = last_right[~begins], last_left[~begins]
+    triangles = np.empty((len(entry), 3), dtype=np.int64)
+    triangles[:, 0] = right.point[np.where(on_right, at_right - 1, at_right)]
+    triangles[:, 1] = np.where(on_right, right.point[at_right], left.point[at_left])
+    triangles[:, 2] = left.point[np.where(on_right, at_left, at_left - 1)]
+    return triangles, entry
+
+
+def starts(strip: IndexArray) -> NDArray[np.bool_]:
+    """Which entries are the first of their strip."""
+    first = np.ones(len(strip), dtype=bool)
+    first[1:] = strip[1:] != strip[:-1]
+    return first

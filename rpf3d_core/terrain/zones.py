@@ -1,0 +1,38 @@
+"""Zones drawn in plan: which facets a polygon covers."""
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import MultiPolygon
+
+from rpf3d_core.terrain.facets import IntArray, Terrain
+from rpf3d_core.terrain.frame import FloatArray, Frame
+
+Flags = NDArray[np.bool_]
+
+
+def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
+    """Plan coordinates (..., 2) m in the input's own axes of local points (..., 3): x y, or x z where y is up."""
+    there = frame.points_to_input(points)
+    return there[..., :2] if frame.up == "z" else there[..., ::2]
+
+
+def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
+    """(N,) whether plan points (N, 2) m lie in the polygons or on their rim."""
+    shapely.prepare(polygons)
+    return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
+
+
+def covered_facets(terrain: Terrain, polygons: MultiPolygon) -> Flags:
+    """(F,) whether the centroid of a facet lies, in plan, in the polygons."""
+    centroids = terrain.vertices[terrain.triangles].mean(axis=1)
+    return covered(polygons, in_plan(terrain.frame, centroids))
+
+
+def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
+    """The terrain with the flagged facets (F,) in a zone, which is added if the terrain does not have it yet."""
+    zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
+    numbers: IntArray = np.where(facets, np.int32(zones.index(zone)), terrain.zone).astype(np.int32)
+    return replace(terrain, zone=numbers, zones=zones)

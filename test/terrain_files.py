@@ -1,0 +1,52 @@
+"""Small terrain files for tests, and scenes that read them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.io.scene_model import Scene
+
+SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain: Any) -> Scene:
+    """A scene over terrain files, each a zone of its own name."""
+    return Scene.model_validate(
+        {
+            "path": Path("scene.yaml"),
+            "terrain": {"files": [{"path": str(file), "zone": file.stem} for file in files], **terrain},
+            "zones": zones or [],
+            "materials": {"default": {"normal_restitution": 0.5, "tangential_restitution": 0.8}},
+            "sources": [{"name": "top", "points": [[0.0, 0.0, 0.0]]}],
+        }
+    )
+
+
+def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (V, 3) and upward triangles (F, 3) of a bumpy surface."""
+    y, x = np.meshgrid(np.arange(rows) * step, np.arange(columns) * step, indexing="ij")
+    vertices = np.stack([x, y, np.sin(x) + np.cos(0.7 * y)], axis=-1).reshape(-1, 3)
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    return vertices, np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
+
+
+def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = None, header: bytes = b"") -> Path:
+    """A binary STL of corners (F, 3, 3), which may announce another number of facets than it holds."""
+    records = np.zeros(len(corners), STL_RECORD)
+    records["corners"] = corners
+    count = np.uint32(len(corners) if announced is None else announced)
+    path.write_bytes(header.ljust(80) + count.tobytes() + records.tobytes())
+    return path
+
+
+def ascii_stl(corners: np.ndarray) -> str:
+    """The text of an ASCII STL of corners (F, 3, 3)."""
+    facets = []
+    for facet in corners:
+        lines = "\n".join("vertex " + " ".join(repr(float(c)) for c in corner) for corner in facet)
+        facets.append(f"facet normal 0 0 1\nouter loop\n{lines}\nendloop\nendfacet\n")
+    return "solid test\n" + "".join(facets) + "endsolid test\n"
