@@ -1,0 +1,236 @@
+"""A block sliding on a plane with Coulomb friction: the exact path, also when it slides across the slope.
+
+With g_s the gravity along the plane and k = mu g_n the friction's deceleration, let phi be the angle between the
+velocity and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) follows, with
+m = k / g_s and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of a sliding block. Time,
+position and path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the block turns downhill.
+They are written in y = -ln r, so that neither m near 1 nor a nearly straight path loses digits.
+
+Derived from first principles; checked against quadrature in test/analytic/test_slide_path.py.
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale
+
+STRAIGHT = 1e-9
+"""Below this tan(phi / 2) (or above its inverse) the path bends by less than 1e-9 of its length: it is a line."""
+STEEPEST = 1e9
+"""Above this m gravity along the plane turns the velocity by less than 1e-9 before friction has stopped the block."""
+FARTHEST = 1e40
+"""A path that has not crossed an edge by this y never will: at m = 1, where it grows slowest, it is 1e20 m long."""
+LARGEST_EXPONENT = 700.0
+"""exp of more overflows float64: Python raises where compiled code gives inf."""
+ROOT_STEPS = 200
+"""Bisection alone needs 64 steps in float64 for a bracket of one scale; the rest is for brackets of many."""
+
+
+class SlidePath(NamedTuple):
+    """A path that turns downhill. down, across : unit vectors in the plane, steepest descent and the side gone to.
+
+    speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
+    """
+
+    down: Vec
+    across: Vec
+    speed: float
+    w: float
+    m: float
+    pull: float
+
+
+class SlideState(NamedTuple):
+    """Where a block is on its path: t (s), offset (3,) m from the start, v (3,) m/s, length of the path (m)."""
+
+    t: float
+    offset: Vec
+    v: Vec
+    length: float
+
+
+@kernel
+def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
+    """The path of a block with velocity v along the plane of normal n.
+
+    g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2).
+    Where the path is a line (`is_straight`), w is 0 or inf and only `down` and `speed` mean anything.
+    """
+    pull, speed = norm(g_t), norm(v)
+    if pull == 0.0 or speed == 0.0:
+        return SlidePath(scale(1.0 / speed, v) if speed > 0.0 else g_t, v, speed, 0.0, math.inf, pull)
+    down = scale(1.0 / pull, g_t)
+    across = cross(n, down)
+    along, sideways = dot(v, down), dot(v, across)
+    if sideways < 0.0:
+        across, sideways = scale(-1.0, across), -sideways
+    if sideways == 0.0:
+        return SlidePath(down, across, speed, 0.0 if along > 0.0 else math.inf, friction / pull, pull)
+    w = sideways / (speed + along) if along > 0.0 else (speed - along) / sideways
+    return SlidePath(down, across, speed, w, friction / pull, pull)
+
+
+@kernel
+def is_straight(path: SlidePath) -> bool:
+    """Whether the path is a line to within 1e-9 of its length."""
+    return not (STRAIGHT < path.w < 1.0 / STRAIGHT) or path.m > STEEPEST
+
+
+@kernel
+def slide_state(path: SlidePath, y: float) -> SlideState:
+    """The block when w has fallen to w_0 exp(-y), y >= 0 (inf: the end, where friction brings it to one)."""
+    m, w2 = path.m, path.w * path.w
+    time = path.speed / (path.pull * (1.0 + w2))
+    t = time * (_power(m - 1.0, y) + w2 * _power(m + 1.0, y))
+    area = time * path.speed / (1.0 + w2)
+    forward, middle, back = _power(2.0 * m - 2.0, y), _power(2.0 * m, y), _power(2.0 * m + 2.0, y)
+    length = area * (forward + 2.0 * w2 * middle + w2 * w2 * back)
+    down, across = _offsets(path, y)
+    return SlideState(t, add(scale(down, path.down), scale(across, path.across)), slide_velocity(path, y), length)
+
+
+@kernel
+def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
+    """Distance (m) down and across the slope at y."""
+    m, w2 = path.m, path.w * path.w
+    spread = 1.0 + w2
+    area = path.speed * path.speed / (path.pull * spread * spread)
+    down = area * (_power(2.0 * m - 2.0, y) - w2 * w2 * _power(2.0 * m + 2.0, y))
+    across = 2.0 * area * path.w * (_power(2.0 * m - 1.0, y) + w2 * _power(2.0 * m + 1.0, y))
+    return down, across
+
+
+@kernel
+def slide_velocity(path: SlidePath, y: float) -> Vec:
+    """Velocity (m/s) when w has fallen to w_0 exp(-y): the hodograph."""
+    if y == math.inf:
+        return 0.0, 0.0, 0.0
+    r = math.exp(-y)
+    w = path.w * r
+    scaled = path.speed * math.exp(min((1.0 - path.m) * y, LARGEST_EXPONENT)) / (1.0 + path.w * path.w)
+    return add(scale(scaled * (1.0 - w * w), path.down), scale(2.0 * scaled * w, path.across))
+
+
+@kernel
+def _power(q: float, y: float) -> float:
+    """Integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, and y at q = 0."""
+    if q == 0.0:
+        return y
+    if y == math.inf:
+        return 1.0 / q if q > 0.0 else math.inf
+    if -q * y > LARGEST_EXPONENT:
+        return math.inf
+    return -math.expm1(-q * y) / q
+
+
+@kernel
+def turning_point(path: SlidePath, inward: Vec) -> float:
+    """The y at which the block moves parallel to an edge whose inward direction is given; -1 if it never does.
+
+    inward . v is proportional to A (1 - w^2) + 2 B w, which changes sign just once for w > 0, unless A is 0.
+    """
+    A, B = dot(inward, path.down), dot(inward, path.across)
+    if A == 0.0:
+        return -1.0
+    B = math.copysign(1.0, A) * B
+    root = math.sqrt(A * A + B * B)
+    w = (B + root) / abs(A) if B >= 0.0 else abs(A) / (root - B)
+    return math.log(path.w / w) if w < path.w else -1.0
+
+
+@kernel
+def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
+    """The y at which the block crosses an edge outwards; inf if it never does.
+
+    inward : vector in the plane pointing in from the edge, of any length; distance : of the start from the edge, times
+    that length. The path bends one way only, so it moves away from the edge at most once and towards it at most once.
+    """
+    A, turn = dot(inward, path.down), turning_point(path, inward)
+    heads_in, ends_inwards = dot(inward, slide_velocity(path, 0.0)) >= 0.0, A > 0.0
+    if heads_in and A >= 0.0:
+        return math.inf
+    if ends_inwards and turn < 0.0:  # it moves along the edge: outwards by rounding only
+        return math.inf
+    low = max(turn, 0.0) if heads_in else 0.0
+    if _height(path, inward, distance, low) <= 0.0:
+        return low
+    if ends_inwards:
+        return _crossing(path, inward, distance, low, turn) if _height(path, inward, distance, turn) < 0.0 else math.inf
+    if path.m > 1.0 and _height(path, inward, distance, math.inf) >= 0.0:
+        return math.inf
+    high = low + 1.0 / (1.0 + path.m)
+    while _height(path, inward, distance, high) >= 0.0:
+        if high > FARTHEST:
+            return math.inf
+        high = 2.0 * high
+    return _crossing(path, inward, distance, low, high)
+
+
+@kernel
+def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
+    """Distance from the edge, times the length of `inward`, at y."""
+    A, B = dot(inward, path.down), dot(inward, path.across)
+    down, across = _offsets(path, y)
+    height = distance + B * across
+    return height if A == 0.0 else height + A * down  # an edge along the slope: down may be infinite
+
+
+@kernel
+def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
+    """Where the height falls through zero between low (>= 0 there) and high (< 0 there): the Illinois method."""
+    h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
+    kept = 0
+    for _ in range(ROOT_STEPS):
+        y = high - h_high * (high - low) / (h_high - h_low)
+        if not (low < y < high):
+            y = 0.5 * (low + high)
+        if not (low < y < high):
+            break
+        h = _height(path, inward, distance, y)
+        if h >= 0.0:
+            h_high = 0.5 * h_high if kept == 1 else h_high
+            low, h_low, kept = y, h, 1
+        else:
+            h_low = 0.5 * h_low if kept == -1 else h_low
+            high, h_high, kept = y, h, -1
+        if h == 0.0:
+            break
+    return low
+
+
+@kernel
+def time_point(path: SlidePath, t: float, latest: float) -> float:
+    """The y after t seconds (s), which is before `latest`."""
+    low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
+    while high < latest and slide_state(path, high).t < t:
+        low, high = high, min(2.0 * high, latest)
+    for _ in range(ROOT_STEPS):
+        y = 0.5 * (low + high)
+        if not (low < y < high):
+            break
+        if slide_state(path, y).t < t:
+            low = y
+        else:
+            high = y
+    return low
+
+
+@kernel
+def stop_point(path: SlidePath, stop_speed: float) -> float:
+    """The y at which friction (m >= 1) has slowed the block to stop_speed >= 0; inf if only in the limit, or never."""
+    if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
+        return math.inf
+    low, high = 0.0, 1.0 / (1.0 + path.m)
+    while norm(slide_velocity(path, high)) > stop_speed:
+        low, high = high, 2.0 * high
+    for _ in range(ROOT_STEPS):
+        y = 0.5 * (low + high)
+        if not (low < y < high):
+            break
+        if norm(slide_velocity(path, y)) > stop_speed:
+            low = y
+        else:
+            high = y
+    return high

@@ -1,0 +1,246 @@
+"""Sliding over facets: one piece at a time, on a facet or along the line where two of them hold the rock.
+
+Coulomb friction with the material's mu. A piece ends where the rock leaves a facet, stops, or comes to rest where
+friction does not hold it (an uphill slide: the next piece goes down).
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.arc import gravity_along
+from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.slide_path import (
+    SlidePath,
+    exit_point,
+    is_straight,
+    slide_path,
+    slide_state,
+    stop_point,
+    time_point,
+)
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_EDGE,
+    ALONG_GULLY,
+    NEAR,
+    PARALLEL,
+    corner,
+    edge_distance,
+    edge_inward,
+    leads_on,
+    line_exit,
+    stored_normal,
+)
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
+
+HOLDS = 1.0 - 1e-9
+"""Friction holds a rock if it reaches this share of the pull: a slope at exactly the friction angle holds it.
+
+What is neglected would move a rock less than 0.1 m in an hour.
+"""
+CREEP = 1e-9
+"""Speed (m/s) below which a rock that friction holds has stopped, whatever stop_speed says: 4 um in an hour."""
+
+
+class Piece(NamedTuple):
+    """One piece of sliding: the motion at its end, its length (m) and how it ended.
+
+    stopped : friction holds the rock; late : time was up
+    left_first, left_second : which of the facets it stood on it has slid off
+    """
+
+    motion: Motion
+    length: float
+    stopped: bool
+    late: bool
+    left_first: bool
+    left_second: bool
+
+
+class Line(NamedTuple):
+    """A straight slide: direction (3,) unit, speed (m/s), acceleration along it (m/s^2), whether friction holds."""
+
+    direction: Vec
+    speed: float
+    acceleration: float
+    holds: bool
+
+
+@kernel
+def slide_on_facet(
+    facets: Facets, f: int, n: Vec, motion: Motion, mu: float, stop_speed: float, gravity: float, time_left: float
+) -> Piece:
+    """Slide over facet f, whose normal turned towards the rock is n (n_z > 0), until it is left or the rock stops.
+
+    motion.v must lie in the facet's plane; time_left : s until the piece ends wherever the rock is.
+    """
+    g_t = gravity_along(n, gravity)
+    friction = mu * gravity * n[2]
+    holds = friction >= HOLDS * norm(g_t)
+    speed = norm(motion.v)
+    path = slide_path(motion.v, n, g_t, friction)
+    if is_straight(path) or (holds and speed <= max(stop_speed, CREEP)):
+        if speed > 0.0:
+            direction = scale(1.0 / speed, motion.v)
+        else:
+            direction = scale(1.0 / path.pull, g_t) if path.pull > 0.0 else g_t
+        line = Line(direction, speed, dot(g_t, direction) - friction, holds)
+        way = line_exit(facets, f, motion.x, direction, ALONG_EDGE)
+        return slide_on_line(motion, line, way, math.inf, stop_speed, time_left)
+    leave = math.inf
+    for k in range(3):
+        leave = min(leave, exit_point(path, edge_inward(facets, f, k), edge_distance(facets, f, k, motion.x)[1]))
+    stop = stop_point(path, max(stop_speed, CREEP)) if holds else math.inf
+    return _slide_on_curve(path, n, motion, leave, stop, time_left)
+
+
+@kernel
+def _slide_on_curve(path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float) -> Piece:
+    """Slide along a curve to the first of: the way off the facet, the stop (both as y), and the end of time."""
+    y = min(leave, stop)
+    end = slide_state(path, y)
+    late = end.t > time_left
+    if late:
+        end = slide_state(path, time_point(path, time_left, y))
+    after = Motion(motion.t + end.t, add(motion.x, end.offset), without(end.v, n), motion.w)
+    return Piece(after, end.length, stop <= leave and not late, late, leave < stop and not late, False)
+
+
+@kernel
+def slide_on_line(
+    motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
+) -> Piece:
+    """Slide straight until the rock has gone `first` or `second` (m: the ways out of two facets) or has slowed down.
+
+    Where friction holds, the rock stops at stop_speed; where it does not, it comes to rest and goes on downhill.
+    """
+    u, a = line.speed, line.acceleration
+    lowest = min(max(stop_speed, CREEP), u) if line.holds else 0.0
+    stop = (u * u - lowest * lowest) / (-2.0 * a) if a < 0.0 else math.inf
+    if line.holds and u <= lowest:
+        stop = 0.0
+    leave = min(first, second)
+    distance = min(stop, leave)
+    if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane is known to no digit
+        return Piece(motion, 0.0, False, False, True, True)
+    end = math.sqrt(max(u * u + 2.0 * a * distance, 0.0)) if stop > leave else lowest
+    t = 2.0 * distance / (u + end) if distance > 0.0 else 0.0
+    late = t > time_left
+    if late:
+        t, end = time_left, max(u + a * time_left, 0.0)
+        distance = 0.5 * (u + end) * t
+    after = Motion(motion.t + t, add(motion.x, scale(distance, line.direction)), scale(end, line.direction), motion.w)
+    if not late and stop > leave and end == 0.0:  # it starts from rest on the way out: let it be on its way
+        after = Motion(motion.t, motion.x, scale(CREEP, line.direction), motion.w)
+    if late or stop <= leave:
+        return Piece(after, distance, line.holds and not late, late, False, False)
+    return Piece(after, distance, False, False, first <= leave, second <= leave)
+
+
+class Gully(NamedTuple):
+    """Two facets that hold a rock between them.
+
+    direction : (3,) unit, along both; pull : gravity along it (m/s^2)
+    first, second : push of each facet (m/s^2), which friction is proportional to
+    """
+
+    direction: Vec
+    pull: float
+    first: float
+    second: float
+
+
+@kernel
+def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
+    """What two facets of unit normals n do to a rock on the line between them, of a given direction (3,) unit.
+
+    The pushes are what balances gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are as good as
+    one plane share it equally: between the two answers only friction differs, and it does so by the difference of mu.
+    """
+    c, sine = dot(n_first, n_second), kink(n_first, n_second)
+    g_first, g_second = gravity * n_first[2], gravity * n_second[2]
+    if sine <= PARALLEL:
+        return Gully(direction, -gravity * direction[2], 0.5 * g_first, 0.5 * g_second)
+    first, second = (g_first - c * g_second) / (sine * sine), (g_second - c * g_first) / (sine * sine)
+    return Gully(direction, -gravity * direction[2], first, second)
+
+
+@kernel
+def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
+    """Direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
+
+    The cross product of the normals; where the two are as good as one plane, the edge of the first that x lies on and
+    that runs along the second as well. Zero if there is none.
+    """
+    n, m = stored_normal(facets, first), stored_normal(facets, second)
+    if kink(n, m) > PARALLEL:
+        line = cross(n, m)
+        return _in_sense(scale(1.0 / norm(line), line), v)
+    for k in range(3):
+        squared, distance = edge_distance(facets, first, k, x)
+        if distance * distance <= NEAR * NEAR * facets.tolerance * facets.tolerance * squared:
+            edge = subtract(corner(facets, first, (k + 1) % 3), corner(facets, first, k))
+            direction = _in_sense(scale(1.0 / math.sqrt(squared), edge), v)
+            if leads_on(facets, first, x, direction, ALONG_GULLY) and leads_on(
+                facets, second, x, direction, ALONG_GULLY
+            ):
+                return direction
+    return 0.0, 0.0, 0.0
+
+
+@kernel
+def _in_sense(direction: Vec, v: Vec) -> Vec:
+    """The direction or its reverse, whichever goes with v; without v, downwards."""
+    along = dot(v, direction)
+    reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
+    return scale(-1.0, direction) if reverse else direction
+
+
+@kernel
+def slide_in_gully(
+    facets: Facets, first: int, second: int, held: Gully, motion: Motion, friction: float, stop_speed: float,
+    time_left: float,
+) -> Piece:  # fmt: skip
+    """Slide along a gully with a deceleration by friction (m/s^2) until one of its facets is left or the rock stops."""
+    speed = max(dot(motion.v, held.direction), 0.0)
+    line = Line(held.direction, speed, held.pull - friction, friction >= HOLDS * abs(held.pull))
+    way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY)
+    way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY)
+    near = facets.tolerance
+    piece = slide_on_line(motion, line, way_first, way_second, stop_speed, time_left)
+    return Piece(
+        piece.motion,
+        piece.length,
+        piece.stopped,
+        piece.late,
+        piece.left_first or (piece.left_second and way_first <= way_second + near),
+        piece.left_second or (piece.left_first and way_second <= way_first + near),
+    )
+
+
+@kernel
+def kink(n_first: Vec, n_second: Vec) -> float:
+    """Sine of the angle between two facets (-)."""
+    return norm(cross(n_first, n_second))
+
+
+@kernel
+def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
+    """How far a rock with velocity v climbs facet `over`, away from the line it shares with `from` (m).
+
+    Only gravity brings it back; a pull of less than `WEAKEST` of gravity counts as that much.
+    """
+    across = cross(cross(n_over, n_from), n_over)
+    if dot(across, n_from) < 0.0:
+        across = scale(-1.0, across)
+    across = scale(1.0 / norm(across), across)
+    speed = max(dot(v, across), 0.0)
+    pull = gravity * across[2]
+    if pull < -WEAKEST * gravity:
+        return math.inf
+    return speed * speed / (2.0 * max(pull, WEAKEST * gravity))
+
+
+WEAKEST = 1e-9
+"""Share of gravity below which a facet counts as level across a gully: neither pulling the rock back nor away."""

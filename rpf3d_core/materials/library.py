@@ -1,0 +1,41 @@
+"""What the ground of each zone does to a rock, as arrays that the kernels index by zone."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel
+
+
+class Surface(NamedTuple):
+    """The ground at a contact.
+
+    R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
+    stop_speed : m/s below which a rock in sustained contact has stopped
+    """
+
+    R_n: float
+    R_t: float
+    mu: float
+    stop_speed: float
+
+
+class Materials(NamedTuple):
+    """`Surface` for each of Z zones; every array has Z rows."""
+
+    R_n: Any
+    R_t: Any
+    mu: Any
+    stop_speed: Any
+
+
+def materials_of(surfaces: list[Surface]) -> Materials:
+    """Arrays of Z surfaces, in order of zone."""
+    columns = np.array(surfaces, dtype=float).reshape(-1, 4).T
+    return Materials(*(np.ascontiguousarray(column) for column in columns))
+
+
+@kernel
+def surface_of(materials: Materials, zone: int) -> Surface:
+    """The ground of a zone."""
+    return Surface(materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone])
