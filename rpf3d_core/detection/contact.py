@@ -1,0 +1,209 @@
+"""The narrow phase: when an arc meets a facet. Exact, without a time step, shared by both engines.
+
+The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where it falls through
+zero inside the facet the rock hits the free side; where it rises through zero it comes from behind.
+
+Rounding decides nothing silently (docs/design.md, "Contact"):
+
+- A facet the rock has just left is known to be at d = 0: that root is divided out, its later root is kept.
+- A rock within tolerance of another facet, or below it by no more than that, and moving into it, hits it now.
+- The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
+  exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.arc import Arc, fall_time, gravity_along, position
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.terrain.facet_geometry import ALONG_EDGE, NEAR, contains, corner, leads_on, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, norm, scale, subtract, without
+
+
+class Contact(NamedTuple):
+    """Contact after t seconds of an arc (inf: none) with a facet, from its free side (+1.0) or its back (-1.0)."""
+
+    t: float
+    facet: int
+    side: float
+    approach: float
+
+
+class Left(NamedTuple):
+    """What the rock stands on, or stood on when its arc began, and the side it is on.
+
+    facet, other : the facet, and the one that holds it in a gully with that; -1 for none
+    resting : it slid there, so its speed along the normal is nothing but rounding
+    before : the facet it slid off before that one without having moved since, -1 if there is none
+    """
+
+    facet: int
+    other: int
+    side: float
+    resting: bool
+    before: int
+
+
+GRAZING = 1e-9
+"""Sine of the angle to a facet below which a sliding rock moves along it: a million times the rounding of b / |v|."""
+NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
+NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
+
+
+@model_function
+def first_contact(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+    """The earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
+
+    A locator decides only which facets are looked at and in what order; the answer does not depend on either.
+    """
+
+
+@kernel
+def earlier_contact(facets: Facets, f: int, arc: Arc, left: Left, best: Contact) -> Contact:
+    """The earlier of `best` and the arc's first contact with facet f."""
+    n = stored_normal(facets, f)
+    if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
+        return best
+    b = dot(n, arc.v)
+    a = -0.5 * arc.gravity * n[2]
+    if f == left.facet and not left.resting:
+        return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
+    c = dot(n, subtract(arc.x, corner(facets, f, 0)))
+    if abs(c) <= NEAR * facets.tolerance:
+        s = left.side
+        return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
+    best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
+    return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
+
+
+@kernel
+def falling_time(c: float, b: float, a: float) -> float:
+    """When c + b t + a t^2 falls through zero at t >= 0; inf if it never does.
+
+    The root with 2 a t + b < 0, in the form without cancellation between b and the square root.
+    """
+    discriminant = b * b - 4.0 * a * c
+    if discriminant < 0.0:
+        return math.inf
+    if b > 0.0:
+        return (-b - math.sqrt(discriminant)) / (2.0 * a) if a < 0.0 else math.inf
+    denominator = math.sqrt(discriminant) - b
+    if denominator == 0.0:
+        return 0.0 if c == 0.0 and a < 0.0 else math.inf
+    t = 2.0 * c / denominator
+    return t if t >= 0.0 else math.inf
+
+
+@kernel
+def _return_time(left: Left, b: float, a: float) -> float:
+    """When the rock comes back to a facet that it has just bounced off: its root at t = 0 divided out."""
+    rising, bending = left.side * b, left.side * a
+    return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
+
+
+@kernel
+def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: float, a: float) -> float:
+    """When a rock within tolerance of a plane meets it: now, unless it leaves the plane faster than rounding.
+
+    c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
+    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0).
+    """
+    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
+        return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
+    if b < 0.0 and left.facet >= 0 and _passes_over(facets, f, arc, left):
+        return math.inf
+    return falling_time(max(c, 0.0), b, a)
+
+
+@kernel
+def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+    """Whether a rock that moves along the plane of f is carried by f: one that slides there leads onto it.
+
+    Not by the facet it has just slid off. At rest it may go on over any other (`_approach` prefers the right one).
+    """
+    if not left.resting:
+        return True
+    if f == left.facet:
+        return False
+    speed = norm(arc.v)
+    return speed == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / speed, arc.v), ALONG_EDGE)
+
+
+@kernel
+def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+    """Whether a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
+
+    It does where the two form a convex edge and it moves away from f: the plane of f lies above its path there, f
+    itself does not.
+    """
+    n, origin = stored_normal(facets, f), corner(facets, f, 0)
+    highest, lowest = -math.inf, math.inf
+    for k in range(3):
+        height = left.side * dot(n, subtract(corner(facets, left.facet, k), origin))
+        highest, lowest = max(highest, height), min(lowest, height)
+    if highest > facets.tolerance or lowest >= -facets.tolerance:
+        return False
+    along = without(arc.v, n)
+    speed = norm(along)
+    return speed > 0.0 and not leads_on(facets, f, arc.x, scale(1.0 / speed, along), ALONG_EDGE)
+
+
+@kernel
+def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
+    """How fast the rock meets the plane of f (m/s); for a rock at rest on several, how fast f would carry it away.
+
+    That is the pull of gravity along f (m/s^2) where the way down leads onto f, so the steepest way down wins.
+    """
+    if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
+        down = gravity_along(n, arc.gravity)
+        pull = norm(down)
+        leads = pull > 0.0 and leads_on(facets, f, arc.x, scale(1.0 / pull, down), ALONG_EDGE)
+        return pull if leads else 0.0
+    return abs(dot(n, arc.v) - arc.gravity * n[2] * t)
+
+
+@kernel
+def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
+    """Contact at time t with facet f if it is inside the facet and before `best`.
+
+    A contact now, at t = 0, is one within tolerance in every direction, along the facet as across it.
+    """
+    if t > best.t or t == math.inf:
+        return best
+    approach = _approach(facets, f, arc, n, t)
+    if t == best.t and not _wins_tie(facets, f, approach, best):
+        return best
+    slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
+    if not contains(facets, f, position(arc, t), side < 0.0, slack):
+        return best
+    return Contact(t, f, side, approach)
+
+
+@kernel
+def _wins_tie(facets: Facets, f: int, approach: float, best: Contact) -> bool:
+    """Among facets met at the same instant the one met head-on first, then by normal, then by number.
+
+    Speed and normal come before the number so that the order of the facets in the file decides nothing.
+    """
+    if approach != best.approach:
+        return approach > best.approach
+    n, m = stored_normal(facets, f), stored_normal(facets, best.facet)
+    for k in range(3):
+        if n[k] != m[k]:
+            return n[k] > m[k]
+    return f < best.facet
+
+
+@kernel
+def flight_end(facets: Facets, arc: Arc) -> float:
+    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later."""
+    slack = facets.tolerance
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + slack, 0.0), arc.gravity)
+    for k in range(2):
+        if arc.v[k] > 0.0:
+            end = min(end, max((facets.high[k] + slack - arc.x[k]) / arc.v[k], 0.0))
+        elif arc.v[k] < 0.0:
+            end = min(end, max((facets.low[k] - slack - arc.x[k]) / arc.v[k], 0.0))
+    return end

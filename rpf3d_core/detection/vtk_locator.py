@@ -1,0 +1,105 @@
+"""Candidates from VTK's static cell locator, in boxes along the arc: the broad phase of the reference engine.
+
+vtkStaticCellLocator answers with a superset of the cells within a box, quickly on meshes of millions of triangles;
+the narrow phase (`contact.py`) is the same as the compiled engine's. VTK comes from the thesis, section 3.4.
+"""
+
+import math
+
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
+
+from rpf3d_core.arc import Arc, position
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact
+from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facets import Facets
+
+FIRST_BOX = 2.0
+"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the one before."""
+CELLS_PER_BUCKET = 1
+"""VTK answers with whole buckets: at its default of 10 the narrow phase sees four times as many facets."""
+LONGEST_BOX = 16.0
+"""Boxes grow no longer than this, in median facet sizes."""
+MOST_SIZES = 1e5
+"""A terrain's diagonal counts as no more than this in facet sizes, so that the boxes along an arc stay few."""
+SAMPLE = 100_000
+"""Facets at least from which their usual size is told."""
+
+
+class VtkLocator:
+    """A VTK locator over F facets, with its scratch list; for one thread."""
+
+    def __init__(self, facets: Facets) -> None:
+        self._points = np.ascontiguousarray(np.asarray(facets.corners).reshape(-1, 3))
+        self._cells = _triangle_cells(len(self._points) // 3)
+        self.locator = vtkStaticCellLocator()
+        self.locator.SetNumberOfCellsPerNode(CELLS_PER_BUCKET)
+        self.locator.SetDataSet(_polydata(self._points, self._cells))
+        self.locator.BuildLocator()
+        self.found = vtkIdList()
+        self.size = max(_median_size(self._points), math.dist(facets.low, facets.high) / MOST_SIZES) or 1.0
+
+
+def _median_size(points: np.ndarray) -> float:
+    """Side (m) of a square as large as two facets of the median area, from their corners (3 F, 3)."""
+    a, b, c = points.reshape(-1, 3, 3)[:: max(len(points) // (3 * SAMPLE), 1)].transpose(1, 0, 2)
+    return float(np.sqrt(np.median(np.linalg.norm(np.cross(b - a, c - a), axis=1))))
+
+
+def _triangle_cells(count: int) -> np.ndarray:
+    """Cell connectivity of `count` triangles with corners of their own: (4 count,)."""
+    cells = np.empty((count, 4), dtype=np.int64)
+    cells[:, 0] = 3
+    cells[:, 1:] = np.arange(3 * count).reshape(-1, 3)
+    return cells.ravel()
+
+
+def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
+    """The facets as VTK sees them, sharing memory with `points` (3 F, 3)."""
+    vtk_points = vtkPoints()
+    vtk_points.SetData(numpy_to_vtk(points))
+    triangles = vtkCellArray()
+    triangles.ImportLegacyFormat(numpy_to_vtkIdTypeArray(cells, deep=True))
+    mesh = vtkPolyData()
+    mesh.SetPoints(vtk_points)
+    mesh.SetPolys(triangles)
+    return mesh
+
+
+@first_contact.rule(VtkLocator)
+def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+    """Look at the facets in one box after another along the arc until the best contact lies within the boxes."""
+    best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
+    while True:
+        leave = min(_time_over(arc, begin, length * locator.size), end)
+        if not leave > begin:  # NaN, or a step that rounding swallows
+            leave = end
+        locator.locator.FindCellsWithinBounds(_box(arc, begin, leave, REACH * facets.tolerance), locator.found)
+        for k in range(locator.found.GetNumberOfIds()):
+            best = earlier_contact(facets, locator.found.GetId(k), arc, left, best)
+        if best.t <= leave or not leave < end:
+            return best
+        begin, length = leave, min(2.0 * length, LONGEST_BOX)
+
+
+def _time_over(arc: Arc, begin: float, length: float) -> float:
+    """A time by which the arc, from `begin` on, has gone no further than `length` (m)."""
+    vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    return begin + 2.0 * length / (speed + math.sqrt(speed * speed + 2.0 * arc.gravity * length))
+
+
+def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:
+    """Box around the arc between two times, widened by the slack: x, x, y, y, z, z (m)."""
+    p, q = position(arc, begin), position(arc, end)
+    apex = arc.v[2] / arc.gravity
+    top = max(p[2], q[2])
+    if begin < apex < end:
+        top = position(arc, apex)[2]
+    return [
+        min(p[0], q[0]) - slack, max(p[0], q[0]) + slack,
+        min(p[1], q[1]) - slack, max(p[1], q[1]) + slack,
+        min(p[2], q[2]) - slack, top + slack,
+    ]  # fmt: skip

@@ -1,0 +1,143 @@
+"""The two engines: the same physics in plain Python with VTK, and compiled with a bucket grid."""
+
+import math
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import HAS_NUMBA, compiled_signatures, loop
+from rpf3d_core.materials.library import Materials
+from rpf3d_core.simulation.march import follow, ground_below
+from rpf3d_core.simulation.record import Record, empty_record, record_from
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Facets, plain
+from rpf3d_core.values import ZERO, Motion
+
+FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
+COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Models(NamedTuple):
+    """The models that a scene names: parameters of a rebound and of a ground model."""
+
+    rebound: Any
+    ground: Any
+
+
+class Reference:
+    """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other."""
+
+    name = "reference"
+
+    def __init__(self, facets: Facets) -> None:
+        from rpf3d_core.detection.vtk_locator import VtkLocator  # VTK is needed by this engine only
+
+        self.facets = plain(facets)
+        self.locator = VtkLocator(facets)
+
+    def follow(
+        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
+        first: Integers, finals: Floats, counts: Integers,
+    ) -> None:  # fmt: skip
+        """Follow R rocks from x (R, 3) m with v (R, 3) m/s; fill finals (R, 8) and counts (R, 4).
+
+        record : where to write impacts and pieces; first : (R, 2) the first row of each rock in either
+        """
+        arguments = (self.locator, self.facets, plain(materials), settings, x.tolist(), v.tolist())
+        _follow_all.py_func(*models, *arguments, record, first, finals, counts)  # type: ignore[attr-defined]
+
+    def ground_below(self, x: Floats) -> Floats:
+        """Height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
+        out = np.empty((len(x), 3))
+        _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
+        return out
+
+
+class Compiled:
+    """The same functions through numba, candidates from a bucket grid; may be called from several threads at once."""
+
+    name = "compiled"
+
+    def __init__(self, facets: Facets) -> None:
+        from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
+
+        self.facets = facets
+        self.locator = bucket_locator(facets)
+
+    def follow(
+        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
+        first: Integers, finals: Floats, counts: Integers,
+    ) -> None:  # fmt: skip
+        """As `Reference.follow`."""
+        _follow_all(*models, self.locator, self.facets, materials, settings, x, v, record, first, finals, counts)
+
+    def ground_below(self, x: Floats) -> Floats:
+        """As `Reference.ground_below`."""
+        out = np.empty((len(x), 3))
+        _ground_below_all(self.locator, self.facets, np.ascontiguousarray(x), out)
+        return out
+
+
+Engine = Reference | Compiled
+
+
+def engine_of(name: str, facets: Facets) -> Engine:
+    """The engine of a name ("reference" or "compiled"), with its index over the facets built.
+
+    Raises
+    ------
+    ValueError
+        Unknown name, or "compiled" without numba.
+    """
+    if name == Reference.name:
+        return Reference(facets)
+    if name == Compiled.name and HAS_NUMBA:
+        return Compiled(facets)
+    reason = "numba is not installed" if name == Compiled.name else "engines are reference and compiled"
+    raise ValueError(f"engine {name!r} cannot be used: {reason}")
+
+
+def warm(engine: Engine, models: Models, materials: Materials, settings: Settings) -> float:
+    """Compile what a run of these models needs; returns the seconds it took."""
+    began = time.perf_counter()
+    if isinstance(engine, Compiled):
+        nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
+        record = empty_record(0, 0)
+        engine.follow(models, materials, settings, nothing, nothing, record, none[:, :2], np.empty((0, 8)), none)
+        engine.ground_below(nothing)
+    return time.perf_counter() - began
+
+
+def kernels_compiled() -> int:
+    """How many combinations of models this process has compiled or loaded."""
+    return compiled_signatures(_follow_all)
+
+
+@loop
+def _follow_all(
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, x: Any, v: Any,
+    record: Record, first: Any, finals: Any, counts: Any,
+) -> None:  # fmt: skip
+    """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS)."""
+    for i in range(len(finals)):
+        motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
+        end = follow(model, ground, locator, facets, materials, settings, motion, record_from(record, first, i))
+        tally, at = end.tally, end.motion.x
+        finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]
+        finals[i, 4], finals[i, 5] = tally.path, math.sqrt(tally.speed2)
+        finals[i, 6], finals[i, 7] = tally.height, tally.ground_speed
+        counts[i, 0], counts[i, 1] = end.outcome, tally.facet
+        counts[i, 2], counts[i, 3] = tally.impacts, tally.pieces
+
+
+@loop
+def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
+    """Height above the ground, facet and side for each point."""
+    for i in range(len(out)):
+        height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
+        out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

@@ -1,0 +1,19 @@
+"""The numbers that govern a flight, apart from terrain, materials and models."""
+
+from typing import NamedTuple
+
+from rpf3d_core.values import STANDARD_GRAVITY
+
+
+class Settings(NamedTuple):
+    """How rocks are followed.
+
+    gravity : m/s^2
+    smallest_bounce : m; a bounce that would rise less is summed up with all that follow it, or merges into sliding
+    max_time : s; max_impacts : impacts and slides over facets, together
+    """
+
+    gravity: float = STANDARD_GRAVITY
+    smallest_bounce: float = 1e-3
+    max_time: float = 3600.0
+    max_impacts: int = 100_000

@@ -1,0 +1,168 @@
+"""Sustained contact: when it begins, and how each ground model carries on from there."""
+
+
+from typing import NamedTuple
+
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
+from rpf3d_core.kinetics.ground import NoGround, Sliding
+from rpf3d_core.kinetics.sliding import (
+    WEAKEST,
+    Piece,
+    excursion,
+    gully,
+    kink,
+    line_between,
+    slide_in_gully,
+    slide_on_facet,
+)
+from rpf3d_core.materials.library import Materials, surface_of
+from rpf3d_core.simulation.record import Record, note_piece
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.simulation.state import MOVING, State, with_piece, with_slide
+from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import ZERO, Mode, Outcome, Vec
+from rpf3d_core.vectors import along, dot, norm, scale, subtract, without
+
+SLIDING = int(Mode.SLIDING)
+STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
+
+WEDGED = 64
+"""Pieces of path in a row that got nowhere after which a rock is taken to be wedged between facets.
+
+Around a vertex of six facets each can be tried in turn five times over, with a flight of no length in between.
+"""
+
+CREEPING = 8
+"""The same for a rock that only creeps."""
+CREEP_SPEED = 1e-8
+"""Speed (m/s) at which a rock only creeps: ten times that at which it is let go from rest (`sliding.CREEP`)."""
+
+
+@model_function
+def carry_on(
+    ground: object, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+) -> State:
+    """The next state of a rock in sustained contact; one rule per ground model."""
+
+
+@carry_on.rule(NoGround)
+def stop_or_give_up(
+    ground: NoGround, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+) -> State:
+    """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
+    surface = surface_of(materials, facets.zone[state.left.facet])
+    outcome = STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED
+    return State(state.motion, state.left, True, state.tally, outcome)
+
+
+@carry_on.rule(Sliding)
+def slide_on(
+    ground: Sliding, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+) -> State:
+    """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
+    piece = _slide(facets, materials, settings, state)
+    note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
+    tally = with_slide(with_piece(state.tally, piece.length, piece.motion, 0.0, facets.tolerance))
+    stands = not (piece.left_first or piece.left_second)
+    left = state.left if stands else _left_behind(state.left, piece, facets.tolerance)
+    return State(piece.motion, left, stands, tally, _outcome(settings, piece, tally.idle))
+
+
+@kernel
+def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
+    """How a piece of sliding ended for the rock; one that goes round in a corner has stopped if it is slow.
+
+    Slow: it could not rise by smallest_bounce any more. One that only creeps has stopped sooner, before going round
+    adds up to more than the tolerances that catch it.
+    """
+    if piece.late:
+        return MAX_TIME
+    if piece.stopped:
+        return STOPPED
+    speed2 = dot(piece.motion.v, piece.motion.v)
+    if idle < WEDGED:
+        return STOPPED if idle >= CREEPING and speed2 <= CREEP_SPEED * CREEP_SPEED else MOVING
+    return STOPPED if speed2 <= 2.0 * settings.gravity * settings.smallest_bounce else UNRESOLVED
+
+
+@kernel
+def _slide(facets: Facets, materials: Materials, settings: Settings, state: State) -> Piece:
+    """One piece of sliding from where the rock stands."""
+    left, motion = state.left, state.motion
+    first = surface_of(materials, facets.zone[left.facet])
+    time_left = settings.max_time - motion.t
+    n = scale(left.side, stored_normal(facets, left.facet))
+    line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
+    if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
+        gravity = settings.gravity
+        return slide_on_facet(facets, left.facet, n, motion, first.mu, first.stop_speed, gravity, time_left)
+    second = surface_of(materials, facets.zone[left.other])
+    held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
+    friction = first.mu * max(held.first, 0.0) + second.mu * max(held.second, 0.0)
+    stop_speed = max(first.stop_speed, second.stop_speed)
+    return slide_in_gully(facets, left.facet, left.other, held, motion, friction, stop_speed, time_left)
+
+
+@kernel
+def _left_behind(left: Left, piece: Piece, tolerance: float) -> Left:
+    """The facet that the rock has just slid off, and the one before if this led nowhere."""
+    facet = left.facet if piece.left_first else left.other
+    return Left(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
+
+
+class Hold(NamedTuple):
+    """What holds a rock in sustained contact (`left.facet` -1: nothing), and the velocity that this leaves it."""
+
+    left: Left
+    v: Vec
+
+
+@kernel
+def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
+    """What holds a rock that slid, or was released, onto a facet: that facet, a gully with the last one, or nothing.
+
+    A contact whose excursion from the ground is below smallest_bounce is no impact: sliding over the slight kinks of
+    a mesh would otherwise cost speed at every facet. `n` is the facet's normal turned towards the rock.
+    """
+    v, last = state.motion.v, state.left.facet
+    into, g_n = -dot(v, n), settings.gravity * n[2]
+    slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
+    before = last if state.left.resting and state.tally.idle > 0 else -1
+    alone = Left(contact.facet, -1, contact.side, True, before)
+    line = _held_line(facets, settings, state, contact, n, slight)
+    if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
+        x, kept = state.motion.x, scale(dot(v, line), line)
+        if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
+            return Hold(Left(contact.facet, last, contact.side, True, before), kept)
+        return Hold(alone, kept)  # the line ends here
+    return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
+
+
+@kernel
+def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
+    """Direction of the line between the contact's facet (normal n) and the one slid off last, if they hold the rock.
+
+    Both must push, and the rock must climb neither by smallest_bounce. Facets as good as one plane hold it only if it
+    goes back and forth between them without getting anywhere. Zero if they do not hold it.
+    """
+    last, x, v = state.left.facet, state.motion.x, state.motion.v
+    if last < 0 or not state.left.resting or contact.side != state.left.side:
+        return ZERO
+    m = scale(state.left.side, stored_normal(facets, last))
+    off_last = abs(dot(m, subtract(x, corner(facets, last, 0))))
+    one_plane = kink(n, m) <= PARALLEL
+    if off_last > NEAR * facets.tolerance or (one_plane and contact.facet != state.left.before):
+        return ZERO
+    line = line_between(facets, contact.facet, last, x, v)
+    if one_plane:
+        return line
+    held = gully(n, m, line, settings.gravity)
+    weakest = -WEAKEST * settings.gravity
+    if held.first < weakest or held.second < weakest:
+        return ZERO
+    onto, off = without(v, n), subtract(v, scale(2.0 * dot(v, n), n))
+    climbs = excursion(n, m, onto, settings.gravity) >= settings.smallest_bounce
+    bounces = not slight and excursion(m, n, off, settings.gravity) >= settings.smallest_bounce
+    return ZERO if climbs or bounces else line
