@@ -1,0 +1,92 @@
+"""What an ensemble of flights leaves behind: one row a rock, one row an impact, one row an event of a path.
+
+All positions are in the terrain's local frame; `io` turns them back to the input's coordinates.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Deposits:
+    """Where and how each of R rocks ended; every array has R rows, in order of source, then rock.
+
+    source : index into the scene's sources; rock : number within its source, from 0
+    outcome : `values.Outcome`; facet : facet of the last contact, -1 if it never touched the ground
+    release : (R, 3) m; x : (R, 3) m, the end; t : s; path : m flown and slid; impacts : count
+    max_speed : m/s; max_energy : J, translational
+    max_height : m, vertical above the terrain, the largest of the points `simulation.march.HEIGHT_SAMPLES` of each
+        flight; NaN where heights were not asked for
+    ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
+    mass : kg
+    """
+
+    source: IntArray
+    rock: IntArray
+    outcome: IntArray
+    facet: IntArray
+    release: FloatArray
+    x: FloatArray
+    t: FloatArray
+    path: FloatArray
+    impacts: IntArray
+    max_speed: FloatArray
+    max_energy: FloatArray
+    max_height: FloatArray
+    ground_speed: FloatArray
+    mass: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """Every impact; I rows, grouped by rock in order of time.
+
+    row : row of the rock in `Deposits`; t : s; x : (I, 3) m; facet : id
+    normal : (I, 3) unit, turned against the incoming velocity; speed_in, speed_out : m/s
+    """
+
+    row: IntArray
+    t: FloatArray
+    x: FloatArray
+    facet: IntArray
+    normal: FloatArray
+    speed_in: FloatArray
+    speed_out: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """Every event of the paths; S rows, grouped by rock in order of time: the start of each piece, then its end.
+
+    row : row of the rock in `Deposits`; t : s; x : (S, 3) m; v : (S, 3) m/s just after the event
+    v_end : (S, 3) m/s at the end of the piece that begins here
+    mode : `values.Mode` of the piece that begins here; the last row of a rock has mode END
+    A FLIGHT piece is the exact parabola from (x, v); `sample_paths` draws points from the pieces.
+    """
+
+    row: IntArray
+    t: FloatArray
+    x: FloatArray
+    v: FloatArray
+    v_end: FloatArray
+    mode: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Flights:
+    """The result of flying an ensemble: deposits always, impacts and paths where they were asked for.
+
+    engine : the engine that flew it ("reference" or "compiled"); compile_s, fly_s : wall seconds
+    """
+
+    deposits: Deposits
+    impacts: Impacts
+    paths: Paths
+    engine: str
+    compile_s: float
+    fly_s: float

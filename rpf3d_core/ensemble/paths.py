@@ -1,0 +1,183 @@
+"""Where rocks are between the events of their paths.
+
+A FLIGHT piece is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING pieces are drawn as the cubic Hermite curve
+that has the right position and velocity at both ends; between the ends it is a drawing, not a solution. Their velocity
+is drawn going straight from one end's to the other's, so that no drawn speed exceeds those that were computed. A slide
+of constant deceleration comes out as it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray, Paths
+from rpf3d_core.values import STANDARD_GRAVITY, Mode
+
+FINEST_STEP, COARSEST_STEP = 0.01, 1.0
+"""Bounds of the step at which paths are drawn (m): a laboratory ramp is 2 m long, a pit wall 300 m."""
+
+STEPS_ACROSS = 400
+"""Steps across the widest side of all paths: about what a picture on a screen resolves."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathSamples:
+    """S points along paths, grouped by rock in order of time.
+
+    row : (S,) row of the rock in `Deposits`; t : (S,) s; x : (S, 3) m; v : (S, 3) m/s; mode : (S,) `values.Mode`
+    An impact is two points of the same t and x: the velocity before it, then the velocity after it.
+    """
+
+    row: IntArray
+    t: FloatArray
+    x: FloatArray
+    v: FloatArray
+    mode: IntArray
+
+    @property
+    def speed(self) -> FloatArray:
+        """Speed (S,) in m/s."""
+        return np.asarray(np.sqrt(np.einsum("ij,ij->i", self.v, self.v)))
+
+    @property
+    def starts(self) -> IntArray:
+        """Index (N,) of the first point of each of N rocks."""
+        return run_starts(self.row)
+
+
+def displayed_rows(paths: Paths, limit: int) -> IntArray:
+    """At most `limit` rows (N,) of the rocks that have a path, spread evenly over them."""
+    rows = np.unique(paths.row)
+    if len(rows) <= limit:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, limit).round().astype(int)])
+
+
+def display_step(paths: Paths) -> float:
+    """Step (m) at which to draw paths: fine enough for their extent, coarse enough for a picture."""
+    extent = float(np.ptp(paths.x, axis=0).max()) if len(paths.x) else COARSEST_STEP
+    return float(np.clip(extent / STEPS_ACROSS, FINEST_STEP, COARSEST_STEP))
+
+
+def sample_paths(
+    paths: Paths,
+    rows: Sequence[int] | IntArray | None = None,
+    max_step: float | None = None,
+    gravity: float = STANDARD_GRAVITY,
+) -> PathSamples:
+    """Points along the paths of some rocks, at most `max_step` apart along each piece.
+
+    Parameters
+    ----------
+    paths : Paths
+        Events, local frame.
+    rows : (N,) int, optional
+        Rows in `Deposits`; all that have a path if not given. A row without a path gives no points.
+    max_step : float, optional
+        m > 0; `display_step(paths)` if not given.
+    gravity : float
+        The scene's, m/s^2.
+
+    Returns
+    -------
+    PathSamples
+        Every event and the points between; `t`, `x` and `v` are exact at events, and all along flights.
+    """
+    step = display_step(paths) if max_step is None else max_step
+    chosen = np.arange(len(paths.row)) if rows is None else np.flatnonzero(np.isin(paths.row, rows))
+    steps = _steps_of_pieces(paths, chosen, step)
+    points = steps + _ends_with_a_jump(paths, chosen)
+    piece = np.repeat(chosen, points)
+    ordinal = np.arange(len(piece)) - np.repeat(np.cumsum(points) - points, points)
+    fraction = ordinal / np.repeat(steps, points)
+    x, v = along_pieces(paths, piece, fraction, gravity)
+    inside = paths.t[piece] + _durations(paths)[piece] * fraction
+    t = np.where(fraction < 1.0, inside, paths.t[_next_event(paths, piece)])
+    return PathSamples(row=paths.row[piece], t=t, x=x, v=v, mode=paths.mode[piece])
+
+
+def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
+    """Positions (T, 3) m of one rock at times (T,) s; before its release and after its end it lies still.
+
+    Raises
+    ------
+    KeyError
+        The rock has no path.
+    """
+    events = np.flatnonzero(paths.row == row)
+    if len(events) == 0:
+        raise KeyError(f"rock of row {row} has no path")
+    inside = np.clip(times, paths.t[events[0]], paths.t[events[-1]])
+    piece = events[np.searchsorted(paths.t[events], inside, side="right") - 1]
+    duration = _durations(paths)[piece]
+    elapsed = inside - paths.t[piece]
+    fraction = np.divide(elapsed, duration, out=np.zeros_like(elapsed), where=duration > 0.0)
+    return along_pieces(paths, piece, fraction, gravity)[0]
+
+
+def along_pieces(
+    paths: Paths, piece: IntArray, fraction: FloatArray, gravity: float = STANDARD_GRAVITY
+) -> tuple[FloatArray, FloatArray]:
+    """Position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of pieces (S,)."""
+    duration = _durations(paths)[piece]
+    x, v = _parabola(paths.x[piece], paths.v[piece], fraction * duration, gravity)
+    drawn = np.isin(paths.mode[piece], (Mode.SETTLING, Mode.SLIDING)) & (duration > 0.0)
+    some = piece[drawn]
+    x[drawn], v[drawn] = _hermite(
+        (paths.x[some], paths.v[some]), (paths.x[some + 1], paths.v_end[some]), fraction[drawn], duration[drawn]
+    )
+    at_end = (fraction >= 1.0) & (paths.mode[piece] != Mode.END)
+    x[at_end], v[at_end] = paths.x[piece[at_end] + 1], paths.v_end[piece[at_end]]
+    return x, v
+
+
+def run_starts(values: NDArray[np.integer]) -> IntArray:
+    """Index of the first of every run of equal values in values (S,)."""
+    if len(values) == 0:
+        return np.empty(0, dtype=np.int64)
+    return np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
+
+
+def _durations(paths: Paths) -> FloatArray:
+    """Duration (S,) s of the piece that begins at each event; 0 where the path ends."""
+    duration = np.zeros(len(paths.t))
+    duration[:-1] = np.diff(paths.t)
+    return np.where(paths.mode == Mode.END, 0.0, duration)
+
+
+def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
+    """The event that ends each piece (P,); the last event of all stands for itself."""
+    return np.minimum(pieces + 1, len(paths.row) - 1)
+
+
+def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
+    """Number of steps (P,), at least 1.
+
+    A flight is fastest at one of its ends, so its length is at most that speed times its duration.
+    """
+    speed = np.maximum(np.linalg.norm(paths.v[pieces], axis=1), np.linalg.norm(paths.v_end[pieces], axis=1))
+    return np.asarray(np.maximum(1, np.ceil(speed * _durations(paths)[pieces] / step)), dtype=np.int64)
+
+
+def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
+    """1 where the velocity jumps at the end of a piece, so that its end is a point of its own."""
+    jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
+    return np.asarray(jumps & (paths.mode[pieces] != Mode.END), dtype=np.int64)
+
+
+def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
+    """x + v t + g t^2/2 and v + g t; x, v (S, 3), t (S,)."""
+    fall = np.array([0.0, 0.0, -gravity])
+    return x + v * t[:, None] + 0.5 * fall * (t * t)[:, None], v + fall * t[:, None]
+
+
+def _hermite(
+    start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], s: FloatArray, duration: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Cubic with given x (S, 3) and v (S, 3) at s = 0 and s = 1; and v, linear between them. s, duration (S,)."""
+    (x0, v0), (x1, v1) = start, end
+    s, h = s[:, None], duration[:, None]
+    x = x0 + (x1 - x0) * s * s * (3.0 - 2.0 * s) + h * s * (1.0 - s) * (v0 * (1.0 - s) - v1 * s)
+    return x, v0 * (1.0 - s) + v1 * s

@@ -1,0 +1,50 @@
+"""Shares with their uncertainty, and percentiles, as plain values that JSON can hold."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+NORMAL_QUANTILE_95 = 1.959963984540054
+"""Two-sided 95 % quantile of the normal distribution."""
+
+PERCENTILES = (5, 25, 50, 75, 95)
+
+
+def wilson_interval(count: int, total: int) -> tuple[float, float]:
+    """95 % confidence interval of a share of `count` out of `total` >= 1.
+
+    Sources
+    -------
+    Wilson 1927, J. Am. Stat. Assoc. 22:209-212. Unlike the normal approximation it is right at 0 and at 1.
+
+    Examples
+    --------
+    >>> low, high = wilson_interval(0, 100)
+    >>> round(low, 4), round(high, 4)
+    (0.0, 0.037)
+    """
+    z2 = NORMAL_QUANTILE_95**2
+    share = count / total
+    middle = (share + z2 / (2 * total)) / (1 + z2 / total)
+    half = NORMAL_QUANTILE_95 / (1 + z2 / total) * math.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
+    # At the ends the two terms are equal but for rounding.
+    return 0.0 if count == 0 else middle - half, 1.0 if count == total else middle + half
+
+
+def share_of(count: int, total: int) -> dict[str, Any]:
+    """Count, share (-) and its 95 % Wilson interval; nothing is known of a share of no rocks."""
+    if total == 0:
+        return {"rocks": 0, "share": None, "interval_95": None}
+    return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
+
+
+def percentiles(values: ArrayLike, wanted: tuple[int, ...] = PERCENTILES) -> dict[str, Any]:
+    """Number of finite values (N,), their percentiles (linear between values), and the largest."""
+    known = np.asarray(values, dtype=float)
+    known = known[np.isfinite(known)]
+    if len(known) == 0:
+        return {"rocks": 0, **{f"p{p}": None for p in wanted}, "max": None}
+    cuts = {f"p{p}": float(cut) for p, cut in zip(wanted, np.percentile(known, wanted), strict=True)}
+    return {"rocks": len(known), **cuts, "max": float(known.max())}
