@@ -1,0 +1,152 @@
+"""The terrain seen from above, as pixels: which facet each pixel shows, and a shaded picture of it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.colours import zone_colours
+from rpf3d_core.terrain.facets import IntArray, Terrain, area_vectors, unit_normals
+from rpf3d_core.terrain.frame import FloatArray
+
+CANDIDATES_AT_ONCE = 500_000
+"""Pairs of facet and pixel looked at together: bounds the memory to about 50 MB, and stays fast."""
+
+LIGHT = np.array([-0.5, 0.5, 0.7071])
+"""Towards the light: from the north-west, 45 degrees high, as in hill-shaded maps."""
+
+EDGE = 1e-9
+"""Barycentric slack (-): a pixel centre on an edge belongs to both facets, never to none."""
+
+AMBIENT = 0.6
+"""Brightness (-) of a facet in full shade."""
+
+
+class Window(NamedTuple):
+    """A rectangle in plan, local frame, m."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    @property
+    def width(self) -> float:
+        """East to west, m."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        """North to south, m."""
+        return self.top - self.bottom
+
+
+@dataclass(frozen=True, eq=False)
+class PlanView:
+    """Facet (H, W) that each pixel shows, -1 where there is none; row 0 is the bottom of the window."""
+
+    facet: IntArray
+    window: Window
+
+
+def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
+    """The uppermost facet under the centre of each pixel.
+
+    Parameters
+    ----------
+    terrain : Terrain
+        Facets of any size, overlapping in plan or not; vertical ones show no pixel.
+    window : Window
+        Of width and height > 0.
+    pixels : int
+        Along the longer side of the window.
+    """
+    size = max(window.width, window.height) / pixels
+    shape = (max(1, round(window.height / size)), max(1, round(window.width / size)))
+    facet = np.full(shape[0] * shape[1], -1, dtype=np.int32)
+    highest = np.full(len(facet), -np.inf)
+    scale = np.array([shape[1] / window.width, shape[0] / window.height])
+    in_pixels = terrain.vertices * (*scale, 1.0) - (*(np.array([window.left, window.bottom]) * scale + 0.5), 0.0)
+    for chunk, pixel, height in _candidates(in_pixels, terrain.triangles, shape):
+        above = height > highest[pixel]
+        order = np.flatnonzero(above)[np.argsort(height[above], kind="stable")]
+        # Of several candidates for one pixel the last assigned stays: the highest.
+        highest[pixel[order]], facet[pixel[order]] = height[order], chunk[order]
+    return PlanView(facet.reshape(shape), window)
+
+
+def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
+    """Picture (H, W, 4) RGBA: zone colours under slanting light; clear where there is no terrain."""
+    shown = view.facet >= 0
+    facets, place = np.unique(view.facet[shown], return_inverse=True)
+    normals = unit_normals(area_vectors(terrain.vertices, terrain.triangles[facets]))
+    upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
+    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
+    colour = np.clip(zone_colours(terrain.zones)[terrain.zone[facets]] * brightness[:, None], 0, 255)
+    picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
+    picture[shown, :3], picture[shown, 3] = colour[place], 255
+    return picture
+
+
+def _candidates(
+    vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
+    """Facet, pixel and height of the facet there, for every pixel centre that a facet covers; in chunks."""
+    first, counts = _pixel_boxes(vertices[:, :2], triangles, shape)
+    pairs = counts[:, 0] * counts[:, 1]
+    some = np.flatnonzero(pairs)
+    ends = np.cumsum(pairs[some])
+    chunks = np.searchsorted(ends, np.arange(CANDIDATES_AT_ONCE, ends[-1] if len(ends) else 0, CANDIDATES_AT_ONCE))
+    for part in np.split(some, np.unique(chunks)):
+        facet = np.repeat(part, pairs[part])
+        ordinal = np.arange(len(facet)) - np.repeat(np.cumsum(pairs[part]) - pairs[part], pairs[part])
+        row, column = np.divmod(ordinal, np.repeat(counts[part, 0], pairs[part]))
+        column += np.repeat(first[part, 0], pairs[part])
+        row += np.repeat(first[part, 1], pairs[part])
+        planes = _planes(vertices[triangles[part]])
+        covered, height = _heights(planes, pairs[part], column, row)
+        yield facet[covered], (column + shape[1] * row)[covered], height
+
+
+def _pixel_boxes(
+    plan: FloatArray, triangles: IntArray, shape: tuple[int, int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First pixel (F, 2) and number of pixels (F, 2) of each facet's bounding box, as column, row."""
+    a, b, c = (plan[triangles[:, i]] for i in range(3))
+    last = np.array([shape[1] - 1, shape[0] - 1])
+    low = np.ceil(np.minimum(np.minimum(a, b), c)).clip(0, last + 1).astype(np.int64)
+    high = np.floor(np.maximum(np.maximum(a, b), c)).clip(-1, last).astype(np.int64)
+    return low, np.maximum(high - low + 1, 0)
+
+
+def _planes(corners: FloatArray) -> FloatArray:
+    """Coefficients (9, F) of three linear functions of (column, row) over facets of corners (F, 3, 3).
+
+    The weights of the second and third corner, and the height; not finite for a facet that is vertical.
+    """
+    a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        area = 1.0 / (ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
+        second = np.stack([ac[:, 1], -ac[:, 0], ac[:, 0] * a[:, 1] - ac[:, 1] * a[:, 0]]) * area
+        third = np.stack([-ab[:, 1], ab[:, 0], ab[:, 1] * a[:, 0] - ab[:, 0] * a[:, 1]]) * area
+        height = second * ab[:, 2] + third * ac[:, 2]
+    height[2] += a[:, 2]
+    return np.concatenate([second, third, height])
+
+
+def _heights(
+    planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], FloatArray]:
+    """Which of N pixel centres their facets cover, and the heights there; facet f has the next repeats[f] pixels."""
+
+    def at(pixels: NDArray[np.int64] | slice, function: int) -> FloatArray:
+        x, y, constant = (np.repeat(planes[3 * function + i], repeats)[pixels] for i in range(3))
+        value: FloatArray = x * column[pixels] + y * row[pixels] + constant
+        return value
+
+    with np.errstate(invalid="ignore"):
+        second, third = at(slice(None), 0), at(slice(None), 1)
+        covered = np.flatnonzero((second >= -EDGE) & (third >= -EDGE) & (second + third <= 1.0 + EDGE))
+    return covered, at(covered, 2)

@@ -1,0 +1,85 @@
+"""Reading a scene file: YAML in, a validated `Scene` out, or one sentence for each thing that is wrong with it."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.io.scene_faults import NOT_SCENE_KEYS, faults_of, unknown_key
+from rpf3d_core.io.scene_model import MISSING_FILE, Scene
+from rpf3d_core.io.yaml_lines import Fault, read_yaml
+
+
+def read_scene(path: str | Path) -> Scene:
+    """Read and check a scene file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A YAML file; the paths in it are relative to its folder and must exist.
+
+    Returns
+    -------
+    Scene
+        SI units, input axes; file paths made absolute.
+
+    Raises
+    ------
+    SceneError
+        One line for each fault: file, line, key, value and what would be right; then the scene's `data_hint` if a
+        file is missing.
+    """
+    path = Path(path)
+    document = read_yaml(path)
+    if not isinstance(document.values, dict):
+        raise SceneError(f"{path}: must hold a mapping of keys (terrain, materials, sources, ...), but does not")
+    faults = [unknown_key((key,), document) for key in document.values if key in NOT_SCENE_KEYS]
+    try:
+        scene = _scene(path, document.values)
+    except ValidationError as error:
+        faults += faults_of(error.errors(), document)
+        hint = _data_hint(error, document.values)
+        raise SceneError(_report(path, [*document.faults, *faults]) + hint) from None
+    if faults or document.faults:
+        raise SceneError(_report(path, [*document.faults, *faults]))
+    return scene
+
+
+def scene_digest(scene: Scene) -> str:
+    """SHA-256 (64 hex digits) of what a scene says.
+
+    Every key counts, defaults included, but for `path` and `data_hint`; a file counts by its content, not its name or
+    place. Equal digests therefore mean equal answers from the same version.
+    """
+    content = scene.model_dump(exclude={"path", "data_hint"})
+    text = json.dumps(_canonical(content), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _canonical(value: Any) -> Any:
+    if isinstance(value, Path):
+        with value.open("rb") as file:
+            return {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+    if isinstance(value, Mapping):
+        # Materials are matched in file order, so order is part of what a scene says.
+        return [[key, _canonical(item)] for key, item in value.items()]
+    return [_canonical(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _scene(path: Path, values: dict[str, Any]) -> Scene:
+    written = {key: value for key, value in values.items() if key not in NOT_SCENE_KEYS}
+    return Scene.model_validate({**written, "path": path}, context={"folder": path.parent})
+
+
+def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
+    """What the scene itself says about files that are missing, once, after the faults."""
+    is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
+    return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""
+
+
+def _report(path: Path, faults: list[Fault]) -> str:
+    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))

@@ -1,0 +1,186 @@
+"""What is wrong with a scene file, in sentences: pydantic's findings with line, key, value and what would be right."""
+
+import difflib
+import json
+import re
+import types
+from collections.abc import Iterator
+from dataclasses import is_dataclass
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.yaml_lines import Document, Fault, KeyPath, key_name
+
+LONGEST_VALUE = 60
+"""Characters of a wrong value that an error message shows."""
+
+UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+NOT_SCENE_KEYS = ("path",)
+"""Fields of `Scene` that are not written in the file."""
+
+
+def faults_of(details: list[ErrorDetails], document: Document) -> Iterator[Fault]:
+    """Pydantic's findings, less those that only follow from another, as lines and sentences."""
+    paths = [_without_marks(detail["loc"]) for detail in details]
+    misspelt = {
+        (*path[:-1], _nearest(path))
+        for path, detail in zip(paths, details, strict=True)
+        if detail["type"] in UNKNOWN_KEY
+    }
+    for path, detail in zip(paths, details, strict=True):
+        # A list counts as too short when its items are refused.
+        follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
+        if not follows and not (detail["type"] == "missing" and path in misspelt):
+            yield _fault(path, detail, document)
+
+
+def unknown_key(path: KeyPath, document: Document) -> Fault:
+    """A key that the scene does not have, with the nearest one that it has."""
+    near = _nearest(path)
+    advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path))}"
+    return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; {advice}")
+
+
+def _fault(path: KeyPath, detail: ErrorDetails, document: Document) -> Fault:
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind in UNKNOWN_KEY:
+        return unknown_key(path, document)
+    if kind == "missing" and not isinstance(path[-1], int):
+        sentence = f"`{key_name(path)}` is missing; it must be {_requirement(path)}"
+        return Fault(_line(path[:-1], document), sentence)
+    if "sentence" in context:
+        path = (*path, *context["at"])
+        sentence = context["sentence"]
+    elif kind == "value_error":
+        path = _told_in(str(context["error"]), path)
+        sentence = f"is refused: {context['error']}"
+    else:
+        path = _whole(path)
+        sentence = _wrong_value(path, _written(path, document))
+    return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
+
+
+def _told_in(message: str, path: KeyPath) -> KeyPath:
+    """The key below a path that a message speaks of, or the path itself."""
+    words = re.findall(r"\w+", message)
+    named = [key for key in _keys(_annotation(path)) if key in words]
+    return (*path, named[0]) if len(named) == 1 else path
+
+
+def _wrong_value(path: KeyPath, value: Any) -> str:
+    must = f"must be {_requirement(path)}"
+    if isinstance(value, dict) and _bare(_annotation(path)) in (float, int):
+        return f"is a mapping, but distributions are not available yet; it {must}"
+    return f"is {_shown(value)}, but {must}"
+
+
+def _whole(path: KeyPath) -> KeyPath:
+    """The path of the vector that a number stands in, of anything else its own: half a vector tells nobody much."""
+    is_component = isinstance(path[-1], int) and _bare(_annotation(path)) is float
+    return path[:-1] if is_component else path
+
+
+def _written(path: KeyPath, document: Document) -> Any:
+    value = document.values
+    for step in path:
+        value = value[step]
+    return value
+
+
+def _known(path: KeyPath) -> list[str]:
+    """The keys that could stand where the last of a path stands."""
+    keys = _keys(_annotation(path[:-1]))
+    return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
+
+
+def _nearest(path: KeyPath) -> str | None:
+    near = difflib.get_close_matches(str(path[-1]), _known(path), n=1)
+    return near[0] if near else None
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, str):
+        text = repr(value)
+    else:
+        text = json.dumps(value, default=str).replace("NaN", "nan").replace("Infinity", "inf")
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def _line(path: KeyPath, document: Document) -> int:
+    """The line of a key, or of the nearest key above it."""
+    while path and path not in document.lines:
+        path = path[:-1]
+    return document.lines.get(path, 1)
+
+
+def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
+    """A key path without the marks that pydantic adds, such as `[key]`."""
+    return tuple(step for step in location if step != "[key]")
+
+
+def _requirement(path: KeyPath) -> str:
+    """What the nearest described field at or above the path must be."""
+    inner = _bare(_annotation(path))
+    if _is_record(inner):
+        return f"a mapping with the keys {', '.join(_keys(inner))}"
+    if isinstance(path[-1], int) and get_origin(inner) is tuple:
+        return "three numbers [x, y, z] (m)"
+    described = [text for text in _descriptions(path) if text]
+    return described[-1] if described else "left out"
+
+
+def _descriptions(path: KeyPath) -> Iterator[str | None]:
+    for depth, step in enumerate(path):
+        record = _bare(_annotation(path[:depth]))
+        if isinstance(record, type) and issubclass(record, BaseModel) and step in record.model_fields:
+            yield record.model_fields[str(step)].description
+        elif is_dataclass(record):
+            yield _kind_of_number(_annotation(path[: depth + 1]))
+
+
+def _annotation(path: KeyPath) -> Any:
+    """The type that the scene model wants at a key path."""
+    annotation: Any = Scene
+    for step in path:
+        annotation = _inside(_bare(annotation), step)
+    return annotation
+
+
+def _inside(annotation: Any, step: str | int) -> Any:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        field = annotation.model_fields.get(str(step))
+        return field.annotation if field else None
+    if is_dataclass(annotation):
+        return get_type_hints(annotation).get(str(step))
+    values = [item for item in get_args(annotation) if item is not Ellipsis]
+    return values[-1] if values else None
+
+
+def _bare(annotation: Any) -> Any:
+    """A type without its `Annotated` and `| None`."""
+    if get_origin(annotation) is Annotated:
+        return _bare(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType):
+        return _bare(next(item for item in get_args(annotation) if item is not type(None)))
+    return annotation
+
+
+def _is_record(annotation: Any) -> bool:
+    return is_dataclass(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel))
+
+
+def _keys(annotation: Any) -> list[str]:
+    record = _bare(annotation)
+    if isinstance(record, type) and issubclass(record, BaseModel):
+        return list(record.model_fields)
+    return list(get_type_hints(record)) if is_dataclass(record) else []
+
+
+def _kind_of_number(annotation: Any) -> str:
+    bare = _bare(annotation)
+    if get_origin(bare) is tuple:
+        return f"a list of {len(get_args(bare))} numbers"
+    return {float: "a number", int: "a whole number", bool: "true or false"}.get(bare, str(bare))

@@ -1,0 +1,274 @@
+"""The scene: what a run simulates, as frozen, validated values.
+
+Everything is in the input's own axes and coordinates, SI units; angles in degrees at this edge only. The description
+of each field says what a right value is, and is what the error message for a wrong one quotes (`io.scene`).
+"""
+
+import os
+from collections.abc import Mapping
+from dataclasses import fields
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import pydantic.dataclasses
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic_core import PydanticCustomError
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.terrain.pit_parameters import Pit
+from rpf3d_core.values import STANDARD_GRAVITY
+
+LARGEST_SEED = 2**63 - 1
+"""Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
+
+MISSING_FILE = "missing_file"
+"""The kind of refusal that a scene's `data_hint` speaks to."""
+
+
+def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
+    """A refusal that reads `<key> <sentence>`, pointing at a key below the one being validated."""
+    return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})
+
+
+def _existing_file(value: Any, info: ValidationInfo) -> Path:
+    if not isinstance(value, str | Path) or not str(value):
+        raise refuse(f"is {value!r}, but must be the path of a file, relative to the scene file")
+    folder = (info.context or {}).get("folder", Path())
+    path = Path(os.path.abspath(folder / value))
+    if not path.is_file():
+        what = "that is a folder" if path.is_dir() else "there is no such file"
+        raise refuse(f"names {str(value)!r}, but {what} (looked for {path})", kind=MISSING_FILE)
+    return path
+
+
+def _exactly_one(part: BaseModel, *names: str) -> None:
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        has = " and ".join(given) if given else "none of them"
+        raise refuse(f"must have exactly one of {', '.join(names)}, but has {has}")
+
+
+def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
+    first: dict[str, int] = {}
+    for i, part in enumerate(parts):
+        if first.setdefault(part.name, i) != i:
+            other = first[part.name] + 1
+            raise refuse(
+                f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
+            )
+    return parts
+
+
+def _no_effects(effects: Mapping[str, Any]) -> Mapping[str, Any]:
+    for name in effects:
+        raise refuse("is not an effect that this version simulates; it has none yet, so remove it", name)
+    return effects
+
+
+def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:
+    for name, (low, high) in sections.items():
+        if low is not None and high is not None and low >= high:
+            raise refuse(f"is [{low}, {high}], but must be [low, high] with low < high", name)
+    return sections
+
+
+def _pointing_somewhere(along: tuple[float, float, float]) -> tuple[float, float, float]:
+    if along == (0.0, 0.0, 0.0):
+        raise refuse("is [0, 0, 0], which is no direction")
+    return along
+
+
+def _pit_values(pit: Any) -> Any:
+    return _as_mapping(pit) if isinstance(pit, Pit) else pit
+
+
+def _plain_pit(checked: Pit) -> Pit:
+    return Pit(**_as_mapping(checked))
+
+
+def _as_mapping(pit: Pit) -> dict[str, Any]:
+    return {field.name: getattr(pit, field.name) for field in fields(Pit)}
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Count = Annotated[int, Field(strict=True)]
+Name = Annotated[str, Field(strict=True, min_length=1)]
+Vector = tuple[Number, Number, Number]
+HalfWidths = tuple[Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)]]
+InputFile = Annotated[Path, BeforeValidator(_existing_file)]
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+if TYPE_CHECKING:
+    PitSpec = Pit
+else:
+    _CHECKED_PIT = pydantic.dataclasses.dataclass(Pit, frozen=True, config=_STRICT)
+    PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
+
+
+class Part(BaseModel):
+    """A frozen piece of a scene that refuses keys it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class TerrainFile(Part):
+    """One mesh or grid file, all of it one zone."""
+
+    path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
+    zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
+
+
+class TerrainSpec(Part):
+    """Where the terrain comes from: files, or a synthetic pit."""
+
+    files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
+    pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
+    up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
+    weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
+    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287")
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        _exactly_one(self, "files", "pit")
+        return self
+
+
+class ZoneSpec(Part):
+    """Facets whose centroid lies, in plan, in one of the polygons belong to the zone."""
+
+    zone: Name = Field(description="the name of a zone")
+    polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
+
+
+class Material(Part):
+    """How a zone returns a lumped mass: coefficients (-) of speed, friction angle in degrees, stop speed in m/s."""
+
+    normal_restitution: Number = Field(ge=0, le=1, description="a number from 0 to 1 (-), R_n")
+    tangential_restitution: Number = Field(ge=0, le=1, description="a number from 0 to 1 (-), R_t")
+    friction_angle_deg: Number = Field(30.0, ge=0, lt=90, description="a number from 0 to below 90 (degrees)")
+    stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
+
+
+class RockSpec(Part):
+    """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume or the mass (kg)."""
+
+    density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
+    diameter: Number | None = Field(None, gt=0, description="a number above 0 (m)")
+    mass: Number | None = Field(None, gt=0, description="a number above 0 (kg)")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_metre_unless_told(cls, values: Any) -> Any:
+        told = not isinstance(values, dict) or "diameter" in values or "mass" in values
+        return values if told else {**values, "diameter": 1.0}
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        _exactly_one(self, "diameter", "mass")
+        return self
+
+
+class SourceSpec(Part):
+    """Where rocks start and how fast; `rocks` is the source's total, dealt to its points in turn."""
+
+    name: Name = Field(description="a name that no other source has")
+    points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
+    points_file: InputFile | None = Field(None, description="the path of a file with x y z (m) on each line")
+    line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
+    rocks: Count = Field(1, ge=1, description="a whole number of at least 1")
+    velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
+    above_ground: Number | None = Field(
+        None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"
+    )
+    spread: HalfWidths = Field(
+        (0.0, 0.0, 0.0), description="three numbers >= 0 (m), uniform half-widths of the position"
+    )
+    velocity_spread: HalfWidths = Field(
+        (0.0, 0.0, 0.0), description="three numbers >= 0 (m/s), uniform half-widths of the velocity"
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        _exactly_one(self, "points", "points_file", "line")
+        return self
+
+
+class AreaSpec(Part):
+    """A named area that the summary counts rocks in."""
+
+    name: Name = Field(description="a name that no other area has")
+    polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
+
+
+class OutputSpec(Part):
+    """How much is written: the number of rocks whose paths are kept for display."""
+
+    trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
+
+
+class ObservedSpec(Part):
+    """Stops seen in the field, to compare with: points, and sections of the distance along an input axis."""
+
+    points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
+    along: Annotated[Vector, AfterValidator(_pointing_somewhere)] = Field(
+        (1.0, 0.0, 0.0), description="three numbers, the direction in which the sections are measured"
+    )
+    sections: Annotated[Mapping[str, tuple[Number | None, Number | None]], AfterValidator(_rising)] = Field(
+        default_factory=dict, description="[low, high] (m) for each name, null for no limit"
+    )
+
+
+class Scene(Part):
+    """Everything a run needs to know; equal scenes with equal files give equal answers."""
+
+    path: Path = Field(description="the scene file")
+    terrain: TerrainSpec = Field(description="a mapping with files or pit")
+    zones: tuple[ZoneSpec, ...] = Field((), description="a list of {zone, polygons}, later entries win")
+    materials: Mapping[str, Material] = Field(
+        min_length=1, description="a mapping of zone name, pattern or `default` to a material"
+    )
+    rock: RockSpec = Field(default_factory=RockSpec, description="a mapping with density and diameter or mass")
+    sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
+        min_length=1, description="a list of at least one source"
+    )
+    rebound: Literal["constant", "thesis_literal"] = Field("constant", description="constant or thesis_literal")
+    ground: Literal["none", "sliding"] = Field("none", description="none or sliding")
+    stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
+    gravity: Number = Field(STANDARD_GRAVITY, gt=0, description="a number above 0 (m/s2)")
+    smallest_bounce: Number = Field(1e-3, gt=0, description="a height above 0 (m)")
+    max_time: Number = Field(3600.0, gt=0, description="a number above 0 (s)")
+    max_impacts: Count = Field(100_000, ge=1, description="a whole number of at least 1")
+    effects: Annotated[Mapping[str, Any], AfterValidator(_no_effects)] = Field(
+        default_factory=dict, description="a mapping of effect name to its parameters"
+    )
+    areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(_no_two_alike)] = Field(
+        (), description="a list of {name, polygons}"
+    )
+    engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
+    seed: Count = Field(1, ge=0, le=LARGEST_SEED, description=f"a whole number from 0 to {LARGEST_SEED}")
+    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories")
+    observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
+    data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
+
+
+def material_of(scene: Scene, zone: str) -> Material:
+    """The material of a zone: its exact name, else the first pattern in file order, else `default`.
+
+    Raises
+    ------
+    SceneError
+        If nothing in the scene's materials fits the zone.
+    """
+    if zone in scene.materials:
+        return scene.materials[zone]
+    for pattern, material in scene.materials.items():
+        if fnmatchcase(zone, pattern):
+            return material
+    if "default" in scene.materials:
+        return scene.materials["default"]
+    known = ", ".join(scene.materials)
+    raise SceneError(
+        f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
+    )

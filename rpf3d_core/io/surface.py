@@ -1,0 +1,83 @@
+"""What a terrain file holds once it is read: points and the triangles between them."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+
+MOST_TRIANGLES = (2**31 - 1) // 3
+"""Facets, vertices and sides of facets are counted in 32 bits."""
+
+FARTHEST = 1e9
+"""Coordinates (m) that float64 still resolves to a micrometre; larger ones come from damage or from wrong units."""
+
+
+class Surface(NamedTuple):
+    """The content of one file, in its own axes, order and winding; nothing is welded yet.
+
+    points : (N, 3) float32 or float64, m
+    triangles : (F, 3) int32, indices into points; None where points 3 f, 3 f + 1, 3 f + 2 are the corners of facet f
+    """
+
+    points: NDArray[Any]
+    triangles: NDArray[np.int32] | None = None
+
+
+def facet_count(surface: Surface) -> int:
+    """Number of triangles F."""
+    return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
+
+
+def usable(path: Path, surface: Surface) -> Surface:
+    """The surface without the points that no facet has, checked.
+
+    Raises
+    ------
+    TerrainError
+        If it is empty, too large, not finite, far off or has facets on points that do not exist; it names the file.
+    """
+    facets = facet_count(surface)
+    if facets == 0:
+        raise TerrainError(f"{path}: holds no triangles; a terrain needs at least one")
+    if max(facets, len(surface.points) // 3) > MOST_TRIANGLES:
+        raise TerrainError(f"{path}: holds {facets:,} triangles, more than the {MOST_TRIANGLES:,} that can be numbered")
+    if surface.triangles is not None:
+        refuse_wrong_indices(path, surface.triangles, len(surface.points))
+        surface = _used_only(surface.points, surface.triangles)
+    if not all(column.min() >= -FARTHEST and column.max() <= FARTHEST for column in surface.points.T):
+        _refuse_wrong_points(path, surface)
+    return surface
+
+
+def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None:
+    """Raise a TerrainError where corners, any shape, name points that do not exist."""
+    if corners.size and (corners.min() < 0 or corners.max() >= points):
+        wrong = corners[(corners < 0) | (corners >= points)].flat[0]
+        raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
+
+
+def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> Surface:
+    """The points that facets have, renumbered in the same order."""
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    if used.all():
+        return Surface(points, triangles)
+    number = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return Surface(points[used], number[triangles])
+
+
+def _refuse_wrong_points(path: Path, surface: Surface) -> None:
+    """Raise the TerrainError of a surface with a point that is NaN, infinite or too far away."""
+    wrong = ~(np.abs(surface.points) <= FARTHEST).all(axis=1)
+    corners = wrong if surface.triangles is None else wrong[surface.triangles]
+    facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))
+    if np.isfinite(surface.points).all():
+        fault, right = f"{FARTHEST:,.0f} m or more away from the origin", "coordinates are metres"
+    else:
+        fault, right = "NaN or infinite", "every coordinate must be a finite number"
+    raise TerrainError(
+        f"{path}: facet number {facets[0]} (from 0) has a vertex that is {fault}, as {len(facets)} in all; {right}"
+    )

@@ -1,0 +1,162 @@
+"""Tables of a run: deposits.csv, impacts.parquet, trajectories.parquet.
+
+Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
+energies (translational) in J. A value that does not exist (no ground contact, height not asked for) is left empty.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+from numpy.typing import ArrayLike, NDArray
+
+from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Mode, Outcome
+
+UNITS = {
+    "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
+    "max_speed": "m/s", "entered_ground_at_speed": "m/s", "speed": "m/s", "speed_in": "m/s", "speed_out": "m/s",
+    "max_energy_j": "J", "energy_in_j": "J",
+}  # fmt: skip
+
+
+def write_deposits(path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits) -> None:
+    """Write deposits.csv: one line a rock, in order of source, then rock."""
+    _write_csv(path, deposits_table(sources, terrain, deposits))
+
+
+def write_impacts(path: Path, sources: Sequence[str], terrain: Terrain, flights: Flights) -> None:
+    """Write impacts.parquet: one line an impact, grouped by rock in order of time."""
+    pyarrow.parquet.write_table(impacts_table(sources, terrain, flights.deposits, flights.impacts), path)
+
+
+def write_trajectories(
+    path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
+) -> None:
+    """Write trajectories.parquet: one line a point of a path, grouped by rock in order of time."""
+    pyarrow.parquet.write_table(trajectories_table(sources, terrain, deposits, samples), path)
+
+
+def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
+    """Write points along profiles as CSV: one line a point; `profiles` holds `row` and further columns (S,)."""
+    columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
+    _write_csv(path, _table({**_rock_names(sources, deposits, profiles["row"]), **columns}))
+
+
+def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits) -> pa.Table:
+    """Deposits of R rocks as a table of R rows.
+
+    `runout_m` is the horizontal distance from release to end; `zone` that of the last facet touched;
+    `max_height` vertical, above the terrain.
+    """
+    return _table(
+        {
+            "source": _names(sources, deposits.source),
+            "rock": deposits.rock,
+            "outcome": _names(lower_names(Outcome), deposits.outcome),
+            **_xyz(terrain.frame.points_to_input(deposits.x)),
+            "t": deposits.t,
+            "path_m": deposits.path,
+            "runout_m": runout(deposits),
+            "impacts": deposits.impacts,
+            "max_speed": deposits.max_speed,
+            "max_energy_j": deposits.max_energy,
+            "max_height": _or_null(deposits.max_height),
+            "zone": _names(terrain.zones, zones_of_facets(terrain, deposits.facet)),
+            "entered_ground_at_speed": _or_null(deposits.ground_speed),
+        }
+    )
+
+
+def impacts_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, impacts: Impacts) -> pa.Table:
+    """Impacts as a table of I rows; `index` counts a rock's impacts from 0."""
+    first = np.searchsorted(impacts.row, impacts.row, side="left")
+    normals = terrain.frame.directions_to_input(impacts.normal)
+    return _table(
+        {
+            **_rock_names(sources, deposits, impacts.row),
+            "index": np.arange(len(impacts.row)) - first,
+            "t": impacts.t,
+            **_xyz(terrain.frame.points_to_input(impacts.x)),
+            "facet": impacts.facet,
+            "zone": _names(terrain.zones, terrain.zone[impacts.facet]),
+            **_xyz(normals, prefix="normal_"),
+            "speed_in": impacts.speed_in,
+            "speed_out": impacts.speed_out,
+            "energy_in_j": 0.5 * deposits.mass[impacts.row] * impacts.speed_in**2,
+        }
+    )
+
+
+def trajectories_table(
+    sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
+) -> pa.Table:
+    """Points of paths as a table of S rows; `mode` is what the rock does from this point on."""
+    return _table(
+        {
+            **_rock_names(sources, deposits, samples.row),
+            "t": samples.t,
+            **_xyz(terrain.frame.points_to_input(samples.x)),
+            "speed": samples.speed,
+            "mode": _names(lower_names(Mode), samples.mode),
+        }
+    )
+
+
+def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Zone index (N,) of facets (N,); -1 for facet -1, a rock that never touched the ground."""
+    return np.where(facet < 0, -1, terrain.zone[facet])
+
+
+def runout(deposits: Deposits) -> FloatArray:
+    """Horizontal distance (R,) m from release to end."""
+    run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)
+    return run
+
+
+def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
+    """The names of an enumeration in order of value, in lower case, as the files spell them."""
+    return [member.name.lower() for member in names]
+
+
+def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
+    """Source and number of the rocks of rows (N,)."""
+    return {"source": _names(sources, deposits.source[rows]), "rock": deposits.rock[rows]}
+
+
+def _xyz(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
+    """Points (N, 3) as three columns."""
+    return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
+
+
+def _names(names: Sequence[str], index: ArrayLike) -> pa.Array:
+    """Names picked by index (N,), stored once each; nothing where the index is negative."""
+    positions = np.asarray(index, dtype=np.int32)
+    indices = pa.array(positions, mask=positions < 0)
+    return pa.DictionaryArray.from_arrays(indices, pa.array(names, pa.string()))
+
+
+def _or_null(values: NDArray[np.float64]) -> pa.Array:
+    """Values (N,) with nothing in place of NaN."""
+    return pa.array(values, from_pandas=True)
+
+
+def _write_csv(path: Path, table: pa.Table) -> None:
+    """Column names without quotes, which not every version of pyarrow can write."""
+    with path.open("wb") as file:
+        file.write((",".join(table.column_names) + "\n").encode())
+        pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(include_header=False))
+
+
+def _table(columns: dict[str, Any]) -> pa.Table:
+    """A table whose schema states the units."""
+    table = pa.table(columns)
+    fields = [field.with_metadata({"unit": UNITS[field.name]} if field.name in UNITS else {}) for field in table.schema]
+    return table.cast(pa.schema(fields))

@@ -1,0 +1,64 @@
+"""Arrays that the viewer draws: the terrain with a colour a zone, paths cut into strips of one colour."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.colours import Colours, zone_colours
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.terrain.facets import Terrain
+
+SPEED_STEPS = 16
+"""Colours between rest and the fastest: rerun gives a strip one colour, so paths are cut where it changes."""
+
+
+class ColouredMesh(NamedTuple):
+    """vertices (N, 3) m and normals (N, 3) unit, float32; triangles (F, 3); colours (N, 3) sRGB."""
+
+    vertices: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    normals: NDArray[np.float32]
+    colours: Colours
+
+
+def coloured_mesh(terrain: Terrain) -> ColouredMesh:
+    """The terrain with its vertices parted at borders of zones, so that colour and shade change sharply there."""
+    zones = len(terrain.zones)
+    corner = terrain.triangles.astype(np.int64) * zones + terrain.zone[:, None]
+    key, triangles = np.unique(corner, return_inverse=True)
+    triangles = triangles.reshape(-1, 3)
+    vertices = terrain.vertices[key // zones]
+    return ColouredMesh(
+        vertices=vertices.astype(np.float32),
+        triangles=triangles.astype(np.uint32),
+        normals=_vertex_normals(vertices, triangles).astype(np.float32),
+        colours=zone_colours(terrain.zones)[key % zones],
+    )
+
+
+def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
+    """Strips (N, 3) m of nearly one speed each, joined end to end, and their speeds (m/s)."""
+    step = np.floor(samples.speed / max(fastest, np.finfo(float).tiny) * SPEED_STEPS).clip(0, SPEED_STEPS - 1)
+    new = np.zeros(len(step), dtype=bool)
+    new[samples.starts] = True
+    cut = new.copy()
+    cut[1:] |= step[1:] != step[:-1]
+    begins = np.flatnonzero(cut)
+    ends = np.append(begins, len(step))[1:] if len(step) else begins
+    # A strip runs on to the first point of the next one, unless that is another rock's.
+    reach = np.where(ends < len(step), ends + ~np.append(new, True)[ends], ends)
+    strips = [samples.x[begin:end] for begin, end in zip(begins, reach, strict=True) if end - begin > 1]
+    speed = (step[begins] + 0.5) / SPEED_STEPS * fastest
+    return strips, speed[reach - begins > 1]
+
+
+def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
+    """Unit normals (N, 3) at vertices (N, 3): the mean of the facets there, weighted by area."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    area = np.cross(b - a, c - a)
+    corner = triangles.ravel()
+    total = np.stack([np.bincount(corner, np.repeat(area[:, i], 3), len(vertices)) for i in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1)[:, None]
+    return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.0))

@@ -1,0 +1,68 @@
+"""Every reader on damaged files: it reads them or refuses them with a sentence, and never hangs or breaks.
+
+Damage is drawn from a fixed seed. Each format is tried in a process of its own, so that a crash or a hang is seen.
+"""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MUTATIONS = 300
+FEWER = 30
+"""Where each reading takes a process of its own, 0.7 s."""
+LONGEST = 240.0  # s; the slowest takes 10 s where nothing else runs
+FOLDERS = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+
+CHILD = """
+import random, sys, traceback, warnings
+kind, folder, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+sys.path[:0] = sys.argv[4:]
+warnings.simplefilter("ignore")
+from pathlib import Path
+from mutated_files import READERS, mutated
+from rpf3d_core.errors import InputError
+
+write, read = READERS[kind]
+path = Path(folder) / f"m.{kind.split()[0]}"
+write(path)
+sound = path.read_bytes()
+read(path)
+rng = random.Random(kind)
+refused = 0
+for number in range(count):
+    damaged = mutated(sound, rng)
+    path.write_bytes(damaged)
+    (path.parent / "last").write_text(f"mutation {number} of {kind}")
+    try:
+        read(path)
+    except InputError as fault:
+        refused += 1
+        lines = str(fault).splitlines()
+        assert all(line.startswith(str(path)) for line in lines) and lines, (number, str(fault))
+        assert len(lines) == 1 or kind.startswith("yaml"), (number, str(fault))
+    except BaseException:
+        path.with_name(f"wrong_{number}").write_bytes(damaged)
+        print(f"mutation {number} of {kind}: {damaged[:1500]!r}")
+        traceback.print_exc()
+        sys.exit(1)
+print(refused)
+"""
+
+KINDS = [
+    "stl binary", "stl text", "ply binary", "ply big", "ply text", "obj text", "vtp binary", "vtp text", "vtk binary",
+    "vtk text", "asc text", "asc.gz packed", "tif tiles", "geojson text", "xyz text", "yaml text",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_damaged_file_is_read_or_refused_and_never_more(tmp_path, kind):
+    mutations = FEWER if kind.startswith("vt") else MUTATIONS
+    done = subprocess.run(
+        [sys.executable, "-c", CHILD, kind, str(tmp_path), str(mutations), *FOLDERS],
+        capture_output=True, text=True, timeout=LONGEST, check=False,
+    )  # fmt: skip
+    last = (tmp_path / "last").read_text() if (tmp_path / "last").exists() else "before the first mutation"
+    assert done.returncode == 0, f"{last}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    assert int(done.stdout.split()[-1]) > mutations // 20, "most damage should be noticed"

@@ -1,0 +1,170 @@
+"""Pictures are made from the right numbers, and show them."""
+
+import csv
+
+import numpy as np
+import pytest
+from flights_on_a_floor import FRAMES, SIDE, SOURCES, SURVEY, UNMOVED, floor, none_thrown, thrown
+from matplotlib.image import imread
+
+from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
+from rpf3d_core.ensemble.paths import sample_paths
+from rpf3d_core.io.plan_view import Window, seen_from_above, shaded
+from rpf3d_core.io.plots_map import rocks_window, round_length, whole_window, write_map
+from rpf3d_core.io.plots_profiles import RESOLUTION, write_profile_plots
+from rpf3d_core.io.profiles import profile_of, terrain_below, typical_rows
+from rpf3d_core.io.tables import runout
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.values import STANDARD_GRAVITY, Outcome
+
+ROUNDING = 1e-9
+"""Survey coordinates of 4.5e6 m carry 1e-9 m in double precision."""
+
+LEGEND_INCHES = 3
+"""Width of the map's column for the legend."""
+
+MARKER_PIXELS = 8
+"""A marker is 7 pixels wide, its rim is white and half of the rest is smoothed."""
+
+SAME_COLOUR = 2
+"""Steps of 255 that a colour may lose on its way through a picture's floating point numbers."""
+
+
+def stairs() -> Terrain:
+    """Two level squares of 10 m, the eastern one 3 m higher and reaching 2 m over the western one."""
+    low = [(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0)]
+    high = [(8, 0, 3), (20, 0, 3), (20, 10, 3), (8, 10, 3)]
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]], dtype=np.int32)
+    return Terrain(np.array(low + high, float), triangles, np.array([0, 0, 1, 1], np.int32), ("floor", "bench_1"))
+
+
+def lines_of(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def pixels_like(picture, colour):
+    return int((np.abs(picture[..., :3] * 255 - colour) <= SAME_COLOUR).all(axis=-1).sum())
+
+
+def test_a_pixel_shows_the_uppermost_facet_below_its_centre():
+    view = seen_from_above(stairs(), Window(0, 20, 0, 10), pixels=40)
+    assert view.facet.shape == (20, 40)
+    x, y = np.meshgrid(np.arange(0.25, 20, 0.5), np.arange(0.25, 10, 0.5))
+    on_high = np.where(y * 12 < (x - 8) * 10, 2, 3)
+    on_low = np.where(y < x, 0, 1)
+    expected = np.where(x > 8, on_high, on_low)
+    on_a_diagonal = np.isclose(y * 12, (x - 8) * 10) | np.isclose(x, y)
+    assert np.all((view.facet == expected) | on_a_diagonal)
+
+
+def test_facets_smaller_than_a_pixel_and_vertical_ones_are_no_trouble():
+    terrain = floor(cells=120)
+    wall = np.array([[0, 1, len(terrain.vertices)]], dtype=np.int32)
+    vertices = np.vstack([terrain.vertices, terrain.vertices[0] + (0, 0.1, 5)])
+    vertices[-1, :2] = vertices[0, :2]
+    both = Terrain(vertices, np.vstack([terrain.triangles, wall]), np.append(terrain.zone, 0), terrain.zones)
+    view = seen_from_above(both, whole_window(both), pixels=50)
+    assert (view.facet >= 0).all()
+    assert len(terrain.triangles) not in view.facet
+
+
+def test_what_is_not_terrain_is_clear():
+    picture = shaded(stairs(), seen_from_above(stairs(), Window(-5, 20, 0, 10), pixels=50))
+    assert (picture[:, :10, 3] == 0).all() and (picture[:, 10:, 3] == 255).all()
+
+
+def test_level_ground_has_the_plain_colour_of_its_zone():
+    picture = shaded(stairs(), seen_from_above(stairs(), Window(0, 20, 0, 10), pixels=40))
+    colours = zone_colours(("floor", "bench_1")).astype(int)
+    assert np.abs(picture[10, 2, :3].astype(int) - colours[0]).max() <= SAME_COLOUR
+    assert np.abs(picture[10, 30, :3].astype(int) - colours[1]).max() <= SAME_COLOUR
+
+
+def test_terrain_below_a_point_is_the_first_one_down_from_it():
+    points = np.array([[9.0, 5.0, 9.0], [9.0, 5.0, 1.0], [4.0, 5.0, 0.0], [19.0, 5.0, 3.0], [30.0, 5.0, 3.0]])
+    np.testing.assert_allclose(terrain_below(stairs(), points), [3.0, 0.0, 0.0, 3.0, np.nan], atol=ROUNDING)
+
+
+def test_typical_rows_are_the_shortest_median_and_longest_runout_of_those_at_rest():
+    deposits = thrown(floor(), 6).deposits
+    deposits.outcome[5] = Outcome.LEFT_TERRAIN
+    length = np.array([4.0, 1.0, 3.0, 2.0, 5.0, 99.0])
+    assert list(typical_rows(deposits, np.arange(6), length)) == [1, 2, 4]
+    assert list(typical_rows(deposits, np.array([3]), length)) == [3]
+    assert list(typical_rows(deposits, np.array([5]), length)) == [5]
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_a_profile_is_distance_in_plan_height_in_the_input_and_speed(frame):
+    flights = thrown(floor(frame))
+    samples = sample_paths(flights.paths)
+    profile = profile_of(floor(frame), samples)
+    ends = np.append(samples.starts[1:], len(samples.row)) - 1
+    vertical = 2 if frame.up == "z" else 1
+    np.testing.assert_array_equal(profile.distance[samples.starts], 0.0)
+    # These throws run straight in plan, so the distance travelled is the runout.
+    np.testing.assert_allclose(profile.distance[ends], runout(flights.deposits), atol=ROUNDING)
+    np.testing.assert_allclose(profile.elevation, frame.points_to_input(samples.x)[:, vertical], atol=ROUNDING)
+    np.testing.assert_array_equal(profile.speed, samples.speed)
+
+
+def test_profiles_are_pictures_with_the_drawn_points_beside_them(tmp_path):
+    terrain = floor(SURVEY)
+    flights = thrown(terrain)
+    samples = sample_paths(flights.paths, [0, 2, 4, 5])
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY)
+    overview, sections = lines_of(tmp_path / "overview.csv"), lines_of(tmp_path / "sections.csv")
+    assert list(overview[0]) == ["source", "rock", "t", "distance", "elevation", "speed"]
+    assert list(sections[0]) == ["source", "rock", "t", "distance", "elevation", "speed", "terrain"]
+    assert len(overview) == len(samples.row)
+    assert {line["source"] for line in overview} == set(SOURCES)
+    assert {float(line["terrain"]) for line in sections} == {SURVEY.origin[2]}
+    assert float(overview[0]["elevation"]) == pytest.approx(SURVEY.origin[2] + 5.0)
+    picture = imread(tmp_path / "overview.png")
+    assert pixels_like(picture, (255, 255, 255)) < picture.shape[0] * picture.shape[1]
+    for outcome in (Outcome.STOPPED, Outcome.LEFT_TERRAIN):  # at least in the legend
+        assert pixels_like(picture, OUTCOME_COLOURS[outcome]) > 10
+    assert imread(tmp_path / "sections.png").shape[0] > 500
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
+    terrain = floor(frame)
+    flights = thrown(terrain)
+    square = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
+    write_map(tmp_path / "map.png", "floor", terrain, flights.deposits, sample_paths(flights.paths), {"ramp": [square]})
+    picture = imread(tmp_path / "map.png")
+    for colour in zone_colours(terrain.zones):
+        assert pixels_like(picture, colour) > 1000
+    beside_the_legend = picture[:, : picture.shape[1] - LEGEND_INCHES * RESOLUTION]
+    for outcome in (Outcome.STOPPED, Outcome.LEFT_TERRAIN):
+        assert pixels_like(beside_the_legend, OUTCOME_COLOURS[outcome]) >= MARKER_PIXELS
+
+
+def test_a_map_of_rocks_in_a_corner_shows_that_corner():
+    terrain, flights = floor(), thrown(floor())
+    samples = sample_paths(flights.paths)
+    whole = whole_window(terrain)
+    far = Window(*(10 * side for side in whole))
+    window = rocks_window(far, flights.deposits, samples)
+    assert window.width < 0.2 * far.width
+    for places in (flights.deposits.x, flights.deposits.release, samples.x):
+        assert window.left < places[:, 0].min() and places[:, 0].max() < window.right
+        assert window.bottom < places[:, 1].min() and places[:, 1].max() < window.top
+    assert rocks_window(whole, none_thrown().deposits, sample_paths(none_thrown().paths)) == whole
+
+
+def test_no_rocks_make_empty_pictures(tmp_path):
+    terrain, flights = floor(UNMOVED), none_thrown()
+    samples = sample_paths(flights.paths)
+    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {})
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "map.png", "overview.png", "overview.csv", "sections.png", "sections.csv",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("length", "rounded"), [(1.0, 1.0), (4.9, 2.0), (SIDE, 20.0), (0.07, 0.05), (999.0, 500.0)])
+def test_a_scale_bar_has_a_round_length(length, rounded):
+    assert round_length(length) == pytest.approx(rounded)

@@ -1,0 +1,167 @@
+"""A result folder is written whole or not at all, and never over somebody else's files."""
+
+import csv
+import json
+
+import pytest
+from flights_on_a_floor import SURVEY, faults, floor, none_thrown, scene, thrown
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.io import results
+from rpf3d_core.io.results import check_folder, write_results
+
+FILES = {
+    "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
+    "profiles", "map.png", "run.rrd",
+}  # fmt: skip
+PROFILES = {"overview.png", "overview.csv", "sections.png", "sections.csv"}
+
+
+def record(path, facts):
+    path.write_text(f"recording of {facts['rocks']} rocks")
+
+
+def written(folder, tmp_path, flights=None, more="", record=record):
+    terrain = floor(SURVEY)
+    flights = flights or thrown(terrain)
+    return write_results(folder, scene(tmp_path, more), terrain, faults(terrain), flights, {"wall_s": 1.0}, record)
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """Pictures take most of the time of writing; how folders are replaced does not depend on them."""
+
+    def stand_ins(folder, *_):
+        (folder / "map.png").write_bytes(b"map")
+        (folder / "profiles").mkdir()
+
+    monkeypatch.setattr(results, "_write_pictures", stand_ins)
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+def test_a_run_leaves_all_files_of_the_design(tmp_path):
+    folder = written(tmp_path / "out", tmp_path)
+    assert folder == tmp_path / "out"
+    assert names(folder) == FILES and names(folder / "profiles") == PROFILES
+    assert names(tmp_path) == {"out", "floor.yaml"}
+    assert all(path.stat().st_size > 0 for path in folder.rglob("*"))
+
+
+def test_the_summary_in_the_folder_says_how_long_writing_took(tmp_path, no_pictures):
+    facts = json.loads((written(tmp_path / "out", tmp_path) / "summary.json").read_text())
+    assert facts["wall_s"] == 1.0 and facts["write_s"] > 0.0 and facts["rocks"] == 6
+    assert facts["total_s"] == facts["wall_s"] + facts["write_s"]
+
+
+def test_the_recording_is_given_the_summary(tmp_path, no_pictures):
+    folder = written(tmp_path / "out", tmp_path)
+    assert (folder / "run.rrd").read_text() == "recording of 6 rocks"
+    assert "run.rrd" not in names(written(tmp_path / "bare", tmp_path, record=None))
+
+
+def test_only_as_many_trajectories_as_asked_for_are_written(tmp_path):
+    folder = written(tmp_path / "out", tmp_path, more="outputs: {trajectories: 2}\n")
+    with (folder / "profiles" / "overview.csv").open(newline="") as file:
+        assert {(line["source"], line["rock"]) for line in csv.DictReader(file)} == {("crest", "0"), ("ledge", "2")}
+
+
+def test_a_run_of_no_rocks_leaves_all_files_too(tmp_path):
+    assert names(written(tmp_path / "out", tmp_path, none_thrown())) == FILES
+
+
+def test_folders_above_are_made(tmp_path, no_pictures):
+    assert names(written(tmp_path / "a" / "b" / "out", tmp_path)) == FILES
+
+
+def test_an_empty_folder_is_filled(tmp_path, no_pictures):
+    (tmp_path / "out").mkdir()
+    assert names(written(tmp_path / "out", tmp_path)) == FILES
+
+
+def test_an_earlier_result_is_replaced_whole(tmp_path, no_pictures):
+    folder = written(tmp_path / "out", tmp_path)
+    (folder / "hazard").mkdir()
+    (folder / "deposits.csv").write_text("old")
+    written(folder, tmp_path)
+    assert names(folder) == FILES and names(tmp_path) == {"out", "floor.yaml"}
+    assert (folder / "deposits.csv").read_text() != "old"
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path):
+    (tmp_path / "out").write_text("precious")
+    with pytest.raises(InputError, match="is a file"):
+        written(tmp_path / "out", tmp_path)
+    assert (tmp_path / "out").read_text() == "precious"
+
+
+def test_a_folder_of_something_else_is_refused_and_untouched(tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("precious")
+    with pytest.raises(InputError, match="not rpf3d's"):
+        written(tmp_path / "out", tmp_path)
+    assert names(tmp_path / "out") == {"thesis.txt"}
+
+
+def test_a_summary_of_another_program_does_not_make_a_result(tmp_path):
+    (tmp_path / "out").mkdir()
+    for content in ('{"program": "other"}', "[1, 2]", "no json"):
+        (tmp_path / "out" / "summary.json").write_text(content)
+        with pytest.raises(InputError, match="not rpf3d's"):
+            check_folder(tmp_path / "out")
+
+
+def test_a_result_with_somebodys_notes_in_it_is_not_replaced(tmp_path, no_pictures):
+    folder = written(tmp_path / "out", tmp_path)
+    (folder / "notes.txt").write_text("precious")
+    with pytest.raises(InputError, match=r"notes\.txt"):
+        written(folder, tmp_path)
+    assert (folder / "notes.txt").read_text() == "precious"
+
+
+def test_a_folder_below_a_file_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        check_folder(tmp_path / "file" / "out")
+
+
+def test_a_failure_while_writing_leaves_nothing_behind(tmp_path, no_pictures):
+    def fails(path, facts):
+        raise RuntimeError("disk full")
+
+    with pytest.raises(RuntimeError, match="disk full"):
+        written(tmp_path / "out", tmp_path, record=fails)
+    assert names(tmp_path) == {"floor.yaml"}
+
+
+def test_a_failure_while_writing_leaves_the_earlier_result(tmp_path, no_pictures):
+    def fails(path, facts):
+        raise KeyboardInterrupt
+
+    folder = written(tmp_path / "out", tmp_path)
+    before = (folder / "summary.json").read_bytes()
+    with pytest.raises(KeyboardInterrupt):
+        written(folder, tmp_path, record=fails)
+    assert names(tmp_path) == {"out", "floor.yaml"}
+    assert (folder / "summary.json").read_bytes() == before
+
+
+def test_if_the_last_step_fails_the_earlier_result_returns(tmp_path, no_pictures, monkeypatch):
+    folder = written(tmp_path / "out", tmp_path)
+    rename = type(folder).rename
+
+    def refuses_the_new(path, target):
+        if path.name.endswith(".part"):
+            raise OSError("no")
+        return rename(path, target)
+
+    monkeypatch.setattr(type(folder), "rename", refuses_the_new)
+    with pytest.raises(OSError, match="no"):
+        written(folder, tmp_path)
+    assert names(folder) == FILES and names(tmp_path) == {"out", "floor.yaml"}
+
+
+def test_the_names_that_may_be_replaced_are_those_that_are_written(tmp_path, no_pictures):
+    assert names(written(tmp_path / "out", tmp_path)) <= results.RESULT_NAMES

@@ -1,0 +1,133 @@
+"""Tables are read back and compared value by value, in the input's own axes and coordinates."""
+
+import csv
+import json
+
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+from flights_on_a_floor import BOUNCES, FRAMES, MASS, SOURCES, floor, none_thrown, thrown
+
+from rpf3d_core.ensemble.paths import sample_paths
+from rpf3d_core.io.tables import write_deposits, write_impacts, write_trajectories
+
+DEPOSIT_COLUMNS = [
+    "source", "rock", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed", "max_energy_j",
+    "max_height", "zone", "entered_ground_at_speed",
+]  # fmt: skip
+IMPACT_COLUMNS = [
+    "source", "rock", "index", "t", "x", "y", "z", "facet", "zone", "normal_x", "normal_y", "normal_z",
+    "speed_in", "speed_out", "energy_in_j",
+]  # fmt: skip
+TRAJECTORY_COLUMNS = ["source", "rock", "t", "x", "y", "z", "speed", "mode"]
+
+
+def in_input_axes(frame, x):
+    """Written out by hand, independent of `Frame`."""
+    east, north, up = np.asarray(x) + np.array(frame.origin)
+    return [east, north, up] if frame.up == "z" else [east, up, -north]
+
+
+@pytest.fixture(params=FRAMES, ids=lambda frame: f"{frame.up}-up at {frame.origin[0]:.0f}")
+def terrain(request):
+    return floor(request.param)
+
+
+@pytest.fixture
+def deposit_lines(terrain, tmp_path):
+    write_deposits(tmp_path / "deposits.csv", SOURCES, terrain, thrown(terrain).deposits)
+    with (tmp_path / "deposits.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_deposits_have_the_columns_of_the_design_and_a_line_a_rock(deposit_lines):
+    assert list(deposit_lines[0]) == DEPOSIT_COLUMNS
+    assert [(line["source"], line["rock"]) for line in deposit_lines] == [
+        (source, str(rock)) for source in SOURCES for rock in range(3)
+    ]
+
+
+def test_deposits_lie_in_the_input_coordinates_to_the_last_bit(terrain, deposit_lines):
+    for line, x in zip(deposit_lines, thrown(terrain).deposits.x, strict=True):
+        assert [float(line[axis]) for axis in "xyz"] == in_input_axes(terrain.frame, x)
+
+
+def test_deposits_say_how_each_rock_ended(terrain, deposit_lines):
+    deposits = thrown(terrain).deposits
+    assert [line["outcome"] for line in deposit_lines] == ["stopped"] * 5 + ["left_terrain"]
+    for i, line in enumerate(deposit_lines):
+        run = deposits.x[i] - deposits.release[i]
+        assert float(line["runout_m"]) == pytest.approx(np.hypot(run[0], run[1]))
+        assert float(line["max_energy_j"]) == pytest.approx(0.5 * MASS * float(line["max_speed"]) ** 2)
+        assert float(line["t"]) == deposits.t[i]
+        assert float(line["path_m"]) == 30.0
+        assert int(line["impacts"]) == BOUNCES
+        assert float(line["entered_ground_at_speed"]) == deposits.ground_speed[i]
+        assert line["zone"] == ("floor" if deposits.x[i, 0] > 0 else "bench_1")
+
+
+def test_a_value_that_does_not_exist_is_left_empty(terrain, tmp_path):
+    deposits = thrown(terrain).deposits
+    deposits.ground_speed[1], deposits.facet[1] = np.nan, -1
+    write_deposits(tmp_path / "d.csv", SOURCES, terrain, deposits)
+    with (tmp_path / "d.csv").open(newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert lines[0]["max_height"] == "" and lines[1]["max_height"] == "5"
+    assert lines[1]["entered_ground_at_speed"] == "" and lines[1]["zone"] == ""
+
+
+def test_impacts_are_written_one_a_line(terrain, tmp_path):
+    flights = thrown(terrain)
+    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, flights)
+    table = parquet.read_table(tmp_path / "i.parquet")
+    rows, impacts = table.to_pylist(), flights.impacts
+    assert table.column_names == IMPACT_COLUMNS
+    assert [row["index"] for row in rows] == list(range(BOUNCES)) * 6
+    assert [row["source"] for row in rows] == [SOURCES[0]] * 12 + [SOURCES[1]] * 12
+    assert [row["rock"] for row in rows[12:]] == [0] * 4 + [1] * 4 + [2] * 4
+    for i, row in enumerate(rows):
+        assert [row[axis] for axis in "xyz"] == in_input_axes(terrain.frame, impacts.x[i])
+        normal = [0, 0, 1] if terrain.frame.up == "z" else [0, 1, 0]
+        assert [row[f"normal_{axis}"] for axis in "xyz"] == normal
+        assert row["energy_in_j"] == pytest.approx(0.5 * MASS * impacts.speed_in[i] ** 2)
+        assert (row["t"], row["facet"], row["speed_out"]) == (impacts.t[i], impacts.facet[i], impacts.speed_out[i])
+        assert row["zone"] == terrain.zones[terrain.zone[impacts.facet[i]]]
+
+
+def test_trajectories_are_written_one_point_a_line(terrain, tmp_path):
+    flights = thrown(terrain)
+    samples = sample_paths(flights.paths, [0, 4])
+    write_trajectories(tmp_path / "t.parquet", SOURCES, terrain, flights.deposits, samples)
+    table = parquet.read_table(tmp_path / "t.parquet")
+    rows = table.to_pylist()
+    assert table.column_names == TRAJECTORY_COLUMNS
+    assert {(row["source"], row["rock"]) for row in rows} == {("crest", 0), ("ledge", 1)}
+    assert {row["mode"] for row in rows} == {"flight", "settling", "sliding", "end"}
+    for i, row in enumerate(rows):
+        assert [row[axis] for axis in "xyz"] == in_input_axes(terrain.frame, samples.x[i])
+        assert row["speed"] == pytest.approx(np.linalg.norm(samples.v[i]))
+
+
+def test_the_schema_states_the_units(terrain, tmp_path):
+    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, thrown(terrain))
+    schema = parquet.read_schema(tmp_path / "i.parquet")
+    assert schema.field("energy_in_j").metadata[b"unit"] == b"J"
+    assert schema.field("speed_in").metadata[b"unit"] == b"m/s"
+
+
+def test_no_rocks_are_tables_without_lines(tmp_path):
+    terrain, flights = floor(), none_thrown()
+    write_deposits(tmp_path / "d.csv", SOURCES, terrain, flights.deposits)
+    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, flights)
+    write_trajectories(tmp_path / "t.parquet", SOURCES, terrain, flights.deposits, sample_paths(flights.paths))
+    assert (tmp_path / "d.csv").read_text() == ",".join(DEPOSIT_COLUMNS) + "\n"
+    assert parquet.read_table(tmp_path / "i.parquet").shape == (0, len(IMPACT_COLUMNS))
+    assert parquet.read_table(tmp_path / "t.parquet").shape == (0, len(TRAJECTORY_COLUMNS))
+
+
+def test_a_source_name_with_a_comma_and_a_quote_survives(tmp_path):
+    terrain = floor()
+    names = ['crest, "north"', json.dumps("ledge")]
+    write_deposits(tmp_path / "d.csv", names, terrain, thrown(terrain).deposits)
+    with (tmp_path / "d.csv").open(newline="") as file:
+        assert {line["source"] for line in csv.DictReader(file)} == set(names)

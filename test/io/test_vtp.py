@@ -1,0 +1,109 @@
+"""The VTP files are read back with VTK and compared with what was flown."""
+
+import numpy as np
+import pytest
+from flights_on_a_floor import FRAMES, SOURCES, floor, none_thrown, thrown
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_DOUBLE
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+from rpf3d_core.ensemble.paths import sample_paths
+from rpf3d_core.io.vtp import write_terrain, write_trajectories
+
+
+@pytest.fixture(params=FRAMES, ids=lambda frame: f"{frame.up}-up at {frame.origin[0]:.0f}")
+def terrain(request):
+    return floor(request.param)
+
+
+def read(path):
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    assert reader.GetErrorCode() == 0
+    return reader.GetOutput()
+
+
+def array(attributes, name):
+    return vtk_to_numpy(attributes.GetArray(name))
+
+
+def names(data, field):
+    strings = data.GetFieldData().GetAbstractArray(field)
+    return [strings.GetValue(i) for i in range(strings.GetNumberOfValues())]
+
+
+def test_the_terrain_comes_back_in_double_precision_and_input_coordinates(terrain, tmp_path):
+    write_terrain(tmp_path / "terrain.vtp", terrain, thrown(terrain).impacts)
+    data = read(tmp_path / "terrain.vtp")
+    assert data.GetPoints().GetDataType() == VTK_DOUBLE
+    np.testing.assert_array_equal(
+        vtk_to_numpy(data.GetPoints().GetData()), terrain.frame.points_to_input(terrain.vertices)
+    )
+    corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    np.testing.assert_array_equal(corners, terrain.triangles)
+
+
+def test_the_trace_map_counts_the_impacts_of_each_facet(terrain, tmp_path):
+    impacts = thrown(terrain).impacts
+    write_terrain(tmp_path / "terrain.vtp", terrain, impacts)
+    cells = read(tmp_path / "terrain.vtp").GetCellData()
+    expected = np.zeros(len(terrain.triangles), dtype=int)
+    for facet in impacts.facet:
+        expected[facet] += 1
+    assert expected.max() > 1
+    np.testing.assert_array_equal(array(cells, "impacts"), expected)
+    np.testing.assert_array_equal(array(cells, "hit"), expected > 0)
+    np.testing.assert_array_equal(array(cells, "facet"), np.arange(len(expected)))
+    np.testing.assert_array_equal(array(cells, "zone"), terrain.zone)
+
+
+def test_zone_names_are_field_data(terrain, tmp_path):
+    write_terrain(tmp_path / "terrain.vtp", terrain, thrown(terrain).impacts)
+    assert names(read(tmp_path / "terrain.vtp"), "zone_names") == ["bench_1", "floor"]
+
+
+def test_trajectories_are_a_line_a_rock_with_speed_time_rock_and_mode(terrain, tmp_path):
+    flights = thrown(terrain)
+    samples = sample_paths(flights.paths, [1, 5])
+    write_trajectories(tmp_path / "t.vtp", SOURCES, terrain, flights.deposits, samples)
+    data = read(tmp_path / "t.vtp")
+    points = data.GetPointData()
+    assert data.GetNumberOfLines() == 2
+    assert data.GetPoints().GetDataType() == VTK_DOUBLE
+    np.testing.assert_array_equal(
+        vtk_to_numpy(data.GetPoints().GetData()), terrain.frame.points_to_input(samples.x)
+    )
+    np.testing.assert_array_equal(array(points, "time"), samples.t)
+    np.testing.assert_array_equal(array(points, "speed"), samples.speed)
+    np.testing.assert_array_equal(array(points, "mode"), samples.mode)
+    np.testing.assert_array_equal(array(points, "rock"), flights.deposits.rock[samples.row])
+    np.testing.assert_array_equal(array(data.GetCellData(), "outcome"), [0, 1])
+    np.testing.assert_array_equal(array(data.GetCellData(), "row"), [1, 5])
+    assert names(data, "source_names") == SOURCES
+    assert names(data, "mode_names")[:2] == ["flight", "settling"]
+
+
+def test_each_line_holds_the_points_of_its_own_rock(tmp_path):
+    terrain = floor()
+    flights = thrown(terrain)
+    samples = sample_paths(flights.paths)
+    write_trajectories(tmp_path / "t.vtp", SOURCES, terrain, flights.deposits, samples)
+    lines = read(tmp_path / "t.vtp").GetLines()
+    offsets = vtk_to_numpy(lines.GetOffsetsArray())
+    for i in range(6):
+        own = vtk_to_numpy(lines.GetConnectivityArray())[offsets[i] : offsets[i + 1]]
+        np.testing.assert_array_equal(own, np.flatnonzero(samples.row == i))
+
+
+def test_no_rocks_are_a_trace_map_without_traces_and_no_lines(tmp_path):
+    terrain, flights = floor(), none_thrown()
+    write_terrain(tmp_path / "terrain.vtp", terrain, flights.impacts)
+    write_trajectories(tmp_path / "t.vtp", SOURCES, terrain, flights.deposits, sample_paths(flights.paths))
+    assert array(read(tmp_path / "terrain.vtp").GetCellData(), "hit").max() == 0
+    assert read(tmp_path / "t.vtp").GetNumberOfLines() == 0
+
+
+def test_a_file_that_cannot_be_written_is_an_error(tmp_path):
+    with pytest.raises(OSError, match="could not be written"):
+        write_terrain(tmp_path / "nowhere" / "terrain.vtp", floor(), none_thrown().impacts)
