@@ -1,0 +1,99 @@
+"""Read, weld and index a pit of 2.33 million triangles from a binary STL, and fly rocks over it on both engines.
+
+    python benchmarks/large_mesh.py [rocks]
+
+Rocks are released along 400 m of the west wall with 2 m/s, R_n 0.5, R_t 0.8 (thesis, table 5-1); one thread, final
+states only. CPU seconds of this process; compile time apart.
+"""
+
+import platform
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.fly import Flight, fly_ensemble
+from rpf3d_core.ensemble.releases import Releases, Source, releases_of
+from rpf3d_core.io.mesh_writer import write_mesh
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.kinetics.ground import GROUND_MODELS
+from rpf3d_core.kinetics.rebound import REBOUND_MODELS
+from rpf3d_core.materials.library import Surface, materials_of
+from rpf3d_core.simulation.engines import Engine, Models, engine_of
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.values import Rock
+
+TRIANGLES = 2_332_287  # thesis, table 5-2
+REFERENCE_ROCKS = 200
+SCENE = """
+terrain: {files: [{path: pit.stl}]}
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
+sources: [{name: unused, points: [[0, 0, 0]]}]
+"""
+WEST_WALL = np.array([[-606.7, -200.0, 0.0], [-606.7, 200.0, 0.0]])  # x, y (m) in the pit's coordinates
+
+
+def timed(name: str, work: Callable[[], Any]) -> Any:
+    """Do the work and print how long it took, in CPU and wall seconds, and the peak of memory so far."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    result = work()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(f"{name:34} {time.process_time() - cpu:8.2f} {time.perf_counter() - wall:8.2f} {peak:8.2f}")
+    return result
+
+
+def read(folder: Path) -> Terrain:
+    """The terrain of the scene in a folder."""
+    return read_terrain(read_scene(folder / "scene.yaml"))[0]
+
+
+def releases(engine: Engine, terrain: Terrain, rocks: int) -> Releases:
+    """Rocks along the west wall."""
+    line = terrain.frame.points_to_local(WEST_WALL)
+    source = Source("west_wall", line, rocks, velocity=(2.0, 0.0, 0.0), line=True, above_ground=0.5)
+    return releases_of([source], Rock(1000.0, 0.5), 1, engine)
+
+
+def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
+    """Fly rocks on one thread and print rocks per CPU second."""
+    flight = Flight(
+        materials_of([Surface(0.5, 0.8, 0.58, 0.5)]),
+        Settings(),
+        Models(REBOUND_MODELS["constant"], GROUND_MODELS["none"]),
+    )
+    some = releases(engine, terrain, rocks)
+    fly_ensemble(engine, flight, releases(engine, terrain, 10), record=False)  # compiles
+    cpu = time.process_time()
+    deposits = fly_ensemble(engine, flight, some, record=False, threads=1).deposits
+    rate = rocks / (time.process_time() - cpu)
+    print(f"{engine.name:10} {rate:10,.0f} rocks per CPU second ({deposits.impacts.mean():.1f} impacts, "
+          f"{deposits.path.mean():.1f} m of path a rock)")  # fmt: skip
+
+
+def main(rocks: int) -> None:
+    """Print the table."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_mesh(folder / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))
+        (folder / "scene.yaml").write_text(SCENE)
+        engine_of("compiled", facets_of(pit_terrain(Pit(triangles=2000))))  # compiles the index
+        print(f"{platform.machine()}, {(folder / 'pit.stl').stat().st_size / 1e6:.0f} MB of STL")
+        print(f"{'':34} {'CPU s':>8} {'wall s':>8} {'peak GB':>8}")
+        terrain = timed("read, weld, wind, count faults", lambda: read(folder))
+        facets = timed("arrays for the kernels", lambda: facets_of(terrain))
+        compiled = timed("bucket grid", lambda: engine_of("compiled", facets))
+        reference = timed("VTK locator", lambda: engine_of("reference", facets))
+        fly(compiled, terrain, rocks)
+        fly(reference, terrain, REFERENCE_ROCKS)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)

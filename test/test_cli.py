@@ -1,0 +1,433 @@
+"""The command line: bad input ends with one clear sentence, exit code 2 and nothing left behind; Ctrl-C too."""
+
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import COMMAND, LONGEST, environment, python, rpf3d
+from terrain_files import ascii_stl, grid, write_binary_stl
+
+from rpf3d_core import cli
+from rpf3d_core.io.terrain import read_surface
+from rpf3d_core.terrain.pit_parameters import Pit
+
+SCENE = """\
+terrain:
+  files:
+    - {path: slope.stl, zone: rock}
+materials:
+  rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
+sources:
+  - {name: top, points: [[1.3, 1.2, 9]], rocks: 3}
+ground: sliding
+"""
+RESULTS = {
+    "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
+    "profiles", "map.png", "run.rrd",
+}  # fmt: skip
+SCENES = Path(__file__).parents[1] / "config" / "scenes"
+
+HELP_S = 2.0
+"""Seconds for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s, a busy machine as much again."""
+PATIENCE = 5.0
+"""Seconds within which Ctrl-C must end a run, on a busy machine; it takes well below 1 s on an idle one."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a sound scene in it, and all the ways in which its mesh can be damaged."""
+    vertices, triangles = grid(5, 6)
+    corners = vertices[triangles]
+    whole = write_binary_stl(tmp_path / "slope.stl", corners)
+    (tmp_path / "empty.stl").write_bytes(b"")
+    (tmp_path / "truncated.stl").write_bytes(whole.read_bytes()[:-37])
+    (tmp_path / "truncated_ascii.stl").write_text(ascii_stl(corners)[:700])
+    write_binary_stl(tmp_path / "boasting.stl", corners, announced=4_000_000_000)
+    for name, value in (("nan", np.nan), ("infinite", np.inf)):
+        damaged = corners.copy()
+        damaged[3, 1, 2] = value
+        write_binary_stl(tmp_path / f"{name}.stl", damaged)
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
+    monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
+    monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
+
+
+def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    """The exit code of a command that runs in this process: what it raises is a traceback, and fails the test."""
+    monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
+    try:
+        cli.main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    """What a command that is refused says; it must be one line, and the exit code 2."""
+    assert call(monkeypatch, *words) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "", "nothing but the complaint is said"
+    (line,) = printed.err.splitlines()
+    assert line.startswith("rpf3d: ")
+    return line.removeprefix("rpf3d: ")
+
+
+BAD_SCENES = [
+    ("materials:", "matterials:", "line 4: `matterials` is not a key of a scene; did you mean `materials`?"),
+    ("restitution: 0.5", "restitution: 1.5", "line 5: `materials.rock.normal_restitution` is 1.5, but must"),
+    ("restitution: 0.5", "restitution: -0.1", "line 5: `materials.rock.normal_restitution` is -0.1, but must"),
+    ("ground: sliding", "rock: {mass: -3}", "scene.yaml, line 8: `rock.mass` is -3, but must be a number above 0 (kg)"),
+    ("slope.stl", "gone.stl", "line 3: `terrain.files[0].path` names 'gone.stl', but there is no such file"),
+    ("slope.stl", "empty.stl", "empty.stl: is empty"),
+    ("slope.stl", "truncated.stl", "truncated.stl: the header of a binary STL announces 40 triangles"),
+    ("slope.stl", "truncated_ascii.stl", "truncated_ascii.stl: the file ends after line"),
+    ("slope.stl", "boasting.stl", "boasting.stl: the header of a binary STL announces 4,000,000,000 triangles"),
+    ("slope.stl", "nan.stl", "nan.stl: facet number 3 (from 0) has a vertex that is NaN or infinite"),
+    ("slope.stl", "infinite.stl", "infinite.stl: facet number 3 (from 0) has a vertex that is NaN or infinite"),
+    ("1.2, 9]", "1.2, -9]", "source 'top': rock 0 at (1.300, 1.200, -9.000) is 10.5 m under the ground; raise it"),
+    ("[1.3, 1.2", "[130, 1.2", "source 'top': rock 0 at (130.000, 1.200, 9.000) is off the terrain"),
+    ("zone: rock", "zone: sand", "scene.yaml: no material for the zone 'sand'"),
+    ("ground: sliding", "effects: {drag: {}}", "scene.yaml, line 8: `effects.drag` is not an effect that this version"),
+    ("terrain:", "terrain: [", "scene.yaml, line 3: not valid YAML"),
+]
+
+
+@pytest.mark.parametrize(("written", "instead", "sentence"), BAD_SCENES, ids=[case[2][:40] for case in BAD_SCENES])
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_a_bad_scene_is_refused_in_one_sentence_and_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, command: str,
+    written: str, instead: str, sentence: str,
+) -> None:  # fmt: skip
+    assert written in SCENE
+    (folder / "scene.yaml").write_text(SCENE.replace(written, instead, 1))
+    before = sorted(folder.rglob("*"))
+    out = ("--out", folder / "out") if command == "run" else ()
+    if command == "check" and sentence.startswith("source"):
+        pytest.skip("check shows sources that are out of place in its table: see test_check.py")
+    assert sentence in refused(monkeypatch, capsys, command, folder / "scene.yaml", *out)
+    assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--rocks", 0), "the number of rocks is 0; it must be at least 1"),
+        (("--rocks", -5), "the number of rocks is -5; it must be at least 1"),
+        (("--engine", "foo"), "the engine is 'foo'; it must be auto, reference or compiled"),
+        (("--seed", -1), f"the seed is -1; it must be a whole number from 0 to {2**63 - 1}"),
+        (("--seed", 2**63), f"the seed is {2**63}; it must be a whole number from 0 to {2**63 - 1}"),
+    ],
+)
+def test_a_bad_option_is_refused_in_one_sentence_and_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, words: tuple[object, ...],
+    sentence: str,
+) -> None:  # fmt: skip
+    assert refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out", *words) == sentence
+    assert not (folder / "out").exists()
+
+
+def test_the_largest_seed_of_the_command_line_is_the_largest_of_a_scene(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    for seed, code in ((2**63 - 1, 0), (2**63, 2)):
+        (folder / "scene.yaml").write_text(f"{SCENE}seed: {seed}\n")
+        assert call(monkeypatch, "check", folder / "scene.yaml") == code
+
+
+def test_a_scene_that_is_not_there_or_is_a_folder_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    said = refused(monkeypatch, capsys, "run", folder / "none.yaml", "--out", folder / "out")
+    assert said == f"{folder / 'none.yaml'}: there is no such scene file"
+    assert "cannot be read as a scene file" in refused(monkeypatch, capsys, "check", folder)
+
+
+def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    monkeypatch.setattr("rpf3d_core.run.simulate", lambda *_: pytest.fail("it worked before it looked"))
+    said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder)
+    assert "holds files that are not rpf3d's; give the path of a new or empty folder" in said
+    file = folder / "slope.stl"
+    before = file.read_bytes()
+    said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", file)
+    assert said == f"{file}: is a file; the results need the path of a folder"
+    assert file.read_bytes() == before
+    said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", file / "out")
+    assert "cannot be written" in said
+
+
+def test_a_result_folder_that_turns_out_not_to_be_writable_is_refused_in_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    # No folder can be made in /proc, whatever its permissions say; the super-user may write to most others.
+    if not Path("/proc").is_dir():
+        pytest.skip("there is no /proc")
+    said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", "/proc/rpf3d")
+    assert said.startswith("/proc/rpf3d: could not be written")
+
+
+def test_a_disk_that_fills_up_while_writing_leaves_nothing_and_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("rpf3d_core.io.tables.write_impacts", full)
+    said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out")
+    assert said == f"{folder / 'out'}: could not be written (No space left on device)"
+    assert [path.name for path in folder.iterdir() if "out" in path.name] == []
+
+
+def test_an_option_that_does_not_exist_or_is_no_number_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    for words in (("run", folder / "scene.yaml"), ("run",), ("frob",), ("run", "a", "--rocks", "x", "--out", "b")):
+        assert call(monkeypatch, *words) == 2
+        assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_refusal_in_a_process_of_its_own_has_exit_code_2_and_no_traceback(folder: Path) -> None:
+    done = rpf3d("run", "none.yaml", "--out", "out", cwd=folder)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "rpf3d: none.yaml: there is no such scene file\n"
+
+
+def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
+    done = rpf3d("run", "scene.yaml", "--out", "out/a b", "--rocks", 7, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert {path.name for path in (folder / "out" / "a b").iterdir()} == RESULTS
+    # On one line, however narrow the place it is printed to.
+    numbers = r"^7 rocks, \d+ impacts, reference engine: read .* s, index .* s, compile .* s, fly .* s, write .* s$"
+    assert re.search(numbers, done.stdout, re.MULTILINE)
+    assert done.stdout.endswith(f"results in {folder / 'out' / 'a b'}\n")
+    assert "\x1b" not in done.stdout, "no colours where the output is no terminal"
+    facts = json.loads((folder / "out" / "a b" / "summary.json").read_text())
+    for name in facts["outcomes"]:
+        assert name in done.stdout
+
+
+def test_names_with_square_brackets_are_printed_as_they_are(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, no_pictures: None
+) -> None:
+    (folder / "scene.yaml").write_text(SCENE.replace("zone: rock", 'zone: "[/b]"').replace("  rock:", "  default:"))
+    assert call(monkeypatch, "check", folder / "scene.yaml") == 0
+    assert "[/b]" in capsys.readouterr().out
+    assert call(monkeypatch, "run", folder / "scene.yaml", "--out", folder / "out[red]") == 0
+    assert capsys.readouterr().out.endswith("out[red]\n")
+
+
+def test_rocks_engine_and_seed_of_the_command_line_win_over_the_scene(
+    monkeypatch: pytest.MonkeyPatch, folder: Path, no_pictures: None
+) -> None:
+    (folder / "scene.yaml").write_text(SCENE + "seed: 4\nengine: compiled\n")
+    words = ("--out", folder / "out", "--rocks", 5, "--engine", "reference", "--seed", 9)
+    assert call(monkeypatch, "run", folder / "scene.yaml", *words) == 0
+    facts = json.loads((folder / "out" / "summary.json").read_text())
+    assert (facts["rocks"], facts["engine"], facts["scene"]["seed"]) == (5, "reference", 9)
+
+
+def test_both_engines_write_the_same_deposits_to_the_last_figure(
+    monkeypatch: pytest.MonkeyPatch, folder: Path, no_pictures: None
+) -> None:
+    pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine")
+    spread = SCENE.replace("rocks: 3", "rocks: 60, spread: [0.8, 0.8, 0.5], velocity: [1, 0.3, 0]")
+    (folder / "scene.yaml").write_text(spread)
+    both = []
+    for engine in ("reference", "compiled"):
+        words = ("--out", folder / engine, "--engine", engine)
+        assert call(monkeypatch, "run", folder / "scene.yaml", *words) == 0
+        both.append((folder / engine / "deposits.csv").read_bytes())
+    assert both[0] == both[1] and both[0].count(b"\n") == 61
+
+
+# --- Ctrl-C -----------------------------------------------------------------------------------------------------------
+
+
+class OnATerminal:
+    """A command on a terminal of its own, so that it shows what it is doing."""
+
+    def __init__(self, *words: object, cwd: Path) -> None:
+        self.screen, other = pty.openpty()
+        self.process = subprocess.Popen(
+            [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS="100"),
+            stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
+        )  # fmt: skip
+        os.close(other)
+        self.shown = ""
+
+    def until(self, text: str) -> None:
+        """Wait for a text to appear on the screen."""
+        end = time.monotonic() + LONGEST
+        while text not in self.shown:
+            assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
+            if not self._read():
+                pytest.fail(f"{text!r} did not appear before the end: {self.shown[-500:]!r}")
+
+    def interrupt(self) -> tuple[int, float]:
+        """Press Ctrl-C; the exit code, and the seconds until the end."""
+        began = time.monotonic()
+        self.process.send_signal(signal.SIGINT)
+        while self._read():
+            pass
+        return self.process.wait(LONGEST), time.monotonic() - began
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.wait()
+        os.close(self.screen)
+
+    def _read(self) -> bool:
+        try:
+            more = os.read(self.screen, 65536)
+        except OSError:  # the other side is closed
+            return False
+        self.shown += more.decode(errors="replace")
+        return bool(more)
+
+
+@pytest.fixture
+def on_a_terminal(folder: Path, request: pytest.FixtureRequest):  # type: ignore[no-untyped-def]
+    started: list[OnATerminal] = []
+
+    def start(*words: object) -> OnATerminal:
+        started.append(OnATerminal(*words, cwd=folder))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.close()
+
+
+@pytest.mark.parametrize("moment", ["flying rocks", "writing results"])
+def test_an_interrupted_run_leaves_nothing_half_written(on_a_terminal, folder: Path, moment: str) -> None:  # type: ignore[no-untyped-def]
+    rocks = 2000 if moment == "flying rocks" else 3
+    before = sorted(path.name for path in folder.iterdir())
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", rocks, "--engine", "reference")
+    run.until(moment)
+    code, _ = run.interrupt()
+    assert code == 130
+    assert "rpf3d: interrupted; nothing was written" in run.shown and "Traceback" not in run.shown
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
+    assert rpf3d("run", "scene.yaml", "--out", "out", cwd=folder).returncode == 0
+    before = {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
+    run = on_a_terminal("run", "scene.yaml", "--out", "out")
+    run.until("writing results")
+    assert run.interrupt()[0] == 130
+    assert {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()} == before
+    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+
+def test_an_interrupted_run_of_the_slow_engine_ends_soon(on_a_terminal) -> None:  # type: ignore[no-untyped-def]
+    demo = SCENES / "demo.yaml"
+    run = on_a_terminal("run", demo, "--out", "out", "--rocks", 6000, "--engine", "reference")
+    run.until("flying rocks")
+    time.sleep(1.0)  # well into the first batch
+    code, seconds = run.interrupt()
+    assert code == 130 and seconds < PATIENCE
+
+
+# --- help, check, pit, replay -----------------------------------------------------------------------------------------
+
+
+def test_help_is_quick_and_loads_neither_vtk_nor_numba() -> None:
+    program = (
+        "import sys\nfrom rpf3d_core import cli\nsys.argv = ['rpf3d', '--help']\n"
+        "try:\n    cli.main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        "print('loaded', sorted({name.split('.')[0] for name in sys.modules}), file=sys.stderr)"
+    )
+    began = time.perf_counter()
+    done = python(program)
+    seconds = time.perf_counter() - began
+    assert done.returncode == 0
+    for command in ("run", "check", "pit", "replay"):
+        assert command in done.stdout
+    for heavy in ("vtk", "vtkmodules", "numba", "matplotlib", "pyarrow", "rerun", "rasterio"):
+        assert f"'{heavy}'" not in done.stderr
+    assert seconds < HELP_S
+
+
+@pytest.mark.parametrize("command", ["run", "check", "pit", "replay"])
+def test_each_command_explains_itself(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    assert call(monkeypatch, command, "--help") == 0
+    assert "Usage:" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("extension", ["vtp", "stl", "ply", "obj", "STL"])
+def test_a_pit_is_written_in_the_format_of_its_extension(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, extension: str
+) -> None:
+    path = tmp_path / f"pit.{extension}"
+    assert call(monkeypatch, "pit", path, "--triangles", 5000) == 0
+    said = capsys.readouterr().out
+    written = read_surface(path)
+    facets = len(written.points) // 3 if written.triangles is None else len(written.triangles)
+    assert facets == pytest.approx(5000, rel=0.03), "the help says within 3 %"
+    assert said == f"{facets:,} triangles in {path}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("pit.xyz",), "pit.xyz: the extension must be one of .vtp, .stl, .ply, .obj"),
+        (("pit",), "pit: the extension must be one of .vtp, .stl, .ply, .obj"),
+        (("none/pit.stl",), "none/pit.stl: there is no folder none"),
+        (("pit.stl", "--triangles", 10), "triangles is 10; it must lie between"),
+        (("pit.stl", "--seed", -1), "seed is -1; it must lie between"),
+    ],
+)
+def test_a_pit_that_cannot_be_made_or_written_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path, words: tuple[object, ...],
+    sentence: str,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    if "--triangles" not in words:
+        words = (*words, "--triangles", 5000)
+    assert sentence in refused(monkeypatch, capsys, "pit", *words)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_pit_with_an_unknown_extension_is_refused_before_it_is_dug(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def dug(pit: Pit) -> None:
+        pytest.fail("it dug before it looked")
+
+    monkeypatch.setattr("rpf3d_core.terrain.pit.pit_terrain", dug)
+    assert "the extension must be" in refused(monkeypatch, capsys, "pit", tmp_path / "pit.xyz")
+
+
+def test_a_pit_on_a_scene_of_its_own_can_be_flown(folder: Path) -> None:
+    assert rpf3d("pit", "slope.vtp", "--triangles", 5000, cwd=folder).returncode == 0
+    on_the_wall = "points: [[-600, 0, 0]], above_ground: 2"
+    scene = SCENE.replace("slope.stl", "slope.vtp").replace("points: [[1.3, 1.2, 9]]", on_the_wall)
+    (folder / "scene.yaml").write_text(scene)
+    done = rpf3d("run", "scene.yaml", "--out", "out", cwd=folder)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_folder_without_a_recording_is_not_replayed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    assert "holds no run.rrd" in refused(monkeypatch, capsys, "replay", folder)
+    assert "is not a folder" in refused(monkeypatch, capsys, "replay", folder / "none")

@@ -1,0 +1,147 @@
+"""Imports go one way only, and each outside library is known in one place (docs/design.md)."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("rpf3d_core", "rpf3d_ros")
+
+LAYERS = (
+    {"errors", "values"},
+    {"compiling"},
+    {"vectors", "arc"},
+    {"terrain", "materials", "kinetics", "detection", "effects"},
+    {"simulation"},
+    {"ensemble"},
+    {"hazard"},
+    {"io", "recordings"},
+    {"run"},
+    {"check"},
+    {"cli"},
+    {"rpf3d_ros"},
+)
+"""From the bottom to the top: a file imports from its own folder and from lower layers."""
+
+ACROSS = {
+    # What a terrain is made of is the vocabulary of all its users.
+    ("kinetics", "terrain"): {"facets", "frame", "facet_geometry"},
+    ("detection", "terrain"): {"facets", "frame", "facet_geometry"},
+    ("effects", "terrain"): {"facets", "frame", "facet_geometry"},
+    ("materials", "terrain"): {"facets", "frame", "facet_geometry"},
+    # A rebound reads the ground it happens on.
+    ("kinetics", "materials"): {"library"},
+    # Effects may use the motion they change.
+    ("effects", "kinetics"): None,
+}
+"""What one folder may take from another of its own layer; None for everything."""
+
+CONFINED = {
+    "numba": ("rpf3d_core/compiling.py",),
+    "llvmlite": ("rpf3d_core/compiling.py",),
+    "vtk": ("rpf3d_core/detection/vtk_locator.py", "rpf3d_core/io/"),
+    "vtkmodules": ("rpf3d_core/detection/vtk_locator.py", "rpf3d_core/io/"),
+    "rclpy": ("rpf3d_ros/",),
+    "rerun": ("rpf3d_core/recordings/",),
+    "matplotlib": ("rpf3d_core/io/plots",),
+    "pyarrow": ("rpf3d_core/io/tables.py",),
+    "rasterio": ("rpf3d_core/io/",),
+    "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
+    "pydantic": ("rpf3d_core/io/scene",),
+    "yaml": ("rpf3d_core/io/yaml_lines.py",),
+    "typer": ("rpf3d_core/cli.py",),
+    "rich": ("rpf3d_core/cli.py",),
+}
+"""Where an outside library may be imported: whole files, or everything whose path begins so."""
+
+LAZY = ("rerun",)
+"""Imported inside functions only: a run that writes no recording does not pay for it."""
+
+SOURCES = sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+def imported(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:
+    """Full names of the modules that a tree imports, each with its statement; in `from a import b`, a and a.b."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((name.name, node) for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "relative imports hide what depends on what"
+            assert node.module
+            yield node.module, node
+            yield from ((f"{node.module}.{name.name}", node) for name in node.names)
+
+
+def place_of(module: str) -> str | None:
+    """The name by which LAYERS knows a module of the project: rpf3d_ros is one layer."""
+    package, _, rest = module.partition(".")
+    if package == "rpf3d_ros":
+        return package
+    return rest.partition(".")[0] or None
+
+
+def rank(place: str) -> int:
+    return next(i for i, layer in enumerate(LAYERS) if place in layer)
+
+
+def may_import(importer: str, module: str) -> bool:
+    place = place_of(module)
+    if place is None or place == importer or rank(place) < rank(importer):
+        return True
+    allowed = ACROSS.get((importer, place), set())
+    return allowed is None or bool(allowed.intersection(module.split(".")))
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=str)
+def test_a_file_imports_only_from_the_layers_below_it(path: Path) -> None:
+    importer = place_of(".".join(path.with_suffix("").parts).removesuffix(".__init__"))
+    if importer is None:
+        return  # rpf3d_core itself offers what it likes
+    modules = {name for name, _ in imported(ast.parse((ROOT / path).read_text()))}
+    ours = {name for name in modules if name.split(".")[0] in PACKAGES and name not in PACKAGES}
+    assert [name for name in sorted(ours) if not may_import(importer, name)] == []
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=str)
+def test_an_outside_library_is_imported_only_where_it_is_at_home(path: Path) -> None:
+    strangers = [
+        name
+        for name, _ in imported(ast.parse((ROOT / path).read_text()))
+        if (library := name.split(".")[0]) in CONFINED and not str(path).startswith(CONFINED[library])
+    ]
+    assert strangers == []
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=str)
+def test_the_recording_library_is_imported_inside_functions_only(path: Path) -> None:
+    tree = ast.parse((ROOT / path).read_text())
+    at_start = [name for name, node in imported(tree) if node in tree.body and name.split(".")[0] in LAZY]
+    assert at_start == []
+
+
+def test_every_file_and_folder_of_the_core_stands_in_a_layer() -> None:
+    places = {
+        place for path in SOURCES if (place := place_of(".".join(path.with_suffix("").parts))) not in (None, "__init__")
+    }
+    assert places - set().union(*LAYERS) == set()
+
+
+@pytest.mark.parametrize(
+    ("importer", "module", "allowed"),
+    [
+        ("kinetics", "rpf3d_core.values", True),
+        ("kinetics", "rpf3d_core.simulation.march", False),
+        ("kinetics", "rpf3d_core.terrain.facets", True),
+        ("kinetics", "rpf3d_core.terrain.pit", False),
+        ("io", "rpf3d_core.recordings.log", False),
+        ("recordings", "rpf3d_core.io.scene", False),
+        ("effects", "rpf3d_core.kinetics.flight", True),
+        ("kinetics", "rpf3d_core.effects.drag", False),
+        ("rpf3d_ros", "rpf3d_core.run", True),
+        ("run", "rpf3d_ros.results", False),
+    ],
+)
+def test_the_layer_rule_itself_can_say_no(importer: str, module: str, allowed: bool) -> None:
+    assert may_import(importer, module) is allowed
