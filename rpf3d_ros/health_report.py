@@ -1,0 +1,67 @@
+"""The state of a node's parts on /diagnostics: at once when it changes, and every second."""
+
+import threading
+import time
+from collections.abc import Mapping
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.node import Node
+
+from rpf3d_ros.diagnostic_messages import ERROR, OK, Health, diagnostics_of
+from rpf3d_ros.qos import EVENTS, OVERRIDABLE
+
+PERIOD = 1.0
+"""Seconds between repetitions, as diagnostic_aggregator expects (REP 107)."""
+
+QUIET = 5.0
+"""Seconds in which a part logs the same warning once only; /diagnostics carries every one."""
+
+
+class HealthReport:
+    """Keeps the last state of each part of a node and publishes all of them; may be used from several threads."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._parts: dict[str, Health] = {}
+        self._logged: dict[tuple[str, str], float] = {}
+        self._lock = threading.Lock()
+        self._publisher = node.create_publisher(
+            DiagnosticArray, "/diagnostics", EVENTS, qos_overriding_options=OVERRIDABLE
+        )
+        node.create_timer(PERIOD, self.publish)
+        self.closed = False
+
+    def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
+        """Set the state of a part, log it where it is not OK, and publish it where it is new."""
+        if self.closed:
+            return
+        health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
+        with self._lock:
+            changed = self._parts.get(part) != health
+            self._parts = {**self._parts, part: health}
+            if level != OK:
+                self._log(part, level, message)
+            if changed:
+                self._publish()
+
+    def publish(self) -> None:
+        """Publish the state of every part."""
+        with self._lock:
+            self._publish()
+
+    def _publish(self) -> None:
+        if not self.closed and self._node.context.ok():
+            now = self._node.get_clock().now().to_msg()
+            self._publisher.publish(diagnostics_of(now, self._parts.values()))
+
+    def _log(self, part: str, level: int, message: str) -> None:
+        now = time.monotonic()
+        self._logged = {key: at for key, at in self._logged.items() if now - at < QUIET}
+        if (part, message) in self._logged:
+            return
+        self._logged[part, message] = now
+        logger = self._node.get_logger().get_child(part)
+        if level == ERROR:
+            logger.error(message)
+        else:
+            logger.warning(message)

@@ -1,0 +1,90 @@
+"""One node, one process: start, spin until a signal, end clean.
+
+Nothing that takes long is imported before signals are listened to: Python's own KeyboardInterrupt could strike inside
+an import or a C++ call.
+"""
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.node import Node
+
+BAD_INPUT = 2
+"""Exit code where a parameter or a file is refused, as of the command line."""
+
+SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
+"""Where in its C sources rcl noticed an error."""
+
+
+def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
+    """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses its parameters."""
+    listening = _leave_on_signals()
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    try:
+        rclpy.init(args=list(args) if args is not None else None)
+        executor = SingleThreadedExecutor()  # its construction fails where a signal has shut the context down
+    except RuntimeError as error:  # RCLError, which has no public name
+        return _refused(SOURCE_PLACE.sub("", " ".join(str(error).split())))
+    listening.append(True)
+    return _spin(make_node, executor)
+
+
+def _leave_on_signals() -> list[bool]:
+    """End the process on a signal until the returned list is filled; rclpy then shuts its context down by itself."""
+    listening: list[bool] = []
+
+    def leave(number: int, frame: object) -> None:
+        if not listening:
+            _leave_at_once()
+
+    signal.signal(signal.SIGINT, leave)
+    signal.signal(signal.SIGTERM, leave)
+    return listening
+
+
+def _spin(make_node: "Callable[[], Node]", executor: "Executor") -> int:
+    import rclpy
+    from rclpy.exceptions import ROSInterruptException
+    from rclpy.executors import ExternalShutdownException
+
+    from rpf3d_core.errors import InputError
+
+    node = None
+    try:
+        node = make_node()
+        executor.add_node(node)
+        executor.spin()
+    except InputError as error:
+        return _refused(str(error))
+    except (ExternalShutdownException, ROSInterruptException):
+        pass
+    except Exception:
+        if rclpy.ok():  # what a call into a context that a signal has just shut down raises is no error
+            raise
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    if getattr(node, "abandoned", False):
+        _leave_at_once()
+    return 0
+
+
+def _refused(sentence: str) -> int:
+    print(f"rpf3d: {sentence}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _leave_at_once() -> None:
+    """End the process although a run or an import goes on: Python's own way out waits for the threads of its pool."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)

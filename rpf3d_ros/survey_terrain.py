@@ -1,0 +1,38 @@
+"""A received survey as a mesh, and as the terrain that the core flies over."""
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.squares import grid_triangles
+from rpf3d_core.terrain.survey import mesh_terrain
+from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey, Survey
+
+ZONE = "terrain"
+"""The zone of every facet: terrain messages carry no zones."""
+
+
+def ground_mesh(survey: Survey) -> MeshSurvey:
+    """The survey as a mesh; a grid as `grid_mesh`. Raises TerrainError for a grid without a full square."""
+    return grid_mesh(survey.points) if isinstance(survey, GridSurvey) else survey
+
+
+def grid_mesh(points: FloatArray) -> MeshSurvey:
+    """The mesh over an organised grid, points (H, W, 3) m with NaN where there is a hole.
+
+    Four neighbouring points make a square of two triangles, all cut along the same diagonal, as `io.dem` cuts the
+    squares of an elevation grid; a square with a hole at a corner is a hole. Raises TerrainError where none is left.
+    """
+    there = ~np.isnan(points).any(axis=-1)
+    triangles = grid_triangles(there)
+    if not len(triangles):
+        raise TerrainError("the grid has no square of four points without a hole; the terrain needs at least one")
+    return MeshSurvey(points[there], triangles)
+
+
+def terrain_of(survey: Survey, tolerance: float) -> Terrain:
+    """The survey as a terrain of one zone: welded (m; grids are not), winding repaired, moved to a local origin."""
+    mesh = ground_mesh(survey)
+    weld = tolerance if isinstance(survey, MeshSurvey) else None
+    return mesh_terrain(mesh.vertices, mesh.triangles, ZONE, weld)

@@ -1,0 +1,145 @@
+"""Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
+
+import itertools
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+from visualization_msgs.msg import MarkerArray
+
+from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
+from rpf3d_ros.diagnostic_messages import healths_of
+from rpf3d_ros.qos import EVENTS, LATCHED
+
+PATIENCE = 60.0
+"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 20."""
+
+INPUTS = {"terrain/points": PointCloud2, "terrain/mesh": Mesh, "sources": PoseArray}
+RESULTS = {
+    "trajectories": MarkerArray,
+    "trajectories/points": PointCloud2,
+    "impacts": PointCloud2,
+    "deposits": PointCloud2,
+    "hazard/zones": MarkerArray,
+}
+DOMAIN = itertools.count(os.getpid() * 13)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ros_environment(tmp_path_factory):
+    """Set before any context is initialised; child processes inherit it."""
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+    os.environ["ROS_LOG_DIR"] = str(tmp_path_factory.mktemp("ros_log"))
+
+
+class Peer:
+    """What stands at the other end of the topics: publishes anything, keeps all that it hears."""
+
+    def __init__(self, publishes=(), hears=()):
+        kinds = INPUTS | RESULTS
+        self.heard = {topic: [] for topic in hears}
+        self.health = {}
+        self.context = Context()
+        self.context.init()
+        self.node = Node("rpf3d_peer", context=self.context)
+        self.publishers = {
+            topic: self.node.create_publisher(kinds[topic], topic, EVENTS if topic == "sources" else LATCHED)
+            for topic in publishes
+        }
+        for topic in hears:
+            qos = EVENTS if topic == "sources" else LATCHED
+            self.node.create_subscription(kinds[topic], topic, self.heard[topic].append, qos)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._note_health, EVENTS)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def _note_health(self, array):
+        self.health.update({health.name: health for health in healths_of(array)})
+
+    def wait(self, condition, what):
+        """Spin until the condition holds and return what it gave."""
+        deadline = time.monotonic() + PATIENCE
+        while not (answer := condition()):
+            assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; health: {self.health}"
+            self.executor.spin_once(timeout_sec=0.05)
+        return answer
+
+    def wait_for_subscribers(self, count=1):
+        """Spin until everything that is published has so many subscribers."""
+        for topic, publisher in self.publishers.items():
+            self.wait(lambda p=publisher: p.get_subscription_count() >= count, f"{count} subscribers of {topic}")
+
+    def wait_for_health(self, name, saying):
+        """Spin until a part of a node says something; its health."""
+        return self.wait(
+            lambda: name in self.health and saying in self.health[name].message and self.health[name],
+            f"{name} to say {saying!r}",
+        )
+
+    def send(self, topic, message):
+        """Publish a message, or bytes that claim to be one."""
+        self.publishers[topic].publish(message)
+
+    def close(self):
+        """Leave the domain."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+class Stage:
+    """A ROS domain of its own, with the processes and peers of a test."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self.processes, self.peers = [], []
+        os.environ["ROS_DOMAIN_ID"] = str(1 + next(DOMAIN) % DOMAINS)
+
+    def node(self, module, **parameters):
+        """Start a node as a process."""
+        given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
+        self.processes.append(node_process(module, given, self.folder))
+        return self.processes[-1]
+
+    def peer(self, publishes=(), hears=()):
+        """Join as a peer."""
+        self.peers.append(Peer(publishes, hears))
+        return self.peers[-1]
+
+    def output(self, module):
+        """What a node has printed."""
+        return (self.folder / f"{module}.out").read_text()
+
+    def clear(self):
+        """End everything that was started; their exit codes."""
+        for peer in self.peers:
+            peer.close()
+        return [ended(process) for process in self.processes]
+
+
+@pytest.fixture
+def stage(tmp_path):
+    """A domain for one test."""
+    made = Stage(tmp_path)
+    yield made
+    made.clear()
+
+
+@pytest.fixture(scope="module")
+def shared_stage(tmp_path_factory):
+    """A domain for all tests of a module."""
+    made = Stage(tmp_path_factory.mktemp("stage"))
+    yield made
+    made.clear()

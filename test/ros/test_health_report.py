@@ -1,0 +1,86 @@
+"""The state of a node's parts, set from several threads."""
+
+import sys
+import threading
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros import health_report
+from rpf3d_ros.diagnostic_messages import OK, WARN, healths_of
+from rpf3d_ros.health_report import HealthReport
+
+THREADS, PARTS = 4, 200
+
+
+class StubNode:
+    """What HealthReport asks of a node."""
+
+    def __init__(self):
+        self.arrays, self.logged = [], []
+        self.context = self
+
+    def __getattr__(self, name):
+        return lambda *args, **more: self
+
+    def publish(self, array):
+        self.arrays.append(array)
+
+    def get_name(self):
+        return "node"
+
+    def to_msg(self):
+        from builtin_interfaces.msg import Time
+
+        return Time()
+
+    def warning(self, message, **more):
+        self.logged.append(message)
+
+
+@pytest.fixture
+def tiny_switch_interval():
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(before)
+
+
+def test_no_part_is_lost_where_threads_set_parts_at_once(tiny_switch_interval):
+    node = StubNode()
+    report = HealthReport(node)
+
+    def tell(thread):
+        for part in range(PARTS):
+            report.set(f"{thread} {part}", OK, "well")
+
+    threads = [threading.Thread(target=tell, args=(i,)) for i in range(THREADS)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(healths_of(node.arrays[-1])) == THREADS * PARTS
+    sizes = [len(array.status) for array in node.arrays]
+    assert sizes == sorted(sizes), "an older state was published after a newer one"
+
+
+def test_a_part_logs_each_reason_and_repeats_none(monkeypatch):
+    node = StubNode()
+    report = HealthReport(node)
+    for message in ("too far", "too near", "too far", "too near"):
+        report.set("sources", WARN, message)
+    assert node.logged == ["too far", "too near"]
+    monkeypatch.setattr(health_report, "QUIET", 0.0)
+    report.set("sources", WARN, "too far")
+    assert node.logged[-1] == "too far"
+
+
+def test_a_state_that_has_not_changed_waits_for_the_timer():
+    node = StubNode()
+    report = HealthReport(node)
+    for _ in range(3):
+        report.set("sources", OK, "received")
+    assert len(node.arrays) == 1
+    report.publish()
+    assert len(node.arrays) == 2

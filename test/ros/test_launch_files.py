@@ -1,0 +1,125 @@
+"""Launch and parameter files: launch itself cannot be installed by pip, so stubs of it stand in."""
+
+import ast
+import sys
+from dataclasses import fields
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+import yaml
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros import recorder_node, scene_publisher_node, simulator_node
+from rpf3d_ros.parameters import FrameParameters, RecorderParameters, ScenePublisherParameters, SimulatorParameters
+
+ROOT = Path(__file__).resolve().parents[2]
+LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
+PARAMETERS = {
+    "/**": FrameParameters,
+    simulator_node.NAME: SimulatorParameters,
+    recorder_node.NAME: RecorderParameters,
+    scene_publisher_node.NAME: ScenePublisherParameters,
+}
+
+
+def calls(tree, name):
+    return [n for n in ast.walk(tree) if isinstance(n, ast.Call) and getattr(n.func, "id", None) == name]
+
+
+def keywords(call):
+    return {k.arg: k.value.value for k in call.keywords if isinstance(k.value, ast.Constant)}
+
+
+@pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
+def test_a_launch_file_compiles_and_describes_a_launch(path):
+    tree = ast.parse(path.read_text())
+    compile(tree, str(path), "exec")
+    functions = [n for n in tree.body if isinstance(n, ast.FunctionDef)]
+    assert [f.name for f in functions] == ["generate_launch_description"]
+    assert not functions[0].args.args
+    assert isinstance(functions[0].body[-1], ast.Return)
+
+
+@pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
+def test_every_launched_node_is_one_of_the_package(path):
+    nodes = [keywords(call) for call in calls(ast.parse(path.read_text()), "Node")]
+    assert nodes
+    assert {node["package"] for node in nodes} == {"rpf3d"}
+    assert {node["executable"] for node in nodes} <= set(PARAMETERS)
+
+
+@pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
+def test_a_launch_configuration_is_declared_as_an_argument(path):
+    tree = ast.parse(path.read_text())
+    declared = {call.args[0].value for call in calls(tree, "DeclareLaunchArgument")}
+    used = {call.args[0].value for call in calls(tree, "LaunchConfiguration")}
+    assert used <= declared
+
+
+class Made:
+    """Anything of launch: remembers the arguments it was made with."""
+
+    def __init__(self, *arguments, **named):
+        self.arguments, self.named = arguments, named
+
+
+STUBS = {
+    "launch": ["LaunchDescription"],
+    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription"],
+    "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
+    "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
+    "launch_ros": [],
+    "launch_ros.actions": ["Node"],
+    "launch_ros.substitutions": ["FindPackageShare"],
+}
+
+
+@pytest.fixture
+def described(request, monkeypatch):
+    """The entities that a launch file describes, by the name of their class."""
+    for name, classes in STUBS.items():
+        module = ModuleType(name)
+        vars(module).update({each: type(each, (Made,), {}) for each in classes})
+        monkeypatch.setitem(sys.modules, name, module)
+    scope = {}
+    exec(compile(request.param.read_text(), str(request.param), "exec"), scope)
+    (entities,) = scope["generate_launch_description"]().arguments
+    found = {}
+    for entity in entities:
+        found.setdefault(type(entity).__name__, []).append(entity)
+    return found
+
+
+def resolved(path):
+    """The file of this source tree that a PathJoinSubstitution in the package's share names."""
+    ((share, *parts),) = path.arguments
+    assert (type(share).__name__, share.arguments) == ("FindPackageShare", ("rpf3d",))
+    return ROOT.joinpath(*parts)
+
+
+@pytest.mark.parametrize("described", LAUNCH_FILES, ids=lambda path: path.name, indirect=True)
+def test_a_launch_file_names_files_that_are_there(described):
+    defaults = [argument.named["default_value"] for argument in described["DeclareLaunchArgument"]]
+    includes = [include.arguments[0].arguments[0] for include in described.get("IncludeLaunchDescription", [])]
+    paths = [path for path in defaults if not isinstance(path, str)] + includes
+    assert paths
+    assert all(resolved(path).is_file() for path in paths)
+
+
+@pytest.mark.parametrize("described", LAUNCH_FILES, ids=lambda path: path.name, indirect=True)
+def test_a_launched_node_gets_the_parameter_file_and_only_parameters_that_it_has(described):
+    for node in described["Node"]:
+        given, *own = node.named["parameters"]
+        assert given.arguments == ("params_file",)
+        known = {field.name for field in fields(PARAMETERS[node.named["executable"]])}
+        assert {name for section in own for name in section} <= known
+
+
+def test_the_parameter_file_sets_only_parameters_that_exist_and_of_their_type():
+    for node, section in yaml.safe_load((ROOT / "config" / "rpf3d.yaml").read_text()).items():
+        known = {field.name: field.default for field in fields(PARAMETERS[node])}
+        for name, value in section["ros__parameters"].items():
+            assert name in known, f"{node}: {name}"
+            assert isinstance(value, list if isinstance(known[name], tuple) else type(known[name])), f"{node}: {name}"

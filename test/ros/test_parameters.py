@@ -1,0 +1,110 @@
+"""Parameters: declared once, from the dataclasses; wrong values are refused by name."""
+
+from dataclasses import fields
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_ros.parameters import (
+    RecorderParameters,
+    ScenePublisherParameters,
+    SimulatorParameters,
+    declare,
+    descriptor,
+)
+
+KINDS = [SimulatorParameters, RecorderParameters, ScenePublisherParameters]
+
+
+@pytest.fixture
+def node_with():
+    """A function that makes a node with given parameter arguments, in a context of its own."""
+    made = []
+
+    def make(**values):
+        context = Context()
+        context.init(domain_id=1)
+        given = [f"{name}:={value}" for name, value in values.items()]
+        arguments = ["--ros-args", *[word for each in given for word in ("-p", each)]]
+        made.append((Node("rpf3d_tested", context=context, cli_args=arguments), context))
+        return made[-1][0]
+
+    yield make
+    for node, context in made:
+        node.destroy_node()
+        context.try_shutdown()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_defaults_of_the_dataclass_are_the_defaults_in_ros(kind, node_with):
+    assert declare(node_with(), kind) == kind()
+
+
+def test_the_defaults_are_those_of_the_core():
+    ours, core = SimulatorParameters(), Settings()
+    assert (ours.gravity, ours.smallest_bounce) == (core.gravity, core.smallest_bounce)
+    assert (ours.max_time, ours.max_impacts) == (core.max_time, core.max_impacts)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_parameter_has_a_description_and_its_default_lies_in_its_range(kind):
+    for each in fields(kind):
+        meta = each.metadata
+        assert meta["description"]
+        assert descriptor(each).read_only
+        assert meta["low"] is None or meta["low"] <= each.default <= meta["high"]
+        assert not meta["choices"] or each.default in meta["choices"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("normal_restitution", 1.1),
+        ("normal_restitution", -0.1),
+        ("normal_restitution", ".nan"),
+        ("normal_restitution", "soft"),
+        ("diameter", 0.0),
+        ("diameter", 1),
+        ("ground", "rolling"),
+        ("engine", "fast"),
+        ("max_impacts", 0),
+        ("displayed_trajectories", 1),
+        ("terrain_durability", "latched"),
+    ],
+)
+def test_a_wrong_value_is_refused_by_name(name, value, node_with):
+    with pytest.raises(InputError, match=f"parameter {name}"):
+        declare(node_with(**{name: value}), SimulatorParameters)
+
+
+@pytest.mark.parametrize("origin", ["[1.0, 2.0]", "[.nan, 0.0, 0.0]", "[.inf, 0.0, 0.0]"])
+def test_a_map_origin_that_is_no_place_is_refused(origin, node_with):
+    with pytest.raises(InputError, match="map_origin"):
+        declare(node_with(map_origin=origin), SimulatorParameters).frame  # noqa: B018
+
+
+@pytest.mark.parametrize("frame", ["/map", "''", "utm"])
+def test_a_map_frame_that_cannot_be_one_is_refused(frame, node_with):
+    with pytest.raises(InputError, match="map_frame"):
+        declare(node_with(map_frame=frame, survey_frame="utm"), SimulatorParameters).frame  # noqa: B018
+
+
+def test_parameters_cannot_be_changed_while_the_node_runs(node_with):
+    node = node_with()
+    declare(node, SimulatorParameters)
+    result = node.set_parameters([Parameter("normal_restitution", value=0.3)])[0]
+    assert not result.successful
+
+
+def test_a_parameter_that_the_node_does_not_know_is_warned_of_with_the_nearest_name(node_with, capfd):
+    declare(node_with(normal_restitutoin=0.3), SimulatorParameters)
+    assert "normal_restitutoin is not one of this node's and has no effect; did you mean normal_restitution?" in (
+        capfd.readouterr().err
+    )
