@@ -61,8 +61,8 @@ class SimulatorNode(Node):
         self.flown: tuple[Ground, Sources] | None = None
         self.results = ResultPublishers(self, self.parameters)
         self.health = HealthReport(self)
-        self.health.set("terrain", WARN, "no terrain received yet")
-        self.health.set("sources", OK, "no sources received yet")
+        self.health.set("terrain", WARN, "no terrain yet")
+        self.health.set("sources", OK, "no sources yet")
         self.worker = LatestRequest(self.serve, merged)
         self.abandoned = False
         self._subscribe()

@@ -312,7 +312,7 @@ def test_each_reason_of_refusal_is_logged_once_in_a_while(stage):
 
 def test_an_interrupted_node_ends_with_exit_code_0(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    stage.peer().wait_for_health(f"{NODE}: terrain", "no terrain received yet")
+    stage.peer().wait_for_health(f"{NODE}: terrain", "no terrain yet")
     assert stage.clear() == [0]
     assert "Traceback" not in stage.output("simulator_node")
 
