@@ -1,0 +1,94 @@
+"""The hazard of an ensemble, cell by cell: the product that maps, zones and tables are drawn from.
+
+A cell is a square of a raster in plan, a facet of the terrain, a zone of it, or an area of interest: what is told of
+each is the same (`Layers`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+
+CountArray = NDArray[np.int64]
+
+PERCENTILES = (50, 90, 95, 99)
+"""Of each rock's maximum in a cell, over the distinct rocks that came there."""
+FEWEST_ROCKS = 20
+"""Distinct rocks below which a cell has no percentiles (physics reference 8.2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """Of each rock's maximum in a cell, over the rocks that came there; every array (C,), NaN where none came.
+
+    largest, mean : exact; p50, p90, p95, p99 : to within `Layers.percentiles_within`, NaN below `FEWEST_ROCKS` rocks
+    """
+
+    largest: FloatArray
+    mean: FloatArray
+    p50: FloatArray
+    p90: FloatArray
+    p95: FloatArray
+    p99: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """What came to each of C cells; every array (C,).
+
+    rocks : distinct rocks that passed over the cell, touched it or stopped in it
+    passages : times a rock entered it, or was released there; impacts : contacts with restitution; deposits : rocks
+        that stopped there
+    first_arrival : s from its release until the fastest rock came; NaN where none did
+    energy : J, translational; speed : m/s; height : m, vertical, above the terrain straight below
+    percentiles_within : bound of the relative error of every percentile (-)
+    """
+
+    rocks: CountArray
+    passages: CountArray
+    impacts: CountArray
+    deposits: CountArray
+    first_arrival: FloatArray
+    energy: Spread
+    speed: Spread
+    height: Spread
+    percentiles_within: float
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
+
+    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; so in y.
+    """
+
+    x: float
+    y: float
+    cell: float
+    nx: int
+    ny: int
+
+
+@dataclass(frozen=True, eq=False)
+class HazardMaps:
+    """The hazard of an ensemble of `flown` rocks.
+
+    cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
+    areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
+    height (NaN).
+    """
+
+    flown: int
+    raster: Raster
+    cells: Layers
+    facets: Layers
+    zones: Layers
+    areas: Layers
+    area_names: tuple[str, ...]
+
+
+def reach_probability(layers: Layers, flown: int) -> FloatArray:
+    """Share of all rocks flown that came to each cell (C,), given that they fall (physics reference 7.2)."""
+    return np.asarray(layers.rocks / max(flown, 1))
