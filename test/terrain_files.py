@@ -9,6 +9,16 @@ from rpf3d_core.io.scene_model import Scene
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
 
+SLOPE = """\
+terrain:
+  files:
+    - {path: slope.stl, zone: rock}
+materials:
+  rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
+sources:
+"""
+"""A scene over slope.stl, up to its sources."""
+
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 

@@ -6,21 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from terrain_files import grid, write_binary_stl
+from terrain_files import SLOPE, grid, write_binary_stl
 
 from rpf3d_core import cli
 from rpf3d_core.check import COMPILE_S, PILOT_ROCKS, check_scene
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
 from rpf3d_core.io.scene import read_scene
 
-SCENE = """\
-terrain:
-  files:
-    - {path: slope.stl, zone: rock}
-materials:
-  rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
-sources:
-"""
 ABOVE = "  - {name: above, points: [[1.3, 1.2, 9], [2.5, 2.5, 8]], rocks: 4}\n"
 UNDER = "  - {name: under, points: [[1.3, 1.2, 9], [1.3, 1.2, -9]], rocks: 5}\n"
 BESIDE = "  - {name: beside, points: [[130, 1.2, 9]], rocks: 3}\n"
@@ -51,7 +43,7 @@ def shown(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], f
 
 
 def test_a_good_scene_is_fit_and_its_cost_is_told(folder: Path) -> None:
-    report = checked(folder, SCENE + ABOVE)
+    report = checked(folder, SLOPE + ABOVE)
     assert report.fit and [source.name for source in report.sources] == ["above"]
     assert report.faults.triangles == 40 and report.faults.flipped_facets == 0
     cost = report.cost
@@ -62,14 +54,14 @@ def test_a_good_scene_is_fit_and_its_cost_is_told(folder: Path) -> None:
 
 def test_the_heights_of_a_source_are_those_of_its_points_above_the_mesh(folder: Path) -> None:
     over = "  - {name: over, points: [[1, 1, 0], [3, 2, 0]], rocks: 6, above_ground: 2.5}\n"
-    (source,) = checked(folder, SCENE + over).sources
+    (source,) = checked(folder, SLOPE + over).sources
     assert (source.rocks, source.under_ground, source.off_terrain) == (6, 0, 0)
     assert (source.lowest, source.highest) == pytest.approx((2.5, 2.5), abs=1e-9), "rounding of heights of a few metres"
     assert source.describe() == "6 rocks, 2.50 m above the ground"
 
 
 def test_rocks_under_the_ground_and_beside_the_terrain_are_told_apart(folder: Path) -> None:
-    report = checked(folder, SCENE + ABOVE + UNDER + BESIDE)
+    report = checked(folder, SLOPE + ABOVE + UNDER + BESIDE)
     assert not report.fit and report.cost is None, "what cannot be flown costs nothing"
     told = {source.name: (source.under_ground, source.off_terrain) for source in report.sources}
     assert told == {"above": (0, 0), "under": (2, 0), "beside": (0, 3)}
@@ -81,19 +73,19 @@ def test_rocks_under_the_ground_and_beside_the_terrain_are_told_apart(folder: Pa
 def test_many_rocks_are_judged_by_a_pilot_and_go_to_the_compiled_engine(folder: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: `auto` never takes the compiled engine")
     many = REFERENCE_ROCKS + 1
-    cost = checked(folder, SCENE + ABOVE.replace("rocks: 4", f"rocks: {many}")).cost
+    cost = checked(folder, SLOPE + ABOVE.replace("rocks: 4", f"rocks: {many}")).cost
     assert (cost.rocks, cost.pilot, cost.engine, cost.compile_s) == (many, PILOT_ROCKS, "compiled", COMPILE_S)
 
 
 def test_checking_changes_nothing_on_disk(folder: Path) -> None:
-    checked(folder, SCENE + ABOVE)
+    checked(folder, SLOPE + ABOVE)
     assert sorted(path.name for path in folder.iterdir()) == ["scene.yaml", "slope.stl"]
 
 
 def test_the_report_on_the_screen_has_the_faults_the_sources_the_models_and_the_cost(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    checked(folder, SCENE + ABOVE)
+    checked(folder, SLOPE + ABOVE)
     code, said, complaints = shown(monkeypatch, capsys, folder)
     assert (code, complaints) == (0, "")
     for part in (
@@ -107,7 +99,7 @@ def test_the_report_on_the_screen_has_the_faults_the_sources_the_models_and_the_
 def test_sources_out_of_place_are_shown_and_end_with_exit_code_2(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    checked(folder, SCENE + UNDER + BESIDE)
+    checked(folder, SLOPE + UNDER + BESIDE)
     code, said, complaints = shown(monkeypatch, capsys, folder)
     assert code == 2
     assert "2 UNDER THE GROUND" in said and "3 OFF THE TERRAIN" in said
@@ -124,7 +116,7 @@ def test_a_mesh_with_faults_is_reported_and_still_fit(
     corners = np.delete(corners, 24, axis=0)  # a hole amid the others
     thread = np.stack([corners[0, 0], corners[0, 1], 0.5 * (corners[0, 0] + corners[0, 1])])[None]  # no area
     write_binary_stl(folder / "slope.stl", np.concatenate([corners, corners[:1], thread]))
-    report = checked(folder, SCENE + ABOVE)
+    report = checked(folder, SLOPE + ABOVE)
     faults = dataclasses.asdict(report.faults)
     assert faults["triangles"] == 41 and faults["flipped_facets"] >= 1
     assert (faults["duplicate_facets"], faults["zero_area_facets"]) == (1, 1)
@@ -141,7 +133,7 @@ def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     high, low = [(-50, -50, 20), (-50, 50, 20)], [(50, -50, -20), (50, 50, -20)]
     write_binary_stl(folder / "slope.stl", np.array([[high[0], low[0], low[1]], [high[0], low[1], high[1]]], float))
     above = "  - {name: above, points: [[-40, 0, 18]], rocks: 4}\n"
-    report = checked(folder, SCENE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0") + above)
+    report = checked(folder, SLOPE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0") + above)
     assert report.cost is not None and report.cost.unresolved == 4
     code, said, _ = shown(monkeypatch, capsys, folder)
     assert code == 0

@@ -13,20 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import COMMAND, LONGEST, environment, python, rpf3d
-from terrain_files import ascii_stl, grid, write_binary_stl
+from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
 
 from rpf3d_core import cli
 from rpf3d_core.io.terrain import read_surface
 from rpf3d_core.terrain.pit_parameters import Pit
 
-SCENE = """\
-terrain:
-  files:
-    - {path: slope.stl, zone: rock}
-materials:
-  rock: {normal_restitution: 0.5, tangential_restitution: 0.8}
-sources:
-  - {name: top, points: [[1.3, 1.2, 9]], rocks: 3}
+SCENE = f"""\
+{SLOPE}  - {{name: top, points: [[1.3, 1.2, 9]], rocks: 3}}
 ground: sliding
 """
 RESULTS = {
@@ -267,6 +261,7 @@ class OnATerminal:
         self.process = subprocess.Popen(
             [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS="100"),
             stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
         )  # fmt: skip
         os.close(other)
         self.shown = ""
