@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.ensemble.fly import Flight, fly_ensemble
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, Source, releases_of
 from rpf3d_core.io.mesh_writer import write_mesh
 from rpf3d_core.io.scene import read_scene

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA
-from rpf3d_core.ensemble.fly import Flight, choose_engine, fly_ensemble
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.terrain import read_terrain

@@ -128,7 +128,7 @@ def _cache_folder() -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-NO_KERNELS = ("io", "recordings", "hazard", "check.py", "cli.py", "run.py", "__init__.py")
+NO_KERNELS = ("io", "recordings", "check.py", "cli.py", "run.py", "__init__.py")
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 
 

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
-from rpf3d_core.ensemble.fly import Flight, Progress, choose_engine, fly_ensemble
+from rpf3d_core.ensemble.fly import Progress, choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_of, share_out
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.areas import read_areas

@@ -9,8 +9,9 @@ import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
+from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts
-from rpf3d_core.ensemble.fly import Flight, choose_engine, fly_ensemble
+from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_of
 from rpf3d_core.errors import InputError, TerrainError

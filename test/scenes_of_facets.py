@@ -5,11 +5,13 @@ Everything is in the local frame, z up. A slope falls towards +x; `strike` turns
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
+from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
-from rpf3d_core.ensemble.fly import Flight, fly_ensemble
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.kinetics.ground import GROUND_MODELS
 from rpf3d_core.kinetics.rebound import REBOUND_MODELS
@@ -183,9 +185,13 @@ def flight(
 
 
 def fly(
-    engine: Engine, physics: Flight, x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST
-) -> Flights:
-    """Fly rocks from positions (3,) or (R, 3) with velocities of either shape, with everything written down."""
+    engine: Engine, physics: Flight, x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST,
+    **how: Any,
+) -> Flights:  # fmt: skip
+    """Fly rocks from positions (3,) or (R, 3) with velocities of either shape, with everything written down.
+
+    how : more for `fly_ensemble`
+    """
     places = np.atleast_2d(np.array(x, dtype=float))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
     rocks = np.arange(len(places))
@@ -199,7 +205,7 @@ def fly(
             physics.models,
         )
     return fly_ensemble(
-        engine, physics, Releases(np.zeros_like(rocks), rocks, places, speeds, 1000.0 * ones, 0.5 * ones)
+        engine, physics, Releases(np.zeros_like(rocks), rocks, places, speeds, 1000.0 * ones, 0.5 * ones), **how
     )
 
 

@@ -5,6 +5,7 @@ each is the same (`Layers`).
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
+StatisticArray = NDArray[np.float32]
 
 PERCENTILES = (50, 90, 95, 99)
 """Of each rock's maximum in a cell, over the distinct rocks that came there."""
@@ -23,15 +25,16 @@ FEWEST_ROCKS = 20
 class Spread:
     """Of each rock's maximum in a cell, over the rocks that came there; every array (C,), NaN where none came.
 
-    largest, mean : exact; p50, p90, p95, p99 : to within `Layers.percentiles_within`, NaN below `FEWEST_ROCKS` rocks
+    largest, mean : exact, to float32
+    p50, p90, p95, p99 : to within `Layers.percentiles_within`; NaN below `FEWEST_ROCKS` rocks
     """
 
-    largest: FloatArray
-    mean: FloatArray
-    p50: FloatArray
-    p90: FloatArray
-    p95: FloatArray
-    p99: FloatArray
+    largest: StatisticArray
+    mean: StatisticArray
+    p50: StatisticArray
+    p90: StatisticArray
+    p95: StatisticArray
+    p99: StatisticArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +60,7 @@ class Layers:
     percentiles_within: float
 
 
-@dataclass(frozen=True)
-class Raster:
+class Raster(NamedTuple):
     """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
 
     Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; so in y.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rpf3d_core.compiling import HAS_NUMBA, compiled_signatures, loop
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.simulation.march import follow, ground_below
-from rpf3d_core.simulation.record import Record, empty_record, record_from
+from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, plain
 from rpf3d_core.values import ZERO, Motion
@@ -42,14 +42,18 @@ class Reference:
 
     def follow(
         self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, finals: Floats, counts: Integers,
-    ) -> None:  # fmt: skip
-        """Follow R rocks from x (R, 3) m with v (R, 3) m/s; fill finals (R, 8) and counts (R, 4).
+        first: Integers, begin: int, finals: Floats, counts: Integers,
+    ) -> int:  # fmt: skip
+        """Follow rocks from number `begin` on, of R that start from x (R, 3) m with v (R, 3) m/s.
 
-        record : where to write impacts and pieces; first : (R, 2) the first row of each rock in either
+        finals (R, 8), counts (R, 4) : filled in, FINAL_COLUMNS and COUNT_COLUMNS
+        record : where to write impacts and pieces
+        first : (R + 1, 2) the first row of each rock in either; that of `begin` is given, the others are filled in
+        Returns the number of the first rock that found no room in the record, R if all did.
         """
         arguments = (self.locator, self.facets, plain(materials), settings, x.tolist(), v.tolist())
-        _follow_all.py_func(*models, *arguments, record, first, finals, counts)  # type: ignore[attr-defined]
+        done = _follow_all.py_func(*models, *arguments, record, first, begin, finals, counts)  # type: ignore[attr-defined]
+        return int(done)
 
     def ground_below(self, x: Floats) -> Floats:
         """Height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
@@ -71,10 +75,11 @@ class Compiled:
 
     def follow(
         self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, finals: Floats, counts: Integers,
-    ) -> None:  # fmt: skip
+        first: Integers, begin: int, finals: Floats, counts: Integers,
+    ) -> int:  # fmt: skip
         """As `Reference.follow`."""
-        _follow_all(*models, self.locator, self.facets, materials, settings, x, v, record, first, finals, counts)
+        ground = (self.locator, self.facets, materials, settings)
+        return int(_follow_all(*models, *ground, x, v, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
@@ -107,8 +112,8 @@ def warm(engine: Engine, models: Models, materials: Materials, settings: Setting
     began = time.perf_counter()
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
-        record = empty_record(0, 0)
-        engine.follow(models, materials, settings, nothing, nothing, record, none[:, :2], np.empty((0, 8)), none)
+        first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
+        engine.follow(models, materials, settings, nothing, nothing, empty_record(0, 0), first, 0, finals, none)
         engine.ground_below(nothing)
     return time.perf_counter() - began
 
@@ -121,18 +126,24 @@ def kernels_compiled() -> int:
 @loop
 def _follow_all(
     model: Any, ground: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, x: Any, v: Any,
-    record: Record, first: Any, finals: Any, counts: Any,
-) -> None:  # fmt: skip
-    """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS)."""
-    for i in range(len(finals)):
+    record: Record, first: Any, begin: int, finals: Any, counts: Any,
+) -> int:  # fmt: skip
+    """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
+
+    Ends before the first rock that the record has no room for; returns its number.
+    """
+    for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
         end = follow(model, ground, locator, facets, materials, settings, motion, record_from(record, first, i))
+        if not close_rock(record, end.tally, first, i):
+            return i
         tally, at = end.tally, end.motion.x
         finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]
         finals[i, 4], finals[i, 5] = tally.path, math.sqrt(tally.speed2)
         finals[i, 6], finals[i, 7] = tally.height, tally.ground_speed
         counts[i, 0], counts[i, 1] = end.outcome, tally.facet
         counts[i, 2], counts[i, 3] = tally.impacts, tally.pieces
+    return len(finals)
 
 
 @loop

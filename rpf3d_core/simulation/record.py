@@ -1,7 +1,8 @@
-"""Writing down impacts and paths while flying.
+"""Writing down impacts and paths while flying, into room of a fixed size.
 
-Whether to write is asked while running, not by compiling the loop twice: that would double the seconds of the first
-call for less than 1 % of a flight.
+A rock that finds no room left flies on without being written down, and flies again once there is room. Whether to
+write at all is asked while running, not by compiling the loop twice: that would double the seconds of the first call
+for less than 1 % of a flight.
 """
 
 from typing import Any, NamedTuple
@@ -48,17 +49,28 @@ def writes(record: Record) -> bool:
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
     """The record as rock i writes to it, from row first[i, 0] of the impacts and first[i, 1] of the pieces."""
-    if not writes(record):
-        return record
     return Record(record.impacts, record.facets, record.pieces, record.modes, first[i, 0], first[i, 1])
+
+
+@kernel
+def close_rock(record: Record, tally: Tally, first: Any, i: int) -> bool:
+    """Set where the rock after rock i writes to; False where rock i, now at its end, did not find room.
+
+    A path has one row more than pieces: its end.
+    """
+    if not writes(record):
+        return True
+    first[i + 1, 0] = first[i, 0] + tally.impacts
+    first[i + 1, 1] = first[i, 1] + tally.pieces + 1
+    return first[i + 1, 0] <= len(record.facets) and first[i + 1, 1] <= len(record.modes)
 
 
 @kernel
 def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
     """Write down the impact that comes next in the tally."""
-    if not writes(record):
-        return
     i = record.first_impact + tally.impacts
+    if i >= len(record.facets):
+        return
     row, x = record.impacts[i], before.x
     row[0], row[1], row[2], row[3] = before.t, x[0], x[1], x[2]
     row[4], row[5], row[6] = n
@@ -69,9 +81,9 @@ def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, fac
 @kernel
 def note_piece(record: Record, tally: Tally, start: Motion, v_end: Vec, mode: int) -> None:
     """Write down the piece of path that comes next in the tally."""
-    if not writes(record):
-        return
     i = record.first_piece + tally.pieces
+    if i >= len(record.modes):
+        return
     row = record.pieces[i]
     row[0], row[1], row[2], row[3] = start.t, start.x[0], start.x[1], start.x[2]
     row[4], row[5], row[6] = start.v

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import rpf3d_core as rpf3d
-from rpf3d_core.ensemble import fly
+from rpf3d_core.ensemble import batches
+from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
-from rpf3d_core.ensemble.fly import Flight, fly_ensemble
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.run import scene_flight, scene_rock, scene_sources, with_choices
@@ -113,12 +114,24 @@ def test_the_number_of_threads_does_not_matter(threads: int) -> None:
 def test_the_size_of_batches_does_not_matter(monkeypatch: pytest.MonkeyPatch, engine: str, size: int) -> None:
     parts = prepared(engine, "demo", 25)
     whole = fly_ensemble(*parts)
-    monkeypatch.setattr(fly, "LARGEST_BATCH", size)
-    monkeypatch.setattr(fly, "REFERENCE_BATCH", size)
-    monkeypatch.setattr(fly, "BATCHES_A_THREAD", 1)
+    monkeypatch.setattr(batches, "LARGEST_BATCH", size)
+    monkeypatch.setattr(batches, "REFERENCE_BATCH", size)
+    monkeypatch.setattr(batches, "BATCHES_A_THREAD", 1)
     told: list[int] = []
     assert_same_flights(fly_ensemble(*parts, progress=lambda _: told.append, threads=1), whole)
     assert sum(told) == 25 and max(told) == min(size, 25)
+
+
+@pytest.mark.parametrize("engine", ["reference", "compiled"])
+@pytest.mark.parametrize("room", [1, 40, 333])
+def test_how_much_there_is_room_to_write_down_at_once_does_not_matter(
+    monkeypatch: pytest.MonkeyPatch, engine: str, room: int
+) -> None:
+    parts = prepared(engine, "demo", 25)
+    whole = fly_ensemble(*parts)
+    monkeypatch.setattr(batches, "ROOM", room)
+    assert_same_flights(fly_ensemble(*parts), whole)
+    assert_same_flights(fly_ensemble(*parts, paths=4), fly_ensemble(*parts, paths=4))
 
 
 @pytest.mark.parametrize("engine", ["reference", "compiled"])

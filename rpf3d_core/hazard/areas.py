@@ -1,0 +1,114 @@
+"""Areas of interest in plan, and the stretches of a track that lie inside them: exact, without cells.
+
+A track is a straight line in plan. It crosses the outline of an area at exact times; between an odd and the next
+crossing it is inside. Outlines that are holes count the same way.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.hazard.tracks import Track, time_at, top_speed
+from rpf3d_core.hazard.visits import Visits, note_stay, visit
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Vec
+
+
+class Areas(NamedTuple):
+    """A areas of E edges altogether, local frame.
+
+    edges : (E, 4) x, y, x, y m; first : (A + 1,) the first edge of each area; boxes : (A, 4) lowest x, y, highest x, y
+    crossings : (E,) scratch, times
+    """
+
+    edges: Any
+    first: Any
+    boxes: Any
+    crossings: Any
+
+
+def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
+    """Areas from the closed outlines (P, 2) m of each, first point last again or not, holes among them."""
+    edges = [np.concatenate([_edges(ring) for ring in rings]) for rings in outlines.values()]
+    first = np.concatenate([[0], np.cumsum([len(some) for some in edges])]).astype(np.int64)
+    joined = np.concatenate(edges) if edges else np.empty((0, 4))
+    boxes = [[*some[:, :2].min(axis=0), *some[:, :2].max(axis=0)] for some in edges]
+    return Areas(joined, first, np.array(boxes).reshape(-1, 4), np.empty(len(joined)))
+
+
+def _edges(ring: FloatArray) -> FloatArray:
+    """Edges (P, 4) of a ring of points (P, 2)."""
+    return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
+
+
+@kernel
+def contains_point(areas: Areas, a: int, x: Vec) -> bool:
+    """Whether a point lies in area a in plan: a line eastwards from it crosses the outlines an odd number of times."""
+    inside = False
+    for e in range(areas.first[a], areas.first[a + 1]):
+        before = areas.edges[e, 1] > x[1]
+        after = areas.edges[e, 3] > x[1]
+        if before != after and crossing_time(areas, e, x, 1.0, 0.0) > 0.0:
+            inside = not inside
+    return inside
+
+
+@kernel
+def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
+    """When a point that moves from x with some velocity in plan is on the line through edge e (s)."""
+    px, py = areas.edges[e, 0] - x[0], areas.edges[e, 1] - x[1]
+    ex, ey = areas.edges[e, 2] - areas.edges[e, 0], areas.edges[e, 3] - areas.edges[e, 1]
+    return (px * ey - py * ex) / (v_x * ey - v_y * ex)
+
+
+@kernel
+def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
+    """Visit every area that the track crosses or lies in."""
+    x, v, T = track.arc.x, track.arc.v, track.duration
+    end_x, end_y = x[0] + v[0] * T, x[1] + v[1] * T
+    for a in range(len(areas.boxes)):
+        if (
+            min(x[0], end_x) <= areas.boxes[a, 2] and max(x[0], end_x) >= areas.boxes[a, 0]
+            and min(x[1], end_y) <= areas.boxes[a, 3] and max(x[1], end_y) >= areas.boxes[a, 1]
+        ):  # fmt: skip
+            _visit_area(areas, visits, track, mass, a)
+
+
+@kernel
+def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
+    """Visit area a during each stretch of the track inside it."""
+    crossings = _sorted_crossings(areas, a, track)
+    inside, begin = contains_point(areas, a, track.arc.x), 0.0
+    for k in range(crossings + 1):
+        end = areas.crossings[k] if k < crossings else track.duration
+        if inside:
+            t = time_at(track, begin)
+            stay = visit(visits, a, t)
+            note_stay(visits, stay, t, time_at(track, end), top_speed(track, begin, end), mass)
+        inside, begin = not inside, end
+
+
+@kernel
+def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
+    """Times at which the track crosses the outlines of area a, in order; how many.
+
+    A point on the line of the track counts as to its left, so that a track through a corner crosses once or twice.
+    """
+    x, v, used = track.arc.x, track.arc.v, 0
+    for e in range(areas.first[a], areas.first[a + 1]):
+        before = v[0] * (areas.edges[e, 1] - x[1]) - v[1] * (areas.edges[e, 0] - x[0]) >= 0.0
+        after = v[0] * (areas.edges[e, 3] - x[1]) - v[1] * (areas.edges[e, 2] - x[0]) >= 0.0
+        if before == after:
+            continue
+        t = crossing_time(areas, e, x, v[0], v[1])
+        if not 0.0 < t < track.duration:
+            continue
+        k = used
+        while k > 0 and areas.crossings[k - 1] > t:
+            areas.crossings[k] = areas.crossings[k - 1]
+            k -= 1
+        areas.crossings[k] = t
+        used += 1
+    return used

@@ -1,0 +1,81 @@
+"""Logarithmic bins: what percentiles are told from, in bounded memory and the same whatever the order of the rocks.
+
+An octave has `PER_OCTAVE` bins. Instead of the logarithm of the mantissa 1 + x, which costs ten times as much, they
+are even in x + BEND x (1 - x), which equals log2(1 + x) at 0, at the square root of 2 and at 1.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.terrain.frame import FloatArray
+
+PER_OCTAVE = 8
+"""Bins an octave: the geometric middle of the widest lies 4.7 % from its ends."""
+BEND = math.sqrt(2.0) / 4.0
+SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
+"""In a pit 1 km across rocks are told apart from 0.06 m/s and 8 mm on; slower and lower ones count as at most that."""
+MOST_MASS_OCTAVES = 20
+"""Energies are told apart over twice the octaves of speed, and over those of the masses, at most a million to one."""
+QUANTITIES = 3
+"""Energy, speed and height, in the order of `visits.ENERGY`, `SPEED` and `HEIGHT`."""
+
+
+class Scales(NamedTuple):
+    """The largest energy (J), speed (m/s) and height (m) that bins tell apart, and how many bins each has.
+
+    Powers of two (the energy apart from the factor mass / 2), so that scaling rounds nothing.
+    """
+
+    top: tuple[float, float, float]
+    bins: tuple[int, int, int]
+
+
+def scales_of(extent: float, gravity: float, fastest: float, lightest: float, heaviest: float) -> Scales:
+    """Scales for a terrain of some diagonal (m), releases no faster than `fastest` (m/s), masses between two (kg)."""
+    height = _power_of_two(2.0 * extent)
+    speed = _power_of_two(math.sqrt(2.0 * gravity * height) + fastest)
+    masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
+    octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES, HEIGHT_OCTAVES)
+    bins = (PER_OCTAVE * octaves[0], PER_OCTAVE * octaves[1], PER_OCTAVE * octaves[2])
+    return Scales((0.5 * heaviest * speed * speed, speed, height), bins)
+
+
+@kernel
+def bin_of(value: float, top: float, bins: int) -> int:
+    """The bin of a value >= 0, of `bins` that reach up to `top`: 0 holds what is lower, the last what is higher."""
+    mantissa, exponent = math.frexp(value / top)
+    x = 2.0 * mantissa - 1.0
+    if x < 0.0:
+        return 0
+    place = bins + (exponent - 1) * PER_OCTAVE + math.floor(PER_OCTAVE * (x + BEND * x * (1.0 - x)))
+    return int(min(max(place, 0), bins - 1))
+
+
+def bin_edges(top: float, bins: int) -> FloatArray:
+    """Edges (bins + 1,) of bins that reach up to top, from below."""
+    octave, part = np.divmod(np.arange(bins + 1), PER_OCTAVE)
+    even = part / PER_OCTAVE
+    c = 1.0 + BEND
+    x = (c - np.sqrt(c * c - 4.0 * BEND * even)) / (2.0 * BEND)
+    edges: FloatArray = top * np.exp2(octave - bins / PER_OCTAVE) * (1.0 + x)
+    return edges
+
+
+def bin_values(edges: FloatArray) -> FloatArray:
+    """What a value in each bin (B,) is told as: the geometric middle of its edges (B + 1,)."""
+    return np.asarray(np.sqrt(edges[1:] * edges[:-1]))
+
+
+def relative_error(edges: FloatArray) -> float:
+    """Bound of the relative error of a value told as its bin's middle (-)."""
+    return float(np.sqrt((edges[1:] / edges[:-1]).max()) - 1.0)
+
+
+def _power_of_two(value: float) -> float:
+    """The smallest power of two that is not below a value."""
+    return float(2.0 ** math.ceil(math.log2(value)))
+
+

@@ -1,0 +1,71 @@
+"""From a tally to layers: shares, means and percentiles of every cell."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import loop
+from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
+from rpf3d_core.hazard.tally import SUM_UNITS, Slots, Tally
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def layers_of(tally: Tally) -> Layers:
+    """The layers of all C cells of a tally."""
+    found, cells = tally.found(), len(tally.slot)
+    counts = [_counted(cells, found, k) for k in range(4)]
+    first = np.full(cells, np.nan)
+    first[found.cell] = found.first
+    edges = [_edges(tally, q) for q in range(3)]
+    spreads = [_spread(tally, found, q, edges[q]) for q in range(3)]
+    return Layers(*counts, first, *spreads, max(relative_error(some) for some in edges))
+
+
+def _counted(cells: int, found: Slots, k: int) -> CountArray:
+    counts = np.zeros(cells, dtype=np.int64)
+    counts[found.cell] = found.counts[:, k]
+    return counts
+
+
+def _edges(tally: Tally, q: int) -> FloatArray:
+    """Edges of the bins of a quantity, as they are after merging."""
+    return bin_edges(tally.scales.top[q], tally.scales.bins[q])[:: 2**tally.merges]
+
+
+def _spread(tally: Tally, found: Slots, q: int, edges: FloatArray) -> Spread:
+    """The spread of one quantity over the rocks of each cell."""
+    rocks = found.counts[:, 0]
+    begin = sum(tally.scales.bins[:q]) >> tally.merges
+    bins = found.bins[:, begin : begin + len(edges) - 1]
+    percentiles = np.empty((len(rocks), len(PERCENTILES)))
+    _percentiles(bins, rocks, bin_values(edges), np.array(PERCENTILES), FEWEST_ROCKS, percentiles)
+    largest = found.most[:, q]
+    np.minimum(percentiles, largest[:, None], out=percentiles)
+    mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / rocks
+    columns = (largest, mean, *percentiles.T)
+    return Spread(*(_everywhere(len(tally.slot), found.cell, column) for column in columns))
+
+
+def _everywhere(cells: int, some: NDArray[np.int32], values: FloatArray) -> StatisticArray:
+    """Values of some cells among all (C,), NaN elsewhere."""
+    everywhere = np.full(cells, np.nan, dtype=np.float32)
+    everywhere[some] = values
+    return everywhere
+
+
+@loop
+def _percentiles(bins: Any, rocks: Any, values: Any, percentiles: Any, fewest: int, out: Any) -> None:
+    """Percentiles of each cell: the value of the bin in which the rock of rank ceil(p n) stands; NaN for few rocks."""
+    for s in range(len(rocks)):
+        n, seen, b = np.int64(rocks[s]), np.int64(0), 0  # compiled, a negative uint32 would be huge
+        for k in range(len(percentiles)):
+            if n < fewest:
+                out[s, k] = np.nan
+                continue
+            rank = -((-n * percentiles[k]) // 100)
+            while seen + bins[s, b] < rank:
+                seen += bins[s, b]
+                b += 1
+            out[s, k] = values[b]

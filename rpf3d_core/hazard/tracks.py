@@ -1,0 +1,117 @@
+"""The track of a piece of path in plan: which cells of a grid it crosses, and when.
+
+In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A slide is a
+curve within one facet; it is walked as chords.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.compiling import kernel
+from rpf3d_core.values import Mode, Vec
+from rpf3d_core.vectors import norm
+
+FLIGHT = int(Mode.FLIGHT)
+CHORDS = 8
+"""Chords that a slide which bends is walked as; it leaves the curve by at most 1/128 of its bend."""
+
+
+class Track(NamedTuple):
+    """A piece of path, straight in plan.
+
+    arc : from where and how fast it begins; gravity 0 on a chord
+    begin, until : s since the release; duration : s, which may differ from their difference by rounding
+    start, end : speeds (m/s) between which that on a chord is interpolated
+    """
+
+    arc: Arc
+    begin: float
+    until: float
+    duration: float
+    start: float
+    end: float
+
+
+@kernel
+def tracks_of(pieces: Any, modes: Any, p: int) -> int:
+    """How many tracks piece p is walked as: 0 for one that takes no time."""
+    if not pieces[p + 1, 0] > pieces[p, 0]:
+        return 0
+    if modes[p] == FLIGHT:
+        return 1
+    turn = pieces[p, 4] * pieces[p, 8] - pieces[p, 5] * pieces[p, 7]
+    return CHORDS if turn != 0.0 else 1
+
+
+@kernel
+def track_of(pieces: Any, modes: Any, p: int, k: int, count: int, gravity: float) -> Track:
+    """Track k of the `count` that piece p is walked as.
+
+    pieces : (S, 10), `simulation.record.Record`; the row after p tells where the piece ends
+    """
+    t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
+    v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
+    if modes[p] == FLIGHT:
+        arc = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity)
+        return Track(arc, t, pieces[p + 1, 0], duration, 0.0, 0.0)
+    a, b = slide_point(pieces, p, k / count), slide_point(pieces, p, (k + 1) / count)
+    step = duration / count
+    chord = ((b[0] - a[0]) / step, (b[1] - a[1]) / step, (b[2] - a[2]) / step)
+    before, after = norm(v), norm((pieces[p, 7], pieces[p, 8], pieces[p, 9]))
+    start, end = before + (after - before) * k / count, before + (after - before) * (k + 1) / count
+    until = t + (k + 1) * step if k + 1 < count else pieces[p + 1, 0]
+    return Track(Arc(a, chord, 0.0), t + k * step, until, step, start, end)
+
+
+@kernel
+def slide_point(pieces: Any, p: int, share: float) -> Vec:
+    """Where a slide is (m) after a share of its time: the cubic through its ends and their velocities."""
+    if share >= 1.0:
+        return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
+    T, rest = pieces[p + 1, 0] - pieces[p, 0], 1.0 - share
+    turn = share * share * (3.0 - 2.0 * share)
+    out, into = T * share * rest * rest, -T * share * share * rest
+    return (
+        pieces[p, 1] + (pieces[p + 1, 1] - pieces[p, 1]) * turn + out * pieces[p, 4] + into * pieces[p, 7],
+        pieces[p, 2] + (pieces[p + 1, 2] - pieces[p, 2]) * turn + out * pieces[p, 5] + into * pieces[p, 8],
+        pieces[p, 3] + (pieces[p + 1, 3] - pieces[p, 3]) * turn + out * pieces[p, 6] + into * pieces[p, 9],
+    )
+
+
+@kernel
+def speed_at(track: Track, t: float) -> float:
+    """Speed (m/s) t seconds into a track."""
+    v, g = track.arc.v, track.arc.gravity
+    if g == 0.0:
+        return track.start + (track.end - track.start) * (t / track.duration)
+    z = v[2] - g * t
+    return math.sqrt(v[0] * v[0] + v[1] * v[1] + z * z)
+
+
+@kernel
+def time_at(track: Track, t: float) -> float:
+    """Seconds since the release, t seconds into a track: exactly the next event's at its end."""
+    return track.until if t >= track.duration else track.begin + t
+
+
+@kernel
+def top_speed(track: Track, begin: float, end: float) -> float:
+    """Largest speed (m/s) between two times of a track: at one of them, for the square of speed is convex in time."""
+    return max(speed_at(track, begin), speed_at(track, end))
+
+
+@kernel
+def square_at(value: float, origin: float, side: float, count: int) -> int:
+    """The row or column of squares that a coordinate lies in, clamped to the grid."""
+    return min(max(math.floor((value - origin) / side), 0), count - 1)
+
+
+@kernel
+def leaving_time(index: int, count: int, origin: float, side: float, x: float, v: float) -> float:
+    """When a coordinate that moves at v leaves row `index` (s); inf if it never does. Rims reach out without end."""
+    if v > 0.0 and index < count - 1:
+        return (origin + (index + 1) * side - x) / v
+    if v < 0.0 and index > 0:
+        return (origin + index * side - x) / v
+    return math.inf

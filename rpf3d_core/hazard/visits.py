@@ -1,0 +1,113 @@
+"""What one rock does in each cell that it comes to, gathered while its path is walked.
+
+A cell is a number: of a square of the raster, a facet, a zone or an area. Visits are scratch of one thread; a batch
+of rocks fills them, then they are folded into a `Tally`, under its lock.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel
+
+FIRST, UNTIL = 0, 1
+ENERGY, SPEED, HEIGHT = 0, 1, 2
+PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
+USED, OF_ROCK, FULL = 0, 1, 2
+
+
+class Visits(NamedTuple):
+    """Room for N visits to C cells; those of one rock stand together.
+
+    mark : (C,) where a cell's visit may stand: valid only if that visit is the rock's and names the cell, so that
+        nothing need be cleared between rocks
+    cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
+    most : (N, 3) J, m/s, m: the rock's largest energy, speed and height in the cell
+    counts : (N, 3) passages, impacts, deposits
+    state : (3,) visits used, the first of the rock at hand, whether room has run out
+    """
+
+    mark: Any
+    cell: Any
+    times: Any
+    most: Any
+    counts: Any
+    state: Any
+
+
+def empty_visits(cells: int, room: int) -> Visits:
+    """No visits to C cells yet, with room for N."""
+    return Visits(
+        np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 3)),
+        np.empty((room, 3), dtype=np.int32), np.zeros(3, dtype=np.int64),
+    )  # fmt: skip
+
+
+@kernel
+def next_rock(visits: Visits) -> None:
+    """From here on another rock is at hand."""
+    visits.state[OF_ROCK] = visits.state[USED]
+
+
+@kernel
+def take_back(visits: Visits) -> None:
+    """Forget the visits of the rock at hand, which found no room."""
+    visits.state[USED] = visits.state[OF_ROCK]
+    visits.state[FULL] = 0
+
+
+@kernel
+def visited(visits: Visits, cell: int) -> int:
+    """The rock's visit to a cell, -1 if it has not been there."""
+    k = visits.mark[cell]
+    there = visits.state[OF_ROCK] <= k < visits.state[USED] and visits.cell[k] == cell
+    return int(k) if there else -1
+
+
+@kernel
+def visit(visits: Visits, cell: int, t: float) -> int:
+    """The rock's visit to a cell, begun at t (s) if it is the first; -1 where there is no room left."""
+    k = visited(visits, cell)
+    if k >= 0:
+        return k
+    k = visits.state[USED]
+    if k == len(visits.cell):
+        visits.state[FULL] = 1
+        return -1
+    visits.state[USED] = k + 1
+    visits.mark[cell], visits.cell[k] = k, cell
+    visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
+    visits.most[k, ENERGY], visits.most[k, SPEED], visits.most[k, HEIGHT] = 0.0, 0.0, 0.0
+    visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
+    return k
+
+
+@kernel
+def note_stay(visits: Visits, k: int, begin: float, end: float, speed: float, mass: float) -> None:
+    """The rock was in the cell of visit k from begin to end (s), at no more than some speed (m/s).
+
+    A stay that begins where the last one ended, bounce or no bounce, is the same passage.
+    """
+    if k < 0:
+        return
+    if begin > visits.times[k, UNTIL]:
+        visits.counts[k, PASSAGES] += 1
+    visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
+    if speed > visits.most[k, SPEED]:
+        visits.most[k, SPEED] = speed
+        visits.most[k, ENERGY] = 0.5 * mass * speed * speed
+
+
+@kernel
+def note_height(visits: Visits, k: int, height: float) -> None:
+    """The rock was as high as this (m) above the ground in the cell of visit k."""
+    if k >= 0 and height > visits.most[k, HEIGHT]:
+        visits.most[k, HEIGHT] = height
+
+
+@kernel
+def note_count(visits: Visits, k: int, which: int) -> None:
+    """One more impact or deposit in the cell of visit k."""
+    if k >= 0:
+        visits.counts[k, which] += 1

@@ -1,0 +1,217 @@
+"""Walk a track over what lies under it: squares of a raster, facets, zones. Exact times, no samples.
+
+What is under a rock is what lies straight below it, in plan: on a bench face as steep as 70 degrees a raster tells
+little, the facets tell where it flew. A vertical facet has no plan; only an impact is a visit to it.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc, position
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.tracks import Track, leaving_time, square_at, time_at, top_speed
+from rpf3d_core.hazard.visits import Visits, note_height, note_stay, visit, visited
+from rpf3d_core.simulation.march import ground_below
+from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.vectors import dot, subtract
+
+OVERLAP = 1e-6
+"""Share by which the facets under a stretch of track may seem longer than it, before they are taken to overlap."""
+ROOM = 4096
+"""Facets under one stretch of track at most; more (never seen on survey terrain) are looked at one by one as well."""
+
+
+class Ground(NamedTuple):
+    """What a track is walked over: the terrain with its buckets, and the raster of the maps."""
+
+    facets: Facets
+    locator: BucketLocator
+    raster: Raster
+
+
+class Spans(NamedTuple):
+    """Scratch: facets under a stretch of track (M,), and from when to when each (M, 2), s into the track."""
+
+    facet: Any
+    times: Any
+
+
+def empty_spans() -> Spans:
+    """Room for the facets under a stretch of track."""
+    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 2)))
+
+
+@kernel
+def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> None:
+    """Visit every square that the track crosses; one that it touches at a corner only is not visited."""
+    x, v = track.arc.x, track.arc.v
+    i = square_at(x[0], raster.x, raster.cell, raster.nx)
+    j = square_at(x[1], raster.y, raster.cell, raster.ny)
+    begin = 0.0
+    while True:
+        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], v[0])
+        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], v[1])
+        leave = min(leave_i, leave_j, track.duration)
+        if leave > begin or begin == 0.0:
+            t = time_at(track, begin)
+            k = visit(visits, j * raster.nx + i, t)
+            note_stay(visits, k, t, time_at(track, leave), top_speed(track, begin, leave), mass)
+        if leave >= track.duration:
+            return
+        begin = max(begin, leave)
+        if leave_i <= leave_j:
+            i += 1 if v[0] > 0.0 else -1
+        else:
+            j += 1 if v[1] > 0.0 else -1
+
+
+@kernel
+def walk_facets(
+    ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float
+) -> None:
+    """Visit every facet that the track passes over, and its zone; tell the squares how high above it the rock was."""
+    locator, x, v = ground.locator, track.arc.x, track.arc.v
+    i = square_at(x[0], locator.x, locator.cell, locator.nx)
+    j = square_at(x[1], locator.y, locator.cell, locator.ny)
+    begin = 0.0
+    while True:
+        leave_i = leaving_time(i, locator.nx, locator.x, locator.cell, x[0], v[0])
+        leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], v[1])
+        leave = min(leave_i, leave_j, track.duration)
+        if leave > begin or begin == 0.0:
+            _visit_bucket(ground, spans, squares, facets, zones, track, mass, j * locator.nx + i, begin, leave)
+        if leave >= track.duration:
+            return
+        begin = max(begin, leave)
+        if leave_i <= leave_j:
+            i += 1 if v[0] > 0.0 else -1
+        else:
+            j += 1 if v[1] > 0.0 else -1
+
+
+@kernel
+def _visit_bucket(
+    ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    bucket: int, begin: float, leave: float,
+) -> None:  # fmt: skip
+    """Visit the facets under the stretch of track that lies over one bucket.
+
+    Where they overlap in plan (an overhang, two terrains, a track along an edge), only what is straight below counts.
+    """
+    used, covered = _spans_over(ground, spans, track, bucket, begin, leave)
+    overlap = covered > (leave - begin) * (1.0 + OVERLAP) or (leave == begin and used > 1)
+    for s in range(used):
+        f, low, high = spans.facet[s], spans.times[s, 0], spans.times[s, 1]
+        if overlap and not _is_below(ground, track.arc, 0.5 * (low + high), f):
+            continue
+        height = largest_height(ground.facets, f, track.arc, low, high)
+        speed, t, until = top_speed(track, low, high), time_at(track, low), time_at(track, high)
+        k = visit(facets, f, t)
+        note_stay(facets, k, t, until, speed, mass)
+        note_height(facets, k, height)
+        k = visit(zones, ground.facets.zone[f], t)
+        note_stay(zones, k, t, until, speed, mass)
+        note_height(zones, k, height)
+        _note_heights(ground, squares, track, f, low, high)
+
+
+@kernel
+def _spans_over(
+    ground: Ground, spans: Spans, track: Track, bucket: int, begin: float, leave: float
+) -> tuple[int, float]:
+    """Find the facets of a bucket that lie under a stretch of track; how many, and how long they are all together."""
+    locator, facets = ground.locator, ground.facets
+    used, covered = 0, 0.0
+    for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
+        f: Any = np.int64(locator.ids[entry])
+        low, high = under(facets, f, track.arc, begin, leave)
+        if high < low or (high == low and leave > begin) or used == len(spans.facet):
+            continue
+        if not _is_above(facets, f, track.arc, 0.5 * (low + high)):
+            continue
+        spans.facet[used], spans.times[used, 0], spans.times[used, 1] = f, low, high
+        used, covered = used + 1, covered + (high - low)
+    return used, covered
+
+
+@kernel
+def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
+    """From when to when, between two times (s), an arc passes over facet f in plan; the end before the begin if never.
+
+    The three edges of the facet each cut off a part of the straight line that the arc is in plan.
+    """
+    n_z = facets.normals[f, 2]
+    if n_z == 0.0:
+        return math.inf, -math.inf
+    side = math.copysign(1.0, n_z)
+    low, high = begin, end
+    for k in range(3):
+        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
+        ex, ey = side * (b[0] - a[0]), side * (b[1] - a[1])
+        inside = ex * (arc.x[1] - a[1]) - ey * (arc.x[0] - a[0])
+        turning = ex * arc.v[1] - ey * arc.v[0]
+        if turning > 0.0:
+            low = max(low, -inside / turning)
+        elif turning < 0.0:
+            high = min(high, -inside / turning)
+        elif inside < 0.0:
+            return math.inf, -math.inf
+    return low, high
+
+
+@kernel
+def _is_above(facets: Facets, f: int, arc: Arc, t: float) -> bool:
+    """Whether the rock is on or above the plane of f, and not below it as under a roof."""
+    n = stored_normal(facets, f)
+    distance = dot(n, subtract(position(arc, t), corner(facets, f, 0)))
+    return bool(math.copysign(1.0, n[2]) * distance >= -REACH * facets.tolerance)
+
+
+@kernel
+def _is_below(ground: Ground, arc: Arc, t: float, f: int) -> bool:
+    """Whether facet f is the one straight below the rock."""
+    return ground_below(ground.locator, ground.facets, position(arc, t))[1].facet == f
+
+
+@kernel
+def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
+    """Largest vertical height (m) of an arc above the plane of f between two times: at one of them, or in between.
+
+    The height is c + b t - g t^2 / 2, so it is largest where b = g t.
+    """
+    n = stored_normal(facets, f)
+    c = dot(n, subtract(arc.x, corner(facets, f, 0))) / n[2]
+    b = dot(n, arc.v) / n[2]
+    g = arc.gravity
+    height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
+    if g > 0.0 and low * g < b < high * g:
+        height = max(height, c + 0.5 * b * b / g)
+    return max(height, 0.0)
+
+
+@kernel
+def _note_heights(ground: Ground, squares: Visits, track: Track, f: int, low: float, high: float) -> None:
+    """Tell the squares between two times of a track how high above facet f the rock was in each."""
+    raster, x, v = ground.raster, track.arc.x, track.arc.v
+    i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)
+    j = square_at(x[1] + v[1] * low, raster.y, raster.cell, raster.ny)
+    begin = low
+    while True:
+        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], v[0])
+        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], v[1])
+        leave = min(leave_i, leave_j, high)
+        k = visited(squares, j * raster.nx + i)
+        if k >= 0 and leave >= begin:
+            note_height(squares, k, largest_height(ground.facets, f, track.arc, begin, leave))
+        if leave >= high:
+            return
+        begin = max(begin, leave)
+        if leave_i <= leave_j:
+            i += 1 if v[0] > 0.0 else -1
+        else:
+            j += 1 if v[1] > 0.0 else -1

@@ -1,0 +1,244 @@
+"""Tallies while flying: every cell and every statistic against hazard recomputed by force from stored paths."""
+
+import math
+
+import numpy as np
+import pytest
+import scenes_of_facets as made
+from hazard_by_force import by_force, passages
+
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.ensemble import batches
+from rpf3d_core.hazard import tallies as tallies_module
+from rpf3d_core.hazard.areas import areas_of
+from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, Raster
+from rpf3d_core.hazard.tallies import tallies_over
+from rpf3d_core.hazard.walk import Ground
+from rpf3d_core.terrain.facets import facets_of
+
+MASS = 1000.0
+"""Of the rocks that `scenes_of_facets.fly` makes (kg)."""
+EXACT = 1e-9
+"""Relative, plus as much absolutely: times and speeds are the same formula evaluated in another order."""
+FLOAT32 = 1e-6
+"""Statistics are kept in single precision."""
+MEMORY = 1e9
+
+
+def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
+    """Tallies over a terrain with a raster that does not line up with its grid."""
+    facets = facets_of(terrain)
+    low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
+    raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
+    extent = math.dist(facets.low, facets.high)
+    scales = scales_of(extent, 9.81, 12.0, MASS, MASS)
+    ground = Ground(facets, bucket_locator(facets), raster)
+    return tallies_over(ground, areas_of(areas or {}), len(terrain.zones), 9.81, scales, limit, compiled)
+
+
+def rocks_above(count, size=18.0, seed=3):
+    """Rocks thrown about over a grid of some size."""
+    random = np.random.default_rng(seed)
+    x = random.uniform(1.0, size - 1.0, (count, 3))
+    x[:, 2] = 6.0
+    return x, random.uniform(-4.0, 4.0, (count, 3))
+
+
+def rough(slope=0.3, amplitude=0.6):
+    """A rough grid of 12 by 12 squares of 1.5 m, its facets in three zones."""
+    terrain = made.rough_grid(12, 18.0, slope, amplitude, seed=5)
+    zone = (np.arange(len(terrain.triangles)) // 40 % 3).astype(np.int32)
+    return type(terrain)(terrain.vertices, terrain.triangles, zone, ("a", "b", "c"), terrain.frame)
+
+
+def flown(terrain, tallies, engine="compiled", count=60, model="sliding", **how):
+    """Rocks flown over a terrain and counted."""
+    x, v = rocks_above(count)
+    physics = made.flight(made.surface(0.6, 0.85, 25.0), model)
+    return made.fly(made.engine_over(engine, terrain), physics, x, v, watch=tallies, **how)
+
+
+def numbers(maps):
+    """Every array of some maps, by name."""
+    for kind in ("cells", "facets", "zones", "areas"):
+        for name, value in vars(getattr(maps, kind)).items():
+            parts = vars(value) if hasattr(value, "p95") else {"": value}
+            yield from ((f"{kind}.{name}.{part}", array) for part, array in parts.items())
+
+
+def assert_same(one, other):
+    """Two maps are equal to the last bit."""
+    for (name, a), (_, b) in zip(numbers(one), numbers(other), strict=True):
+        assert np.array_equal(a, b, equal_nan=True), name
+
+
+def assert_layers(layers, stays, with_passages=True):
+    """Every cell and every statistic of layers is what the stays of all rocks say."""
+    cells = {}
+    for (_, cell), found in stays.items():
+        cells.setdefault(cell, []).append(found)
+    reached = np.zeros(len(layers.rocks), dtype=np.int64)
+    for cell, found in cells.items():
+        reached[cell] = len(found)
+        assert layers.impacts[cell] == sum(s.impacts for s in found)
+        assert layers.deposits[cell] == sum(s.deposits for s in found)
+        first = min(t for s in found for t, _ in s.times)
+        assert layers.first_arrival[cell] == pytest.approx(first, rel=EXACT, abs=EXACT)
+        if with_passages:
+            assert layers.passages[cell] == sum(passages(s.times) for s in found)
+        for quantity in ("energy", "speed", "height"):
+            assert_spread(getattr(layers, quantity), cell, sorted(getattr(s, quantity) for s in found), layers)
+    assert np.array_equal(layers.rocks, reached), "no other cell was reached"
+    nowhere = reached == 0
+    assert np.isnan(layers.first_arrival[nowhere]).all() and np.isnan(layers.energy.mean[nowhere]).all()
+
+
+def assert_spread(spread, cell, values, layers):
+    close = {"rel": FLOAT32, "abs": 1e-5 * max(values[-1], 1e-3)}  # heights of rocks on the ground are rounding
+    assert spread.largest[cell] == pytest.approx(values[-1], **close)
+    assert spread.mean[cell] == pytest.approx(np.mean(values), **close)
+    for p in PERCENTILES:
+        told = getattr(spread, f"p{p}")[cell]
+        if len(values) < FEWEST_ROCKS:
+            assert math.isnan(told)
+        else:
+            expected = values[math.ceil(p * len(values) / 100) - 1]
+            assert told == pytest.approx(expected, rel=layers.percentiles_within, abs=1e-3 * values[-1])
+
+
+@pytest.mark.parametrize("engine", made.ENGINES)
+@pytest.mark.parametrize("model", ["none", "sliding"])
+def test_every_cell_and_statistic_is_what_stored_paths_say(engine, model):
+    terrain = rough()
+    tallies = over(terrain, compiled=engine == "compiled")
+    flights = flown(terrain, tallies, engine, 150, model)
+    maps = tallies.maps(150, ())
+    squares, facets, zones = by_force(flights, tallies.ground.facets, tallies.ground.raster, MASS)
+    assert_layers(maps.cells, squares)
+    assert_layers(maps.facets, facets)
+    assert_layers(maps.zones, zones, with_passages=False)
+    assert maps.cells.rocks.max() >= FEWEST_ROCKS, "some cells have percentiles"
+    assert maps.cells.percentiles_within < 0.05
+
+
+def test_heights_of_rocks_are_the_largest_above_what_lies_straight_below():
+    terrain = rough()
+    tallies = over(terrain)
+    flights = flown(terrain, tallies)
+    squares, _, _ = by_force(flights, tallies.ground.facets, tallies.ground.raster, MASS)
+    for row, told in enumerate(flights.deposits.max_height):
+        assert told == pytest.approx(max(s.height for (rock, _), s in squares.items() if rock == row), rel=EXACT)
+
+
+def test_maps_do_not_depend_on_engine_threads_batches_or_room(monkeypatch):
+    terrain, areas = rough(), {"middle": [np.array([[6.0, 6.0], [12.0, 7.0], [9.0, 13.0]])]}
+    first = over(terrain, areas=areas)
+    flown(terrain, first, count=200)
+    expected = first.maps(200, ("middle",))
+    assert expected.areas.rocks[0] > 0
+    for threads in (1, 2, 5):
+        again = over(terrain, areas=areas)
+        flown(terrain, again, count=200, threads=threads)
+        assert_same(again.maps(200, ("middle",)), expected)
+    plain = over(terrain, areas=areas, compiled=False)
+    flown(terrain, plain, "reference", count=200)
+    assert_same(plain.maps(200, ("middle",)), expected)
+    for name, module, value in (
+        ("LARGEST_BATCH", batches, 7), ("ROOM", batches, 50), ("ROOM", tallies_module, 3),
+    ):  # fmt: skip
+        with monkeypatch.context() as patch:
+            patch.setattr(module, name, value)
+            again = over(terrain, areas=areas)
+            flown(terrain, again, count=200)
+        assert_same(again.maps(200, ("middle",)), expected)
+
+
+@pytest.mark.parametrize("limit", [MEMORY, 60_000.0])
+def test_eight_parts_together_are_the_same_bits_as_one_run(limit):
+    terrain = rough()
+    x, v = rocks_above(160)
+    physics = made.flight(made.surface(0.6, 0.85, 25.0))
+    engine = made.engine_over("compiled", terrain)
+    whole, joined = over(terrain, limit=limit), over(terrain, limit=limit)
+    made.fly(engine, physics, x, v, watch=whole)
+    for part in range(8):
+        mine = over(terrain, limit=limit)
+        made.fly(engine, physics, x[20 * part : 20 * part + 20], v[20 * part : 20 * part + 20], watch=mine)
+        joined.add(mine)
+    assert_same(joined.maps(160, ()), whole.maps(160, ()))
+    assert (whole.maps(160, ()).cells.percentiles_within > 0.05) == (limit < MEMORY), "less memory, wider bins"
+
+
+def test_bins_merged_for_want_of_memory_still_keep_their_promise():
+    terrain = rough()
+    tight = over(terrain, limit=60_000.0)
+    flights = flown(terrain, tight, count=150)
+    maps = tight.maps(150, ())
+    assert 0.05 < maps.cells.percentiles_within < 0.5
+    squares, _, _ = by_force(flights, tight.ground.facets, tight.ground.raster, MASS)
+    assert_layers(maps.cells, squares)
+
+
+@pytest.mark.parametrize("engine", made.ENGINES)
+def test_under_a_roof_a_rock_passes_the_floor_and_over_it_the_roof(engine):
+    floor, roof = made.floor(10.0, cells=4), made.rough_grid(3, 8.0, 0.0, 0.0, centred=True, z=5.0)
+    terrain = made.joined(floor, roof)
+    tallies = over(terrain, compiled=engine == "compiled")
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    x, v = [(-8.0, 0.3, 4.0), (-3.0, 0.4, 8.0)], [(10.0, 0.1, 0.0), (2.0, 0.1, 0.0)]
+    flights = made.fly(made.engine_over(engine, terrain), physics, x, v, watch=tallies)
+    assert flights.deposits.max_height == pytest.approx([4.0, 3.0], rel=EXACT), "above what lies straight below"
+    zones = tallies.maps(2, ()).zones
+    assert zones.rocks.tolist() == [1, 1]
+    assert zones.deposits.tolist() == [1, 1]
+
+
+def test_a_vertical_wall_is_visited_by_what_strikes_it():
+    box = made.box()
+    tallies = over(box)
+    engine, physics = made.engine_over("compiled", box), made.flight(made.surface(0.5, 0.8))
+    flights = made.fly(engine, physics, (0.1, 0.2, 5.0), (8.0, 0.3, 0.0), watch=tallies)
+    struck = flights.impacts.facet[0]
+    assert tallies.ground.facets.normals[struck, 2] == 0.0
+    facets = tallies.maps(1, ()).facets
+    assert (facets.rocks[struck], facets.passages[struck]) == (1, 1)
+    assert facets.impacts[struck] == (flights.impacts.facet == struck).sum()
+    assert facets.speed.largest[struck] == pytest.approx(flights.impacts.speed_in[0], rel=FLOAT32)
+
+
+def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
+    """A rough valley mirrored about its line, rocks thrown evenly to both sides: mirrored cells differ by chance."""
+    cells, size = 24, 48.0
+    half = made.rough_grid(cells, size, 0.4, 0.3, seed=2)
+    right = half.vertices * (1.0, 0.5, 1.0)
+    right[:, 2] += 0.02 * right[:, 1] ** 2
+    left = type(half)(right * (1.0, -1.0, 1.0), half.triangles[:, ::-1], half.zone, half.zones, half.frame)
+    terrain = made.joined(type(half)(right, half.triangles, half.zone, half.zones, half.frame), left)
+    facets = facets_of(terrain)
+    raster = Raster(0.0, -size / 2, 2.0, cells, cells)
+    scales = scales_of(100.0, 9.81, 12.0, MASS, MASS)
+    ground = Ground(facets, bucket_locator(facets), raster)
+    tallies = tallies_over(ground, areas_of({}), 2, 9.81, scales, MEMORY, True)
+    random = np.random.default_rng(11)
+    rocks = 4000
+    x = np.stack([random.uniform(1.0, 3.0, rocks), random.uniform(-3.0, 3.0, rocks), np.full(rocks, 3.0)], 1)
+    v = np.stack([random.uniform(0.0, 4.0, rocks), random.uniform(-4.0, 4.0, rocks), np.zeros(rocks)], 1)
+    made.fly(made.engine_over("compiled", terrain), made.flight(made.surface(0.5, 0.9, 20.0)), x, v, watch=tallies)
+    reached = tallies.maps(rocks, ()).cells.rocks.reshape(cells, cells)
+    left, right = reached[: cells // 2], reached[cells // 2 :][::-1]
+    share = (left + right) / (2 * rocks)
+    spread = np.sqrt(2 * rocks * share * (1 - share))
+    away = np.abs(left - right)[spread > 0] / spread[spread > 0]
+    assert (spread > 3).sum() > 50, "there is something to compare"
+    assert away.max() < 4.5 and (away > 1.96).mean() < 0.10, "as chance makes them, in cells that hang together"
+
+
+def test_bins_hold_their_values_and_no_bin_is_wider_than_promised():
+    top, bins = 64.0, 96
+    edges = bin_edges(top, bins)
+    assert relative_error(edges) < 0.05 and edges[-1] == top
+    for value in np.exp(np.random.default_rng(1).uniform(math.log(edges[0]), math.log(top), 2000)):
+        b = bin_of(float(value), top, bins)
+        assert edges[b] * (1 - 1e-12) <= value <= edges[b + 1] * (1 + 1e-12)
+    assert [bin_of(v, top, bins) for v in (0.0, edges[0] / 2, 10 * top)] == [0, 0, bins - 1]

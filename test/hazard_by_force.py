@@ -1,0 +1,148 @@
+"""Hazard recomputed by force from stored paths: every cell against every piece of path, with sets of times.
+
+Nothing here is shared with `rpf3d_core.hazard`: a square or facet is cut out of a line by solving for the times at
+which the line is on the right side of each border, for all of them at once, in NumPy.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.paths import along_pieces
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Mode, Outcome
+
+G = 9.81
+CHORDS = 8
+"""Chords that a slide which bends is taken as (`hazard.tracks`)."""
+JOINED = 1e-9
+"""Gap (s) below which two stays are one."""
+
+
+@dataclass
+class Stays:
+    """When one rock was in one cell: intervals of time, and its most there."""
+
+    times: list
+    energy: float = 0.0
+    speed: float = 0.0
+    height: float = 0.0
+    impacts: int = 0
+    deposits: int = 0
+
+
+def straight_pieces(flights: Flights):
+    """(row, t, x, v, duration, gravity, speed at begin, at end) of everything that is straight in plan."""
+    p = flights.paths
+    for i in np.flatnonzero(p.mode != Mode.END):
+        duration = p.t[i + 1] - p.t[i]
+        if duration <= 0.0:
+            continue
+        if p.mode[i] == Mode.FLIGHT:
+            yield p.row[i], p.t[i], p.x[i], p.v[i], duration, G, None, None
+            continue
+        count = CHORDS if p.v[i, 0] * p.v_end[i, 1] != p.v[i, 1] * p.v_end[i, 0] else 1
+        points = [along_pieces(p, np.array([i]), np.array([k / count]), G)[0][0] for k in range(count + 1)]
+        step = duration / count
+        begin, end = np.linalg.norm(p.v[i]), np.linalg.norm(p.v_end[i])
+        for k in range(count):
+            speeds = begin + (end - begin) * k / count, begin + (end - begin) * (k + 1) / count
+            yield p.row[i], p.t[i] + k * step, points[k], (points[k + 1] - points[k]) / step, step, 0.0, *speeds
+
+
+def cut(inside, turning, duration):
+    """Intervals (N, 2) in which inside + turning t >= 0 for all of (N, K) borders, within [0, duration]."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = -inside / turning
+    low = np.where(turning > 0, at, np.where((turning == 0) & (inside < 0), np.inf, -np.inf)).max(axis=1)
+    high = np.where(turning < 0, at, np.inf).min(axis=1)
+    return np.maximum(low, 0.0), np.minimum(high, duration)
+
+
+def speed(v, gravity, ends, duration, t):
+    """Speed (m/s) t seconds into a straight piece."""
+    if gravity == 0.0:
+        return ends[0] + (ends[1] - ends[0]) * t / duration
+    return math.hypot(v[0], v[1], v[2] - gravity * t)
+
+
+def height_above(facets, f, x, v, gravity, low, high):
+    """Largest height (m) above the plane of facet f between two times: at a fine set of times, or where it is level."""
+    n, a = facets.normals[f], facets.corners[f, :3]
+    times = np.linspace(low, high, 3)
+    if gravity:
+        top = (v @ n) / (n[2] * gravity)
+        times = np.append(times, np.clip(top, low, high))
+    places = x + v * times[:, None] - 0.5 * gravity * times[:, None] ** 2 * np.array([0.0, 0.0, 1.0])
+    return max(float((((places - a) @ n) / n[2]).max()), 0.0)
+
+
+def by_force(flights: Flights, facets: Facets, raster, mass):
+    """{(rock, cell): Stays} over squares, facets and zones."""
+    squares, ground, zones = {}, {}, {}
+    corners = np.asarray(facets.corners).reshape(-1, 3, 3)
+    side = np.sign(facets.normals[:, 2])
+    edges = (np.roll(corners, -1, axis=1) - corners)[..., :2] * side[:, None, None]
+    columns, rows = np.meshgrid(np.arange(raster.nx), np.arange(raster.ny))
+    west, south = raster.x + columns.ravel() * raster.cell, raster.y + rows.ravel() * raster.cell
+    for row, t, x, v, duration, gravity, *ends in straight_pieces(flights):
+        inside = np.stack([x[0] - west, west + raster.cell - x[0], x[1] - south, south + raster.cell - x[1]], 1)
+        turning = np.broadcast_to([v[0], -v[0], v[1], -v[1]], inside.shape)
+        low, high = cut(inside, turning, duration)
+        over = np.flatnonzero(high > low)
+        for cell in over:
+            stay(squares, row, cell, t, low[cell], high[cell], v, gravity, ends, duration, mass)
+        away = x[:2] - corners[..., :2]
+        f_low, f_high = cut(
+            edges[..., 0] * away[..., 1] - edges[..., 1] * away[..., 0],
+            edges[..., 0] * v[1] - edges[..., 1] * v[0], duration,
+        )  # fmt: skip
+        for f in np.flatnonzero((f_high > f_low) & (side != 0)):
+            stay(ground, row, f, t, f_low[f], f_high[f], v, gravity, ends, duration, mass)
+            stay(zones, row, facets.zone[f], t, f_low[f], f_high[f], v, gravity, ends, duration, mass)
+            high_above = height_above(facets, f, x, v, gravity, f_low[f], f_high[f])
+            for kind, cell in ((ground, f), (zones, facets.zone[f])):
+                kind[row, cell].height = max(kind[row, cell].height, high_above)
+            for cell in over:
+                begin, end = max(low[cell], f_low[f]), min(high[cell], f_high[f])
+                if end > begin:
+                    most = height_above(facets, f, x, v, gravity, begin, end)
+                    squares[row, cell].height = max(squares[row, cell].height, most)
+    count(flights, facets, raster, squares, ground, zones)
+    return squares, ground, zones
+
+
+def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
+    """Add one interval to the stays of a rock in a cell."""
+    found = kind.setdefault((row, cell), Stays([]))
+    found.times.append((t + low, t + high))
+    fastest = max(speed(v, gravity, ends, duration, low), speed(v, gravity, ends, duration, high))
+    found.speed = max(found.speed, fastest)
+    found.energy = max(found.energy, 0.5 * mass * fastest**2)
+
+
+def count(flights, facets, raster, squares, ground, zones):
+    """Count impacts and deposits."""
+    def square(x):
+        return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
+
+    i, d = flights.impacts, flights.deposits
+    for row, x, f in zip(i.row, i.x, i.facet, strict=True):
+        squares[row, square(x)].impacts += 1
+        ground[row, f].impacts += 1
+        zones[row, facets.zone[f]].impacts += 1
+    for row in np.flatnonzero(d.outcome == Outcome.STOPPED):
+        squares[row, square(d.x[row])].deposits += 1
+        ground[row, d.facet[row]].deposits += 1
+        zones[row, facets.zone[d.facet[row]]].deposits += 1
+
+
+def passages(times):
+    """How many stays are left of intervals once those that join are one."""
+    entered, until = 0, -math.inf
+    for begin, end in sorted(times):
+        entered += begin > until + JOINED
+        until = max(until, end)
+    return entered
