@@ -15,6 +15,8 @@ FIRST, UNTIL = 0, 1
 ENERGY, SPEED, HEIGHT = 0, 1, 2
 PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
 USED, OF_ROCK, FULL = 0, 1, 2
+JOINED = 1e-9
+"""Stays nearer in time than this (s) are one: a rock that bounces on the border of a cell is there all the time."""
 
 
 class Visits(NamedTuple):
@@ -87,11 +89,11 @@ def visit(visits: Visits, cell: int, t: float) -> int:
 def note_stay(visits: Visits, k: int, begin: float, end: float, speed: float, mass: float) -> None:
     """The rock was in the cell of visit k from begin to end (s), at no more than some speed (m/s).
 
-    A stay that begins where the last one ended, bounce or no bounce, is the same passage.
+    A stay that begins when the last one ended, bounce or no bounce, is the same passage.
     """
     if k < 0:
         return
-    if begin > visits.times[k, UNTIL]:
+    if begin > visits.times[k, UNTIL] + JOINED:
         visits.counts[k, PASSAGES] += 1
     visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
     if speed > visits.most[k, SPEED]:
