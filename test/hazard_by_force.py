@@ -110,7 +110,7 @@ def by_force(flights: Flights, facets: Facets, raster, mass):
                 if end > begin:
                     most = height_above(facets, f, x, v, gravity, begin, end)
                     squares[row, cell].height = max(squares[row, cell].height, most)
-    count(flights, facets, raster, squares, ground, zones)
+    count(flights, facets, raster, mass, squares, ground, zones)
     return squares, ground, zones
 
 
@@ -123,16 +123,17 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
     found.energy = max(found.energy, 0.5 * mass * fastest**2)
 
 
-def count(flights, facets, raster, squares, ground, zones):
-    """Count impacts and deposits."""
+def count(flights, facets, raster, mass, squares, ground, zones):
+    """Count impacts, which strike a facet with the speed they come with, and deposits."""
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
 
     i, d = flights.impacts, flights.deposits
-    for row, x, f in zip(i.row, i.x, i.facet, strict=True):
+    for row, x, f, fast in zip(i.row, i.x, i.facet, i.speed_in, strict=True):
         squares[row, square(x)].impacts += 1
-        ground[row, f].impacts += 1
-        zones[row, facets.zone[f]].impacts += 1
+        for found in (ground[row, f], zones[row, facets.zone[f]]):
+            found.impacts += 1
+            found.speed, found.energy = max(found.speed, fast), max(found.energy, 0.5 * mass * fast**2)
     for row in np.flatnonzero(d.outcome == Outcome.STOPPED):
         squares[row, square(d.x[row])].deposits += 1
         ground[row, d.facet[row]].deposits += 1
