@@ -161,6 +161,14 @@ def some_of(batch: Batch, impacts: NDArray[np.bool_], paths: NDArray[np.bool_]) 
     return Batch(batch.rows, batch.finals, batch.counts, *written, first)
 
 
+def only(batch: Batch, rocks: NDArray[np.bool_]) -> Batch:
+    """A batch of some of its N rocks (N,), with all that is held of these."""
+    lengths = np.diff(batch.first, axis=0)
+    struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
+    written = (batch.impacts[struck], batch.facets[struck], batch.pieces[moved], batch.modes[moved])
+    return Batch(batch.rows[rocks], batch.finals[rocks], batch.counts[rocks], *written, _firsts(lengths[rocks]))
+
+
 def in_order(batches: Sequence[Batch]) -> Batch:
     """All rocks of at least one batch as one, in order of their rows."""
     rows = np.concatenate([batch.rows for batch in batches])

@@ -1,0 +1,125 @@
+"""Fly any number of rocks in bounded memory: block after block is drawn, flown, handed on and forgotten."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from rpf3d_core.ensemble.batches import Batch, Flight, Keep, Watch, fly_batches, in_order, only
+from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
+from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.simulation.engines import Engine
+
+BLOCK = 65_536
+"""Rocks in a block at most: some tens of megabytes with their impacts."""
+
+Sink = Callable[[Deposits, Impacts], None]
+"""Takes the rocks of one block, in order; rows of the impacts count from the block's first rock."""
+Advance = Callable[[int], None]
+"""Told the number of rocks flown since the last call."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """The rows of the rocks to keep in memory: rocks (N,), and those of them whose paths are kept, paths (P,)."""
+
+    rocks: IntArray
+    paths: IntArray
+
+
+def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
+    """Of R rocks, `shown` (None: all) that are evenly spread over them, and as many paths as asked for among them."""
+    some = _spread(rocks, rocks if shown is None else shown)
+    return Shown(some, some[_spread(len(some), paths)])
+
+
+def _spread(rocks: int, some: int) -> IntArray:
+    """Rows (N,) of at most `some` of R rocks, evenly spread."""
+    return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
+
+
+def blocks_of(first: Sequence[int], last: Sequence[int]) -> Iterator[list[range]]:
+    """Ranges of rocks of each source that together go from its `first` to before its `last`, at most BLOCK a time.
+
+    Each block takes its share of every source, so that the blocks flown so far stand for all.
+    """
+    rocks = sum(last) - sum(first)
+    blocks = -(-rocks // BLOCK)
+    for b in range(blocks):
+        yield [
+            range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
+            for low, high in zip(first, last, strict=True)
+        ]
+
+
+@dataclass(eq=False)
+class Stream:
+    """Rocks in flight: what flies them, who looks at them, and those that are kept to be shown.
+
+    watch, stop, threads : as of `fly_batches`; sink : takes what has flown; advance : told of progress
+    """
+
+    engine: Engine
+    flight: Flight
+    shown: Shown
+    watch: Watch | None = None
+    sink: Sink | None = None
+    advance: Advance | None = None
+    stop: Callable[[], bool] | None = None
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Nothing has flown yet."""
+        self.rows = 0
+        self._batches: list[Batch] = []
+        self._releases: list[Releases] = []
+
+    def fly(self, blocks: Iterable[Releases]) -> bool:
+        """Fly blocks of rocks; False where it was stopped before all had flown."""
+        for releases in blocks:
+            flown = self._fly_block(releases)
+            self.rows += len(releases.x)
+            if flown < len(releases.x):
+                return False
+        return True
+
+    def _fly_block(self, releases: Releases) -> int:
+        keep = Keep(self._chosen(self.shown.paths, len(releases.x)), impacts=True)
+        batches = []
+        for batch in fly_batches(
+            self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop
+        ):  # fmt: skip
+            batches.append(batch)
+            if self.advance:
+                self.advance(len(batch.rows))
+        if batches:
+            self._hand_on(in_order(batches), releases)
+        return sum(len(batch.rows) for batch in batches)
+
+    def _hand_on(self, batch: Batch, releases: Releases) -> None:
+        if self.sink:
+            self.sink(deposits_of(batch.finals, batch.counts, taken(releases, batch.rows)), impacts_of(batch))
+        shown = self._chosen(self.shown.rocks, len(releases.x))[batch.rows]
+        self._batches.append(only(replace(batch, rows=batch.rows + self.rows), shown))
+        self._releases.append(taken(releases, batch.rows[shown]))
+
+    def _chosen(self, rows: IntArray, count: int) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+        """Which of the next `count` rocks are among some rows of all: (count,)."""
+        chosen = np.zeros(count, dtype=bool)
+        chosen[rows[(rows >= self.rows) & (rows < self.rows + count)] - self.rows] = True
+        return chosen
+
+    def flights(self, compile_s: float, fly_s: float) -> Flights:
+        """The flights of the rocks that are kept to be shown."""
+        releases = Releases(*(np.concatenate(parts) for parts in zip(*map(_columns, self._releases), strict=True)))
+        return flights_of(self._batches, releases, self.engine.name, compile_s, fly_s)
+
+
+def taken(releases: Releases, rows: IntArray) -> Releases:
+    """The releases of some rows (N,)."""
+    return Releases(*(column[rows] for column in _columns(releases)))
+
+
+def _columns(releases: Releases) -> tuple[np.ndarray, ...]:
+    return tuple(getattr(releases, column.name) for column in fields(Releases))

@@ -1,0 +1,82 @@
+"""What an ensemble comes to, gathered block after block: outcomes, and distributions over all rocks."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.ensemble.flights import Deposits, FloatArray
+from rpf3d_core.values import DEPOSITED, Outcome
+
+PATH_UNITS = 2**20
+"""A path counts in units of 1/2^20 m: whole numbers add up alike in any order."""
+
+Position = Callable[[FloatArray], FloatArray]
+"""Where points (N, 3), local frame, lie along some direction: (N,) m."""
+
+
+@dataclass(eq=False)
+class Totals:
+    """Counts and distributions over all rocks that have flown.
+
+    position : where stops lie along the direction that field stops are compared along; None if none are
+    path : of all rocks together, in PATH_UNITS; runout : m, of rocks at rest; the others as of `Deposits`
+    """
+
+    position: Position | None = None
+    outcomes: Counter[Outcome] = field(default_factory=Counter)
+    impacts: int = 0
+    path: int = 0
+    runout: Sample = field(default_factory=Sample)
+    max_speed: Sample = field(default_factory=Sample)
+    max_energy: Sample = field(default_factory=Sample)
+    max_height: Sample = field(default_factory=Sample)
+    ground_speed: Sample = field(default_factory=Sample)
+    stops: Sample = field(default_factory=Sample)
+
+    @property
+    def rocks(self) -> int:
+        """How many have flown."""
+        return sum(self.outcomes.values())
+
+    @property
+    def path_m(self) -> float:
+        """Path of all rocks together (m)."""
+        return float(Fraction(self.path, PATH_UNITS))
+
+    def add(self, deposits: Deposits) -> None:
+        """Gather more rocks."""
+        codes, counts = np.unique(deposits.outcome, return_counts=True)
+        self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
+        self.impacts += int(deposits.impacts.sum())
+        self.path += sum(np.rint(deposits.path * PATH_UNITS).astype(np.int64).tolist())
+        at_rest = np.isin(deposits.outcome, DEPOSITED)
+        self.runout.add(runout(deposits)[at_rest])
+        for name in ("max_speed", "max_energy", "max_height", "ground_speed"):
+            getattr(self, name).add(getattr(deposits, name))
+        if self.position is not None:
+            self.stops.add(self.position(deposits.x[at_rest]))
+
+    def join(self, other: "Totals") -> None:
+        """Gather the rocks of another part of the same ensemble."""
+        self.outcomes.update(other.outcomes)
+        self.impacts += other.impacts
+        self.path += other.path
+        for name in ("runout", "max_speed", "max_energy", "max_height", "ground_speed", "stops"):
+            getattr(self, name).join(getattr(other, name))
+
+
+def totals_of(deposits: Deposits, position: Position | None = None) -> Totals:
+    """The totals of rocks that are all there."""
+    totals = Totals(position)
+    totals.add(deposits)
+    return totals
+
+
+def runout(deposits: Deposits) -> FloatArray:
+    """Horizontal distance (R,) m from release to end."""
+    run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)
+    return run
