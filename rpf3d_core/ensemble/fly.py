@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, warm
 from rpf3d_core.simulation.record import empty_record
@@ -35,7 +36,7 @@ the number of rocks flown since the last call."""
 class Flight:
     """What flies: the physics, shared by every rock of an ensemble."""
 
-    materials: Materials
+    materials: Materials | DrawnMaterials
     settings: Settings
     models: Models
 
@@ -133,7 +134,8 @@ def _fly_batch(
     x, v = np.ascontiguousarray(releases.x[span]), np.ascontiguousarray(releases.v[span])
     finals, counts = np.empty((len(x), 8)), np.empty((len(x), 4), dtype=np.int64)
     rows = np.zeros((len(x), 2), dtype=np.int64)
-    physics = (flight.models, flight.materials, flight.settings, x, v)
+    source, rock = np.ascontiguousarray(releases.source[span]), np.ascontiguousarray(releases.rock[span])
+    physics = (flight.models, flight.materials, flight.settings, x, v, source, rock)
     nothing = empty_record(0, 0)
     engine.follow(*physics, nothing, rows, finals, counts)
     if not record:

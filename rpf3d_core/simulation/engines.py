@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA, compiled_signatures, loop
-from rpf3d_core.materials.library import Materials
+from rpf3d_core.materials.library import key_of, keys_of
 from rpf3d_core.simulation.march import follow, ground_below
 from rpf3d_core.simulation.record import Record, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
@@ -41,14 +41,16 @@ class Reference:
         self.locator = VtkLocator(facets)
 
     def follow(
-        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, finals: Floats, counts: Integers,
+        self, models: Models, materials: Any, settings: Settings, x: Floats, v: Floats, source: Integers,
+        rock: Integers, record: Record, first: Integers, finals: Floats, counts: Integers,
     ) -> None:  # fmt: skip
         """Follow R rocks from x (R, 3) m with v (R, 3) m/s; fill finals (R, 8) and counts (R, 4).
 
+        source, rock : (R,) what drawn materials are drawn for
         record : where to write impacts and pieces; first : (R, 2) the first row of each rock in either
         """
-        arguments = (self.locator, self.facets, plain(materials), settings, x.tolist(), v.tolist())
+        keys = keys_of(materials, source.tolist(), rock.tolist())
+        arguments = (self.locator, self.facets, plain(materials), settings, x.tolist(), v.tolist(), keys)
         _follow_all.py_func(*models, *arguments, record, first, finals, counts)  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
@@ -70,11 +72,12 @@ class Compiled:
         self.locator = bucket_locator(facets)
 
     def follow(
-        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, finals: Floats, counts: Integers,
+        self, models: Models, materials: Any, settings: Settings, x: Floats, v: Floats, source: Integers,
+        rock: Integers, record: Record, first: Integers, finals: Floats, counts: Integers,
     ) -> None:  # fmt: skip
         """As `Reference.follow`."""
-        _follow_all(*models, self.locator, self.facets, materials, settings, x, v, record, first, finals, counts)
+        keys = keys_of(materials, source, rock)
+        _follow_all(*models, self.locator, self.facets, materials, settings, x, v, keys, record, first, finals, counts)
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
@@ -102,13 +105,14 @@ def engine_of(name: str, facets: Facets) -> Engine:
     raise ValueError(f"engine {name!r} cannot be used: {reason}")
 
 
-def warm(engine: Engine, models: Models, materials: Materials, settings: Settings) -> float:
+def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
     """Compile what a run of these models needs; returns the seconds it took."""
     began = time.perf_counter()
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         record = empty_record(0, 0)
-        engine.follow(models, materials, settings, nothing, nothing, record, none[:, :2], np.empty((0, 8)), none)
+        start = (nothing, nothing, none[:, 0].copy(), none[:, 0].copy())
+        engine.follow(models, materials, settings, *start, record, none[:, :2], np.empty((0, 8)), none)
         engine.ground_below(nothing)
     return time.perf_counter() - began
 
@@ -120,13 +124,14 @@ def kernels_compiled() -> int:
 
 @loop
 def _follow_all(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, x: Any, v: Any,
-    record: Record, first: Any, finals: Any, counts: Any,
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any, v: Any,
+    keys: Any, record: Record, first: Any, finals: Any, counts: Any,
 ) -> None:  # fmt: skip
     """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS)."""
     for i in range(len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        end = follow(model, ground, locator, facets, materials, settings, motion, record_from(record, first, i))
+        key, written = key_of(keys, i), record_from(record, first, i)
+        end = follow(model, ground, locator, facets, materials, settings, motion, key, written)
         tally, at = end.tally, end.motion.x
         finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]
         finals[i, 4], finals[i, 5] = tally.path, math.sqrt(tally.speed2)
