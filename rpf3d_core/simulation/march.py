@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length, position
-from rpf3d_core.compiling import kernel
+from rpf3d_core.compiling import guarded, kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, first_contact, flight_end
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.library import surface_of
@@ -43,16 +43,30 @@ def follow(
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
-        before = state
-        if state.tally.contacts >= settings.max_impacts:
-            state = State(state.motion, state.left, state.stands, state.tally, MAX_IMPACTS)
-        elif state.stands:
-            state = carry_on(ground, facets, materials, settings, state, key, record)
-        else:
-            state = fly_on(model, locator, facets, materials, settings, state, key, record)
-        state = checked(before, state)
+        state = checked(state, next_event(model, ground, locator, facets, materials, settings, state, key, record))
     note_piece(record, state.tally, state.motion, state.motion.v, END)
     return state
+
+
+def no_event(
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
+    record: Record,
+) -> State:  # fmt: skip
+    """What `next_event` gives in Python where its arithmetic fails: the rock has failed where it is."""
+    return State(state.motion, state.left, state.stands, state.tally, FAILED)
+
+
+@guarded(no_event)
+def next_event(
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
+    record: Record,
+) -> State:  # fmt: skip
+    """The state after the next event of a rock on its way."""
+    if state.tally.contacts >= settings.max_impacts:
+        return State(state.motion, state.left, state.stands, state.tally, MAX_IMPACTS)
+    if state.stands:
+        return carry_on(ground, facets, materials, settings, state, key, record)  # type: ignore[no-any-return]
+    return fly_on(model, locator, facets, materials, settings, state, key, record)
 
 
 @kernel
