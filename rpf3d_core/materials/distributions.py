@@ -49,7 +49,10 @@ def uniform_between(low: float, high: float) -> Distribution:
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """A normal distribution cut off at its bounds; mean and sd are those before the cut. low <= mean <= high, sd >= 0."""
+    """A normal distribution cut off at its bounds; mean and sd are those before the cut.
+
+    low <= mean <= high, low < high, sd >= 0
+    """
     if sd == 0.0:
         return fixed(mean)
     first, last = _normal((low - mean) / sd), _normal((high - mean) / sd)

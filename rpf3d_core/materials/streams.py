@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.compiling import HAS_NUMBA, kernel, loop
 
 ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
@@ -23,6 +23,8 @@ WEYL = (0x9E3779B9, 0xBB67AE85)
 WORD = 0xFFFFFFFF
 """The low 32 bits. Kernels count in signed 64-bit integers: a product may wrap, but its bits are those of the unsigned
 one, and the mask takes off what shifting a negative number brings in."""
+MANY = 50_000
+"""Draws from which a compiled loop makes them: it takes a tenth of the time, and leaves the same bits."""
 ZONES = 256
 """What a zone's number is multiplied by beside a purpose, so there may be up to 256 purposes and 2^24 zones."""
 
@@ -69,8 +71,21 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
     seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : of an impact, or 0
     """
-    high, low, _, _ = philox_words(rock, source, stream, number, seed & WORD, seed >> 32)
-    return ((high >> 5) * 67108864.0 + (low >> 6)) * 2.0**-53
+    return _uniform_of(rock, source, stream, number, seed & WORD, seed >> 32)
+
+
+@kernel
+def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
+    """The number in [0, 1) of a counter and a key."""
+    high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
+    return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
+
+
+@loop
+def _uniform_all(k0: int, k1: int, source: int, rocks: Any, stream: int, draws: Any) -> None:
+    """Fill draws (R,) for rocks (R,)."""
+    for i in range(len(draws)):
+        draws[i] = _uniform_of(rocks[i], source, stream, 0, k0, k1)
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
@@ -85,6 +100,10 @@ def uniform(seed: int, source: int, rock: ArrayLike, purpose: Purpose) -> NDArra
     seed : 0 <= seed < 2^64; source, rock : 0 <= number < 2^32
     """
     rocks = np.asarray(rock, dtype=np.uint64)
+    if HAS_NUMBA and rocks.size >= MANY:
+        many = np.empty(rocks.size)
+        _uniform_all(seed & WORD, seed >> 32, source, rocks.astype(np.int64), int(purpose), many)
+        return many
     counter = np.stack([rocks, np.full_like(rocks, source), np.full_like(rocks, int(purpose)), np.zeros_like(rocks)])
     words = philox(counter, (seed & WORD, seed >> 32))
     high, low = words[0] >> np.uint64(5), words[1] >> np.uint64(6)
