@@ -1,6 +1,6 @@
 """Write docs/scene-file.md from the scene's own model, so that no key, bound or default is told twice.
 
-    python docs/scene_keys.py
+python docs/scene_keys.py
 """
 
 from pathlib import Path
@@ -34,14 +34,53 @@ One YAML file says everything about a run. `docs/scene_keys.py` writes this page
 - An unknown key is refused, and so is a value out of bounds: the message names the file, the line, the key and what
   would be right.
 - A zone's material is that of its exact name, else of the first pattern that fits (`bench_*`), else `default`.
-- With `--rocks N` the total is dealt to the sources in proportion; a source deals its rocks to its points in turn.
+- With `--rocks N` the total is dealt to the sources in proportion; a source deals its rocks to its points in turn,
+  and spreads them evenly over the length of a line, or over the true area of the surface in a polygon or zone.
+"""
+DRAWS = """## Distributions
+Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
+must keep to the limits of the key.
+
+| written | drawn |
+|---|---|
+| `{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}` | normal; mean and sd are those before the cut |
+| `{lognormal: {mean: 0.4, sd: 0.3, min: 0.05, max: 3}}` | lognormal; mean and sd of the number, not of its logarithm |
+| `{uniform: [0.2, 0.8]}` | every number between the two alike |
+| `{power_law: {exponent: 0.5, min: 0.01, max: 8}}` | N(> x) ~ x^-exponent: volumes of blocks have 0.4 to 0.6 |
+
+Every draw is a function of the seed, the source, the number of the rock and what it is for, and of nothing else: it is
+the same on any engine, and whatever else is drawn. A coefficient of a material is drawn for each rock and zone, or with
+`draw: per_impact` for each impact; between two impacts it stays as it is, so the bounces that are summed up at the end
+and the slide after them have one restitution and one friction angle.
+
+```yaml
+materials:
+  face: {normal_restitution: {mean: 0.47, sd: 0.3, min: 0.1, max: 1}, tangential_restitution: 0.55}
+  default:
+    normal_restitution: {mean: 0.5, sd: 0.2, min: 0.3, max: 0.8}
+    tangential_restitution: {uniform: [0.5, 1]}
+    friction_angle_deg: {mean: 30, sd: 2, min: 20, max: 40}
+    draw: per_impact
+rock: {density: 2700, volume: {power_law: {exponent: 0.5, min: 0.01, max: 8}}}
+sources:
+  - {name: crest, line: [[0, 0, 90], [40, 0, 90]], above_ground: 0.5, rocks: 500, velocity: [0, 1, 0]}
+  - {name: scar, polygon: [[0, 0], [10, 0], [10, 20]], rocks: 500}
+  - {name: unstable, polygon: unstable.geojson, above_ground: 0.2, rocks: 500}
+  - {name: faces, zone: face_*, steeper_than_deg: 45, rocks: 5000}
+  - name: blast
+    points_file: holes.csv
+    speed: {uniform: [2, 6]}
+    azimuth_deg: 90
+    elevation_deg: 30
+    spread_deg: 20
+```
 """
 
 
 def document() -> str:
     """The whole page."""
     tables = [table(title, part) for title, part in PARTS]
-    return "\n".join([HEAD, *tables, pit_table()])
+    return "\n".join([HEAD, *tables, pit_table(), DRAWS])
 
 
 def table(title: str, part: type[BaseModel]) -> str:

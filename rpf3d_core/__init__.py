@@ -7,13 +7,14 @@
 
 from typing import Any
 
-__all__ = ["InputError", "Run", "read_scene", "read_terrain", "simulate", "write_run"]
+__all__ = ["InputError", "Run", "read_scene", "read_terrain", "replay", "simulate", "write_run"]
 
 _HOMES = {
     "InputError": "rpf3d_core.errors",
     "Run": "rpf3d_core.run",
     "read_scene": "rpf3d_core.io.scene",
     "read_terrain": "rpf3d_core.io.terrain",
+    "replay": "rpf3d_core.run",
     "simulate": "rpf3d_core.run",
     "write_run": "rpf3d_core.run",
 }

@@ -92,7 +92,7 @@ def check_scene(scene: Scene) -> Check:
     terrain, faults = read_terrain(scene)
     flight = scene_flight(scene, terrain)
     engine = engine_of("reference", facets_of(terrain))
-    sources = scene_sources(scene, terrain.frame)
+    sources = scene_sources(scene, terrain)
     releases = releases_of(sources, scene_rock(scene), scene.seed, engine, terrain.frame)
     below = engine.ground_below(releases.x)
     heights = [_heights(source.name, below[releases.source == i]) for i, source in enumerate(sources)]
@@ -133,4 +133,3 @@ def _cost(scene: Scene, flight: Flight, releases: Releases, engine: Engine) -> C
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     gain, compile_s = (COMPILED_GAIN, COMPILE_S) if name == "compiled" else (1.0, 0.0)
     return Cost(rocks, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(chosen), unresolved)
-

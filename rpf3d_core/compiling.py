@@ -102,6 +102,33 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
     return call  # type: ignore[return-value]
 
 
+def guarded(instead: F) -> Callable[[F], F]:
+    """Mark a kernel `f(*args)` whose arithmetic may fail: `instead(*args)` is the answer where Python raises.
+
+    Compiled code never raises: a root of a negative number is NaN there, a division by zero infinite, and it goes on.
+    """
+
+    def mark(function: F) -> F:
+        inner = kernel(function)
+
+        def call(*args):  # type: ignore[no-untyped-def]
+            try:
+                return inner(*args)
+            except (ArithmeticError, ValueError):
+                return instead(*args)
+
+        if numba is not None:
+
+            @numba.extending.overload(call)
+            def compiled(*args):  # type: ignore[no-untyped-def]
+                return lambda *args: inner(*args)
+
+        call.__doc__, call.__name__, call.__module__ = function.__doc__, function.__name__, function.__module__
+        return call  # type: ignore[return-value]
+
+    return mark
+
+
 def compiled_signatures(function: Any) -> int:
     """How many argument types a `loop` function has been compiled (or loaded from the cache) for."""
     return len(getattr(function, "signatures", ()))

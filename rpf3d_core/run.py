@@ -1,34 +1,36 @@
 """From a scene to a result: read, release, fly, write. What `rpf3d run` does, in a few lines of Python."""
 
-import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import Progress, choose_engine, fly_ensemble
-from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_of, share_out
+from rpf3d_core.ensemble.releases import Releases, check_above_ground, ranges_of, releases_in, share_out
+from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.areas import read_areas
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.results import write_results
 from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import LARGEST_SEED, RockSpec, Scene, SourceSpec, material_of
+from rpf3d_core.io.scene_draws import distribution_of
+from rpf3d_core.io.scene_model import LARGEST_SEED, Scene, material_of
+from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.kinetics.ground import GROUND_MODELS
 from rpf3d_core.kinetics.rebound import REBOUND_MODELS
-from rpf3d_core.materials.library import Surface, materials_of
+from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.simulation.engines import Engine, Models, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
-from rpf3d_core.terrain.frame import Frame
-from rpf3d_core.values import Rock, Vec
+from rpf3d_core.values import Rock
+
+__all__ = ["rock_of", "scene_sources"]  # from `io.scene_sources`, offered here with the rest of a scene's parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,15 +71,45 @@ def simulate(
     InputError
         The scene, one of its files or a source is refused; says which, and what would be right.
     """
+    scene = scene if isinstance(scene, Scene) else read_scene(scene)
+    return _flown(with_choices(scene, rocks, engine, seed), None, progress)
+
+
+def replay(
+    scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None
+) -> Run:
+    """Fly one rock of a scene again, with the bits it has among all others.
+
+    Parameters
+    ----------
+    scene, engine, seed : as `simulate`
+    source : the name of its source, or its place in the scene's list, from 0; rock : its number, from 0
+
+    Raises
+    ------
+    InputError
+        As `simulate`, or there is no such source or rock.
+    """
+    scene = with_choices(scene if isinstance(scene, Scene) else read_scene(scene), None, engine, seed)
+    names = [spec.name for spec in scene.sources]
+    place = names.index(source) if source in names else source
+    if not isinstance(place, int) or not 0 <= place < len(names):
+        raise InputError(f"{scene.path}: there is no source {source!r}; the sources are {', '.join(names)}")
+    if rock < 0:
+        raise InputError(f"{scene.path}: the rock is {rock}; rocks are numbered from 0")
+    return _flown(scene, [range(rock, rock + 1 if i == place else rock) for i in range(len(names))], None)
+
+
+def _flown(scene: Scene, ranges: Sequence[range] | None, progress: Progress | None) -> Run:
+    """Fly the rocks of a scene, or those of each source that stand in its range."""
     began = time.perf_counter()
-    scene = with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
     read_companions(scene)
     terrain, faults = read_terrain(scene)
     flight = scene_flight(scene, terrain)
     read_s = time.perf_counter() - began
     built = build_engine(scene, terrain)
     index_s = time.perf_counter() - began - read_s
-    releases = scene_releases(scene, terrain, built)
+    releases = scene_releases(scene, terrain, built, ranges)
     flights = fly_ensemble(built, flight, releases, True, scene.outputs.trajectories, progress)
     return Run(scene, terrain, faults, flights, read_s, index_s, began)
 
@@ -142,7 +174,7 @@ def read_companions(scene: Scene) -> None:
     InputError
         A file of points or polygons is damaged; names it.
     """
-    scene_sources(scene, Frame(up=scene.terrain.up))
+    read_source_files(scene)
     read_areas(scene)
     if scene.observed is not None:
         read_points(scene.observed.points_file)
@@ -173,77 +205,40 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     """
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
     settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
-    return Flight(materials_of(surfaces), settings, Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground]))
+    models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
+    return Flight(drawn_materials(surfaces, scene.seed), settings, models)
 
 
-def _surface(scene: Scene, zone: str) -> Surface:
-    """The ground of one zone; angles become numbers here, at the edge."""
+def _surface(scene: Scene, zone: str) -> DrawnSurface:
+    """The ground of one zone."""
     material = material_of(scene, zone)
-    return Surface(
-        R_n=material.normal_restitution,
-        R_t=material.tangential_restitution,
-        mu=math.tan(math.radians(material.friction_angle_deg)),
+    return DrawnSurface(
+        R_n=distribution_of(material.normal_restitution),
+        R_t=distribution_of(material.tangential_restitution),
+        friction_angle=distribution_of(material.friction_angle_deg),
         stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
+        per_impact=material.draw == "per_impact",
     )
 
 
-def scene_releases(scene: Scene, terrain: Terrain, engine: Engine) -> Releases:
-    """The releases of a scene's rocks, all above ground.
+def scene_releases(scene: Scene, terrain: Terrain, engine: Engine, ranges: Sequence[range] | None = None) -> Releases:
+    """The releases of a scene's rocks, or of those of each source whose numbers stand in its range, all above ground.
 
     Raises
     ------
     InputError
         A rock starts under the ground or off the terrain; names the scene, the source and the position.
     """
-    sources = scene_sources(scene, terrain.frame)
+    sources = scene_sources(scene, terrain)
+    chosen = ranges_of([source.rocks for source in sources]) if ranges is None else ranges
     try:
-        releases = releases_of(sources, scene_rock(scene), scene.seed, engine, terrain.frame)
+        releases = releases_in(sources, chosen, scene_rock(scene), scene.seed, engine, terrain.frame)
         check_above_ground(releases, [source.name for source in sources], engine, terrain.frame)
     except InputError as fault:
         raise InputError(f"{scene.path}: {fault}") from fault
     return releases
 
 
-def scene_rock(scene: Scene) -> Rock:
-    """Mass (kg) and radius (m) of the sphere of the same volume."""
+def scene_rock(scene: Scene) -> Rock | DrawnRock:
+    """Mass (kg) and radius (m) of the sphere of the same volume, or how they are drawn."""
     return rock_of(scene.rock)
-
-
-def rock_of(spec: RockSpec) -> Rock:
-    """A rock from its density and either its diameter or its mass: a sphere."""
-    if spec.mass is not None:
-        return Rock(spec.mass, (3.0 * spec.mass / (4.0 * math.pi * spec.density)) ** (1.0 / 3.0))
-    radius = 0.5 * (spec.diameter or 0.0)
-    return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
-
-
-def scene_sources(scene: Scene, frame: Frame) -> list[Source]:
-    """The sources of a scene in a terrain's local frame.
-
-    Raises
-    ------
-    InputError
-        A file of points is damaged.
-    """
-    return [_source(spec, frame) for spec in scene.sources if spec.rocks > 0]
-
-
-def _source(spec: SourceSpec, frame: Frame) -> Source:
-    """One source in the local frame."""
-    points = read_points(spec.points_file) if spec.points_file else np.array(spec.points or spec.line, dtype=float)
-    return Source(
-        name=spec.name,
-        points=frame.points_to_local(points),
-        rocks=spec.rocks,
-        velocity=_vector(frame.directions_to_local(spec.velocity)),
-        line=spec.line is not None,
-        spread=_vector(np.abs(frame.directions_to_local(spec.spread))),
-        velocity_spread=_vector(np.abs(frame.directions_to_local(spec.velocity_spread))),
-        above_ground=spec.above_ground,
-    )
-
-
-def _vector(values: Any) -> Vec:
-    """Three floats as a tuple."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z

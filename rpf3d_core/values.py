@@ -39,6 +39,7 @@ class Outcome(IntEnum):
     MAX_TIME = 4
     MAX_IMPACTS = 5
     UNRESOLVED_CONTACT = 6
+    FAILED = 7
 
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
@@ -51,6 +52,10 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.UNRESOLVED_CONTACT: (
         "was faster than stop_speed when its bounces had died out and the scene names no ground model that carries it "
         "on (`ground: sliding` does), or it was wedged between facets at a speed that should have freed it"
+    ),
+    Outcome.FAILED: (
+        "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "
+        "rpf3d_core.replay flies it again by its source and number"
     ),
 }
 

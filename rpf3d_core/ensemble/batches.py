@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import Compiled, Engine, Models
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, Starts
 from rpf3d_core.simulation.record import Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 
@@ -34,7 +35,7 @@ ROOM = 16_384
 class Flight:
     """What flies: the physics, shared by every rock of an ensemble."""
 
-    materials: Materials
+    materials: Materials | DrawnMaterials
     settings: Settings
     models: Models
 
@@ -121,12 +122,12 @@ def _fly_rows(
     engine: Engine, flight: Flight, releases: Releases, rows: IntArray, keep: Keep, watch: Watch | None
 ) -> list[Batch]:
     """Fly some rocks: as many as there is room to write down, then the next."""
-    x, v = releases.x[rows], releases.v[rows]
-    finals, counts = np.empty((len(x), 8)), np.empty((len(x), 4), dtype=np.int64)
-    first = np.zeros((len(x) + 1, 2), dtype=np.int64)
-    physics = (flight.models, flight.materials, flight.settings, x, v)
+    starts = Starts(releases.x[rows], releases.v[rows], releases.source[rows], releases.rock[rows])
+    finals, counts = np.empty((len(rows), 8)), np.empty((len(rows), 4), dtype=np.int64)
+    first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
+    physics = (flight.models, flight.materials, flight.settings, starts)
     record, begin, batches = empty_record(*(2 * (ROOM if keep.record else 0,))), 0, []
-    while begin < len(x):
+    while begin < len(rows):
         first[begin] = 0
         end = engine.follow(*physics, record, first, begin, finals, counts)
         if end == begin:

@@ -33,6 +33,7 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.MAX_TIME: (120, 120, 120),
     Outcome.MAX_IMPACTS: (60, 60, 60),
     Outcome.UNRESOLVED_CONTACT: (140, 40, 160),
+    Outcome.FAILED: (255, 0, 255),
 }
 
 SPEED_COLOURS = np.array(

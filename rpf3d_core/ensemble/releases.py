@@ -6,7 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.patches import Patches, places_on
+from rpf3d_core.ensemble.sizes import DrawnRock, sizes_of
+from rpf3d_core.ensemble.throws import Throw, thrown
 from rpf3d_core.errors import InputError
+from rpf3d_core.materials.distributions import quantiles
 from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import WORLD
@@ -28,6 +32,8 @@ class Source:
     through them; rocks : how many; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; replaces the height of each position by the terrain's plus this, where given
+    patches : spread uniformly over the area of these, instead of points; above_ground is then above the patch
+    throw : speed and direction, instead of velocity
     """
 
     name: str
@@ -38,6 +44,8 @@ class Source:
     spread: Vec = (0.0, 0.0, 0.0)
     velocity_spread: Vec = (0.0, 0.0, 0.0)
     above_ground: float | None = None
+    patches: Patches | None = None
+    throw: Throw | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +64,66 @@ class Releases:
 
 
 def releases_of(
-    sources: Sequence[Source], rock: Rock, seed: int, engine: Engine, frame: Frame = WORLD
+    sources: Sequence[Source],
+    rock: Rock | DrawnRock,
+    seed: int,
+    engine: Engine,
+    frame: Frame = WORLD,
+    first: int = 0,
+    count: int | None = None,
 ) -> Releases:
-    """Draw the releases of all sources; the engine's terrain gives heights for `above_ground`.
+    """Draw the releases of all sources, or `count` of them from row `first` of all: the same bits either way.
+
+    The engine's terrain gives heights for `above_ground`.
 
     Raises
     ------
     InputError
         `above_ground` where there is no terrain; names the source and the position, in the input's coordinates.
     """
-    counts = np.array([source.rocks for source in sources])
-    number = np.repeat(np.arange(len(sources)), counts)
-    rocks = np.concatenate([np.arange(n) for n in counts])
-    x = np.concatenate([_positions(source, i, seed, engine, frame) for i, source in enumerate(sources)])
-    v = np.concatenate([_velocities(source, i, seed) for i, source in enumerate(sources)])
-    return Releases(number, rocks, x, v, np.full(len(x), rock.mass), np.full(len(x), rock.radius))
+    ranges = ranges_of([source.rocks for source in sources], first, count)
+    return releases_in(sources, ranges, rock, seed, engine, frame)
+
+
+def releases_in(
+    sources: Sequence[Source],
+    ranges: Sequence[range],
+    rock: Rock | DrawnRock,
+    seed: int,
+    engine: Engine,
+    frame: Frame = WORLD,
+) -> Releases:
+    """Draw some rocks of each source, those whose numbers stand in its range; a range may go beyond `Source.rocks`.
+
+    Raises
+    ------
+    InputError
+        As `releases_of`.
+    """
+    numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
+    each = [(source, i, rocks) for i, (source, rocks) in enumerate(zip(sources, numbers, strict=True))]
+    sizes = [sizes_of(rock, seed, i, rocks) for _, i, rocks in each]
+    return Releases(
+        source=np.repeat(np.arange(len(sources)), [len(rocks) for rocks in numbers]),
+        rock=np.concatenate(numbers),
+        x=np.concatenate([_positions(source, i, rocks, seed, engine, frame) for source, i, rocks in each]),
+        v=np.concatenate([_velocities(source, i, rocks, seed) for source, i, rocks in each]),
+        mass=np.concatenate([mass for mass, _ in sizes]),
+        radius=np.concatenate([radius for _, radius in sizes]),
+    )
+
+
+def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
+    """Which rocks of each source stand in `count` rows from row `first`; None: to the end.
+
+    rocks : how many each source has; their rows follow one another in order of source
+    """
+    last = sum(rocks) if count is None else first + count
+    ranges, row = [], 0
+    for its in rocks:
+        ranges.append(range(*(min(max(edge - row, 0), its) for edge in (first, last))))
+        row += its
+    return ranges
 
 
 def share_out(sources: Sequence[int], total: int) -> list[int]:
@@ -83,9 +136,13 @@ def share_out(sources: Sequence[int], total: int) -> list[int]:
     return [int(n) for n in shares]
 
 
-def _positions(source: Source, number: int, seed: int, engine: Engine, frame: Frame) -> FloatArray:
-    """Positions (R, 3) of a source's rocks."""
-    rocks = np.arange(source.rocks)
+def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: Engine, frame: Frame) -> FloatArray:
+    """Positions (R, 3) of a source's rocks of given numbers (R,)."""
+    if source.patches is not None:
+        purposes = (Purpose.IN_AREA, Purpose.ACROSS_FACET, Purpose.ALONG_FACET)
+        places = places_on(source.patches, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
+        places[:, 2] += source.above_ground or 0.0
+        return places
     if source.line:
         x = _along(source.points, uniform(seed, number, rocks, Purpose.ALONG_LINE))
     else:
@@ -95,17 +152,28 @@ def _positions(source: Source, number: int, seed: int, engine: Engine, frame: Fr
     return x if source.above_ground is None else _over_ground(source, x, engine, frame)
 
 
-def _velocities(source: Source, number: int, seed: int) -> FloatArray:
-    """Velocities (R, 3) of a source's rocks."""
+def _velocities(source: Source, number: int, rocks: IntArray, seed: int) -> FloatArray:
+    """Velocities (R, 3) of a source's rocks of given numbers (R,)."""
     purposes = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
-    rocks = np.arange(source.rocks)
-    return np.array(source.velocity) + _spread(source.velocity_spread, purposes, seed, number, rocks)
+    spread = _spread(source.velocity_spread, purposes, seed, number, rocks)
+    return spread + (np.array(source.velocity) if source.throw is None else _thrown(source.throw, number, rocks, seed))
+
+
+def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray:
+    """Velocities (R, 3) of rocks thrown with a speed in a direction."""
+    speed = quantiles(throw.speed, uniform(seed, number, rocks, Purpose.SPEED))
+    if throw.spread == 0.0:
+        return thrown(throw, speed, speed, speed)
+    tilt, turn = (uniform(seed, number, rocks, purpose) for purpose in (Purpose.TILT, Purpose.TURN))
+    return thrown(throw, speed, tilt, turn)
 
 
 def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rocks: IntArray) -> FloatArray:
-    """Uniform deviations (R, 3) of given half-widths."""
-    draws = np.stack([uniform(seed, number, rocks, purpose) for purpose in purposes], axis=1)
-    deviations: FloatArray = (2.0 * draws - 1.0) * np.array(half)
+    """Uniform deviations (R, 3) of given half-widths; where the half-width is 0 nothing is drawn."""
+    deviations = np.zeros((len(rocks), 3))
+    for k, purpose in enumerate(purposes):
+        if half[k] > 0.0:
+            deviations[:, k] = (2.0 * uniform(seed, number, rocks, purpose) - 1.0) * half[k]
     return deviations
 
 

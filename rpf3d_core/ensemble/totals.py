@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
+from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20

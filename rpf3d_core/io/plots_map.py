@@ -34,7 +34,7 @@ WHOLE_SHARE = 0.6
 MOST_POINTS = 20_000
 """More deposits than this only paint each other over; an even selection is drawn, and the legend says so."""
 
-MARKERS = "o^sDvPX"
+MARKERS = "o^sDvPX*"
 """By outcome, in order of value."""
 
 PATH = "#10203a"

@@ -1,14 +1,18 @@
 """Polygons in plan from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely.geometry import MultiPolygon, shape
 
 from rpf3d_core.errors import InputError
+
+KINDS = ("Polygon", "MultiPolygon")
 
 
 def read_polygons(path: Path) -> MultiPolygon:
@@ -23,25 +27,54 @@ def read_polygons(path: Path) -> MultiPolygon:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as fault:
         raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
-    polygons = [polygon for geometry in _geometries(path, content) for polygon in _polygons(path, geometry)]
+    polygons = [polygon for geometry in geometries(path, content, KINDS) for polygon in _polygons(path, geometry)]
     if not polygons:
         raise InputError(f"{path}: holds no polygon; it must be GeoJSON with at least one Polygon or MultiPolygon")
     return MultiPolygon(polygons)
 
 
-def _geometries(path: Path, content: Any) -> Iterator[Any]:
-    """The geometries of a FeatureCollection, a Feature, a GeometryCollection or a bare geometry."""
+def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
+    """The polygon of three or more corners (N, 2) m in plan, closed by itself.
+
+    Raises
+    ------
+    InputError
+        It crosses itself or encloses no area.
+    """
+    polygon = shapely.Polygon(corners)
+    if not polygon.is_valid or polygon.area == 0.0:
+        why = "it encloses no area" if polygon.area == 0.0 else shapely.is_valid_reason(polygon)
+        raise InputError(f"must be the corners of a polygon in their order around it, but is none ({why})")
+    return MultiPolygon([polygon])
+
+
+def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
+    """Triangles (T, 3, 2) m in plan that fill polygons exactly, holes left out, without overlapping one another."""
+    whole = shapely.union_all(list(polygons.geoms))  # parts may overlap
+    triangles = shapely.constrained_delaunay_triangles(whole).geoms
+    return np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]).reshape(-1, 3, 2)
+
+
+def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[Any]:
+    """The geometries of a FeatureCollection, a Feature, a GeometryCollection or a bare geometry, all of wanted kinds.
+
+    Raises
+    ------
+    InputError
+        There is something else in it.
+    """
     kind = content.get("type") if isinstance(content, dict) else None
     parts = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
     if kind in parts and isinstance(content.get(parts[kind]), list):
         for part in content[parts[kind]]:
-            yield from _geometries(path, part)
+            yield from geometries(path, part, wanted)
     elif kind == "Feature":
-        yield from _geometries(path, content.get("geometry"))
-    elif kind in ("Polygon", "MultiPolygon"):
+        yield from geometries(path, content.get("geometry"), wanted)
+    elif kind in wanted:
         yield content
     else:
-        raise InputError(f"{path}: must be GeoJSON that holds polygons only, but has {kind or str(content)[:40]!r}")
+        only = "polygons" if wanted == KINDS else "points"
+        raise InputError(f"{path}: must be GeoJSON that holds {only} only, but has {kind or str(content)[:40]!r}")
 
 
 def _polygons(path: Path, geometry: Any) -> list[Any]:

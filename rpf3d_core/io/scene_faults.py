@@ -11,11 +11,15 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
+from rpf3d_core.io.scene_draws import MARKS
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.yaml_lines import Document, Fault, KeyPath, key_name
 
 LONGEST_VALUE = 60
 """Characters of a wrong value that an error message shows."""
+
+PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", *MARKS)
+"""What pydantic puts into the path of a key: that a key of a mapping is wrong, or which of several types it took."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
@@ -40,6 +44,8 @@ def faults_of(details: list[ErrorDetails], document: Document) -> Iterator[Fault
 def unknown_key(path: KeyPath, document: Document) -> Fault:
     """A key that the scene does not have, with the nearest one that it has."""
     near = _nearest(path)
+    if near == path[-1]:
+        return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
     advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path))}"
     return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; {advice}")
 
@@ -73,7 +79,7 @@ def _told_in(message: str, path: KeyPath) -> KeyPath:
 def _wrong_value(path: KeyPath, value: Any) -> str:
     must = f"must be {_requirement(path)}"
     if isinstance(value, dict) and _bare(_annotation(path)) in (float, int):
-        return f"is a mapping, but distributions are not available yet; it {must}"
+        return f"is a mapping, but no distribution can stand here; it {must}"
     return f"is {_shown(value)}, but {must}"
 
 
@@ -117,8 +123,8 @@ def _line(path: KeyPath, document: Document) -> int:
 
 
 def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
-    """A key path without the marks that pydantic adds, such as `[key]`."""
-    return tuple(step for step in location if step != "[key]")
+    """A key path without the marks that pydantic adds."""
+    return tuple(step for step in location if step not in PYDANTIC_MARKS)
 
 
 def _requirement(path: KeyPath) -> str:
@@ -127,18 +133,19 @@ def _requirement(path: KeyPath) -> str:
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
     if isinstance(path[-1], int) and get_origin(inner) is tuple:
-        return "three numbers [x, y, z] (m)"
+        return "three numbers [x, y, z] (m)" if len(get_args(inner)) == 3 else "two numbers [x, y] (m)"
     described = [text for text in _descriptions(path) if text]
     return described[-1] if described else "left out"
 
 
 def _descriptions(path: KeyPath) -> Iterator[str | None]:
     for depth, step in enumerate(path):
-        record = _bare(_annotation(path[:depth]))
-        if isinstance(record, type) and issubclass(record, BaseModel) and step in record.model_fields:
-            yield record.model_fields[str(step)].description
-        elif is_dataclass(record):
-            yield _kind_of_number(_annotation(path[: depth + 1]))
+        written = _bare(_annotation(path[:depth]))
+        for record in map(_bare, get_args(written)) if _is_union(written) else (written,):
+            if isinstance(record, type) and issubclass(record, BaseModel) and step in record.model_fields:
+                yield record.model_fields[str(step)].description
+            elif is_dataclass(record):
+                yield _kind_of_number(_annotation(path[: depth + 1]))
 
 
 def _annotation(path: KeyPath) -> Any:
@@ -150,6 +157,8 @@ def _annotation(path: KeyPath) -> Any:
 
 
 def _inside(annotation: Any, step: str | int) -> Any:
+    if _is_union(annotation):
+        return next((found for item in get_args(annotation) if (found := _inside(_bare(item), step))), None)
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         field = annotation.model_fields.get(str(step))
         return field.annotation if field else None
@@ -160,12 +169,17 @@ def _inside(annotation: Any, step: str | int) -> Any:
 
 
 def _bare(annotation: Any) -> Any:
-    """A type without its `Annotated` and `| None`."""
+    """A type without its `Annotated` and `| None`; a union of several types where several can stand."""
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
-    if get_origin(annotation) in (Union, types.UnionType):
-        return _bare(next(item for item in get_args(annotation) if item is not type(None)))
+    if _is_union(annotation):
+        items = [item for item in get_args(annotation) if item is not type(None)]
+        return _bare(items[0]) if len(items) == 1 else annotation
     return annotation
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
 
 
 def _is_record(annotation: Any) -> bool:
@@ -174,6 +188,8 @@ def _is_record(annotation: Any) -> bool:
 
 def _keys(annotation: Any) -> list[str]:
     record = _bare(annotation)
+    if _is_union(record):
+        return [key for item in get_args(record) for key in _keys(item)]
     if isinstance(record, type) and issubclass(record, BaseModel):
         return list(record.model_fields)
     return list(get_type_hints(record)) if is_dataclass(record) else []

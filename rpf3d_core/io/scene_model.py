@@ -4,7 +4,6 @@ Everything is in the input's own axes and coordinates, SI units; angles in degre
 of each field says what a right value is, and is what the error message for a wrong one quotes (`io.scene`).
 """
 
-import os
 from collections.abc import Mapping
 from dataclasses import fields
 from fnmatch import fnmatchcase
@@ -12,41 +11,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import pydantic.dataclasses
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.errors import SceneError
+from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed
+from rpf3d_core.io.scene_values import (
+    Count,
+    HalfWidths,
+    InputFile,
+    Name,
+    Number,
+    Outline,
+    Part,
+    Vector,
+    exactly_one,
+    refuse,
+)
 from rpf3d_core.terrain.pit_parameters import Pit
 from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
 """Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
-
-MISSING_FILE = "missing_file"
-"""The kind of refusal that a scene's `data_hint` speaks to."""
-
-
-def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
-    """A refusal that reads `<key> <sentence>`, pointing at a key below the one being validated."""
-    return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})
-
-
-def _existing_file(value: Any, info: ValidationInfo) -> Path:
-    if not isinstance(value, str | Path) or not str(value):
-        raise refuse(f"is {value!r}, but must be the path of a file, relative to the scene file")
-    folder = (info.context or {}).get("folder", Path())
-    path = Path(os.path.abspath(folder / value))
-    if not path.is_file():
-        what = "that is a folder" if path.is_dir() else "there is no such file"
-        raise refuse(f"names {str(value)!r}, but {what} (looked for {path})", kind=MISSING_FILE)
-    return path
-
-
-def _exactly_one(part: BaseModel, *names: str) -> None:
-    given = [name for name in names if getattr(part, name) is not None]
-    if len(given) != 1:
-        has = " and ".join(given) if given else "none of them"
-        raise refuse(f"must have exactly one of {', '.join(names)}, but has {has}")
 
 
 def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -91,12 +76,8 @@ def _as_mapping(pit: Pit) -> dict[str, Any]:
     return {field.name: getattr(pit, field.name) for field in fields(Pit)}
 
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Count = Annotated[int, Field(strict=True)]
-Name = Annotated[str, Field(strict=True, min_length=1)]
-Vector = tuple[Number, Number, Number]
-HalfWidths = tuple[Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)]]
-InputFile = Annotated[Path, BeforeValidator(_existing_file)]
+PLACES = ("points", "points_file", "line", "polygon", "zone")
+"""Keys of a source that say where its rocks start; one of them is given."""
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -105,12 +86,6 @@ if TYPE_CHECKING:
 else:
     _CHECKED_PIT = pydantic.dataclasses.dataclass(Pit, frozen=True, config=_STRICT)
     PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
-
-
-class Part(BaseModel):
-    """A frozen piece of a scene that refuses keys it does not know."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class TerrainFile(Part):
@@ -131,7 +106,7 @@ class TerrainSpec(Part):
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
-        _exactly_one(self, "files", "pit")
+        exactly_one(self, "files", "pit")
         return self
 
 
@@ -145,40 +120,65 @@ class ZoneSpec(Part):
 class Material(Part):
     """How a zone returns a lumped mass: coefficients (-) of speed, friction angle in degrees, stop speed in m/s."""
 
-    normal_restitution: Number = Field(ge=0, le=1, description="a number from 0 to 1 (-), R_n")
-    tangential_restitution: Number = Field(ge=0, le=1, description="a number from 0 to 1 (-), R_t")
-    friction_angle_deg: Number = Field(30.0, ge=0, lt=90, description="a number from 0 to below 90 (degrees)")
+    normal_restitution: Share = Field(description="a number from 0 to 1 (-), R_n, or a distribution")
+    tangential_restitution: Share = Field(description="a number from 0 to 1 (-), R_t, or a distribution")
+    friction_angle_deg: FrictionAngle = Field(
+        30.0, description="a number from 0 to below 90 (degrees), or a distribution"
+    )
     stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
+    draw: Literal["per_rock", "per_impact"] = Field(
+        "per_rock", description="per_rock or per_impact, when distributions are drawn anew"
+    )
 
 
 class RockSpec(Part):
-    """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume or the mass (kg)."""
+    """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume, the mass or the volume."""
 
     density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
-    diameter: Number | None = Field(None, gt=0, description="a number above 0 (m)")
-    mass: Number | None = Field(None, gt=0, description="a number above 0 (kg)")
+    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
+    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution")
+    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution")
 
     @model_validator(mode="before")
     @classmethod
     def _a_metre_unless_told(cls, values: Any) -> Any:
-        told = not isinstance(values, dict) or "diameter" in values or "mass" in values
+        told = not isinstance(values, dict) or any(name in values for name in ("diameter", "mass", "volume"))
         return values if told else {**values, "diameter": 1.0}
 
     @model_validator(mode="after")
     def _one_size(self) -> Self:
-        _exactly_one(self, "diameter", "mass")
+        exactly_one(self, "diameter", "mass", "volume")
         return self
 
 
 class SourceSpec(Part):
-    """Where rocks start and how fast; `rocks` is the source's total, dealt to its points in turn."""
+    """Where rocks start and how fast; `rocks` is the source's total."""
 
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
-    points_file: InputFile | None = Field(None, description="the path of a file with x y z (m) on each line")
+    points_file: InputFile | None = Field(
+        None, description="the path of a file with x y z (m) on each line, a CSV with a header, or GeoJSON points"
+    )
     line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
+    polygon: Outline | None = Field(
+        None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
+    )
+    zone: Name | None = Field(None, description="the name, or a pattern, of zones that rocks fall from")
+    steeper_than_deg: Number | None = Field(
+        None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), a facet's least slope; with `zone`"
+    )
     rocks: Count = Field(1, ge=1, description="a whole number of at least 1")
     velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
+    speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
+    azimuth_deg: Number | None = Field(
+        None, ge=-360, le=360, description="a number from -360 to 360 (degrees), clockwise from north; with `speed`"
+    )
+    elevation_deg: Number | None = Field(
+        None, ge=-90, le=90, description="a number from -90 to 90 (degrees) above the horizontal; with `speed`"
+    )
+    spread_deg: Number | None = Field(
+        None, ge=0, le=180, description="a number from 0 to 180 (degrees), half the cone of directions; with `speed`"
+    )
     above_ground: Number | None = Field(
         None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"
     )
@@ -191,7 +191,22 @@ class SourceSpec(Part):
 
     @model_validator(mode="after")
     def _one_place(self) -> Self:
-        _exactly_one(self, "points", "points_file", "line")
+        exactly_one(self, *PLACES)
+        if self.steeper_than_deg is not None and self.zone is None:
+            raise refuse("is for the facets of a `zone`, and there is none", "steeper_than_deg")
+        if (self.zone or self.polygon) and any(self.spread):
+            raise refuse("is for points and lines; a polygon or zone spreads its rocks evenly by itself", "spread")
+        return self
+
+    @model_validator(mode="after")
+    def _one_velocity(self) -> Self:
+        if self.speed is not None and any(self.velocity):
+            raise refuse("must have velocity or speed, but has both")
+        if self.speed is not None and self.azimuth_deg is None:
+            raise refuse("has a speed and no `azimuth_deg`; it must say where to, in degrees clockwise from north")
+        for name in ("azimuth_deg", "elevation_deg", "spread_deg"):
+            if self.speed is None and getattr(self, name) is not None:
+                raise refuse("is the direction of a `speed`, and there is none", name)
         return self
 
 
@@ -229,7 +244,7 @@ class Scene(Part):
     materials: Mapping[str, Material] = Field(
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
     )
-    rock: RockSpec = Field(default_factory=RockSpec, description="a mapping with density and diameter or mass")
+    rock: RockSpec = Field(default_factory=RockSpec, description="a mapping with density and diameter, mass or volume")
     sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )

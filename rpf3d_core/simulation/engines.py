@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA, compiled_signatures, loop
-from rpf3d_core.materials.library import Materials
+from rpf3d_core.materials.library import key_of, keys_of
 from rpf3d_core.simulation.march import follow, ground_below
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
@@ -29,6 +29,15 @@ class Models(NamedTuple):
     ground: Any
 
 
+class Starts(NamedTuple):
+    """R rocks about to fall: x (R, 3) m, v (R, 3) m/s; source, rock (R,), what drawn materials are drawn for."""
+
+    x: Floats
+    v: Floats
+    source: Integers
+    rock: Integers
+
+
 class Reference:
     """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other."""
 
@@ -41,17 +50,18 @@ class Reference:
         self.locator = VtkLocator(facets)
 
     def follow(
-        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, begin: int, finals: Floats, counts: Integers,
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
+        begin: int, finals: Floats, counts: Integers,
     ) -> int:  # fmt: skip
-        """Follow rocks from number `begin` on, of R that start from x (R, 3) m with v (R, 3) m/s.
+        """Follow rocks from number `begin` on, of R that start.
 
         finals (R, 8), counts (R, 4) : filled in, FINAL_COLUMNS and COUNT_COLUMNS
         record : where to write impacts and pieces
         first : (R + 1, 2) the first row of each rock in either; that of `begin` is given, the others are filled in
         Returns the number of the first rock that found no room in the record, R if all did.
         """
-        arguments = (self.locator, self.facets, plain(materials), settings, x.tolist(), v.tolist())
+        keys = keys_of(materials, starts.source.tolist(), starts.rock.tolist())
+        arguments = (self.locator, self.facets, plain(materials), settings, starts.x.tolist(), starts.v.tolist(), keys)
         done = _follow_all.py_func(*models, *arguments, record, first, begin, finals, counts)  # type: ignore[attr-defined]
         return int(done)
 
@@ -74,12 +84,13 @@ class Compiled:
         self.locator = bucket_locator(facets)
 
     def follow(
-        self, models: Models, materials: Materials, settings: Settings, x: Floats, v: Floats, record: Record,
-        first: Integers, begin: int, finals: Floats, counts: Integers,
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
+        begin: int, finals: Floats, counts: Integers,
     ) -> int:  # fmt: skip
         """As `Reference.follow`."""
-        ground = (self.locator, self.facets, materials, settings)
-        return int(_follow_all(*models, *ground, x, v, record, first, begin, finals, counts))
+        keys = keys_of(materials, starts.source, starts.rock)
+        arguments = (self.locator, self.facets, materials, settings, starts.x, starts.v, keys)
+        return int(_follow_all(*models, *arguments, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
@@ -107,13 +118,14 @@ def engine_of(name: str, facets: Facets) -> Engine:
     raise ValueError(f"engine {name!r} cannot be used: {reason}")
 
 
-def warm(engine: Engine, models: Models, materials: Materials, settings: Settings) -> float:
+def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
     """Compile what a run of these models needs; returns the seconds it took."""
     began = time.perf_counter()
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
-        engine.follow(models, materials, settings, nothing, nothing, empty_record(0, 0), first, 0, finals, none)
+        starts = Starts(nothing, nothing, none[:, 0].copy(), none[:, 0].copy())
+        engine.follow(models, materials, settings, starts, empty_record(0, 0), first, 0, finals, none)
         engine.ground_below(nothing)
     return time.perf_counter() - began
 
@@ -125,8 +137,8 @@ def kernels_compiled() -> int:
 
 @loop
 def _follow_all(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, x: Any, v: Any,
-    record: Record, first: Any, begin: int, finals: Any, counts: Any,
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any, v: Any,
+    keys: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
 ) -> int:  # fmt: skip
     """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
 
@@ -134,7 +146,8 @@ def _follow_all(
     """
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        end = follow(model, ground, locator, facets, materials, settings, motion, record_from(record, first, i))
+        key, written = key_of(keys, i), record_from(record, first, i)
+        end = follow(model, ground, locator, facets, materials, settings, motion, key, written)
         if not close_rock(record, end.tally, first, i):
             return i
         tally, at = end.tally, end.motion.x

@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length, position
-from rpf3d_core.compiling import kernel
+from rpf3d_core.compiling import guarded, kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, first_contact, flight_end
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
-from rpf3d_core.materials.library import Materials, surface_of
+from rpf3d_core.materials.library import surface_of
 from rpf3d_core.simulation.record import Record, note_impact, note_piece, writes
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import MOVING, State, released, with_ground, with_impact, with_piece
@@ -27,33 +27,63 @@ SETTLED = 1e-6
 
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
+FAILED = int(Outcome.FAILED)
 
 
 @kernel
 def follow(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, motion: Motion,
-    record: Record,
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, motion: Motion,
+    key: Any, record: Record,
 ) -> State:  # fmt: skip
     """Follow a rock from its release to its outcome.
 
     model, ground : parameters of a rebound and a ground model; locator : of either engine
+    key : the `RockKey` that drawn materials ask for, None for fixed ones
     record : where to write impacts and pieces
     """
-    state = released(motion)
+    state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
-        if state.tally.contacts >= settings.max_impacts:
-            state = State(state.motion, state.left, state.stands, state.tally, MAX_IMPACTS)
-        elif state.stands:
-            state = carry_on(ground, facets, materials, settings, state, record)
-        else:
-            state = fly_on(model, locator, facets, materials, settings, state, record)
+        state = checked(state, next_event(model, ground, locator, facets, materials, settings, state, key, record))
     note_piece(record, state.tally, state.motion, state.motion.v, END)
     return state
 
 
+def no_event(
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
+    record: Record,
+) -> State:  # fmt: skip
+    """What `next_event` gives in Python where its arithmetic fails: the rock has failed where it is."""
+    return State(state.motion, state.left, state.stands, state.tally, FAILED)
+
+
+@guarded(no_event)
+def next_event(
+    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
+    record: Record,
+) -> State:  # fmt: skip
+    """The state after the next event of a rock on its way."""
+    if state.tally.contacts >= settings.max_impacts:
+        return State(state.motion, state.left, state.stands, state.tally, MAX_IMPACTS)
+    if state.stands:
+        return carry_on(ground, facets, materials, settings, state, key, record)  # type: ignore[no-any-return]
+    return fly_on(model, locator, facets, materials, settings, state, key, record)
+
+
+@kernel
+def checked(before: State, after: State) -> State:
+    """The state after an event; if anything in it is no finite number, the rock has failed where it was before.
+
+    What the event wrote down is written over by the end of the path, or counts no longer.
+    """
+    t, x, v, _ = after.motion
+    if math.isfinite(t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + after.tally.path + after.tally.speed2):
+        return after
+    return State(before.motion, before.left, before.stands, before.tally, FAILED)
+
+
 @kernel
 def fly_on(
-    model: Any, locator: Any, facets: Facets, materials: Materials, settings: Settings, state: State,
+    model: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
     record: Record,
 ) -> State:  # fmt: skip
     """Fly to the next contact and deal with it; or out of the terrain; or until time is up."""
@@ -71,12 +101,12 @@ def fly_on(
     if contact.t > end:
         return State(motion, state.left, False, tally, LEFT_TERRAIN)
     landed = State(motion, state.left, False, tally, MOVING)
-    return _land(model, facets, materials, settings, landed, contact, record)
+    return _land(model, facets, materials, settings, landed, contact, key, record)
 
 
 @kernel
 def _land(
-    model: Any, facets: Facets, materials: Materials, settings: Settings, state: State, contact: Contact,
+    model: Any, facets: Facets, materials: Any, settings: Settings, state: State, contact: Contact, key: Any,
     record: Record,
 ) -> State:  # fmt: skip
     """A contact: sliding goes on over it if it is slight, otherwise it is an impact."""
@@ -86,12 +116,12 @@ def _land(
         held = held_by(facets, settings, state, contact, n)
         if held.left.facet >= 0:
             return _stand(facets, state, held.left, held.v)
-    surface = surface_of(materials, facets.zone[contact.facet])
+    surface = surface_of(materials, facets.zone[contact.facet], key, state.tally.impacts)
     after = rebound(model, surface, state.motion, n)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
     bounced = State(after, Left(contact.facet, -1, contact.side, False, -1), False, tally, MOVING)
-    return _settle(model, facets, materials, settings, bounced, n, record)
+    return _settle(model, facets, materials, settings, bounced, n, key, record)
 
 
 @kernel
@@ -107,18 +137,19 @@ def _stand(facets: Facets, state: State, held: Left, v: Vec) -> State:
 
 @kernel
 def _settle(
-    model: Any, facets: Facets, materials: Materials, settings: Settings, state: State, n: Vec, record: Record
+    model: Any, facets: Facets, materials: Any, settings: Settings, state: State, n: Vec, key: Any, record: Record
 ) -> State:
     """After an impact: sum up the rest of the bounces if they are small and stay on the facet.
 
-    Otherwise the rock flies on. Needs a facet that gravity presses the rock against.
+    Otherwise the rock flies on. Needs a facet that gravity presses the rock against. Where each impact draws its
+    ground, the rest of the bounces has that of the next.
     """
     f, motion = state.left.facet, state.motion
     g_n = settings.gravity * n[2]
     rise2 = dot(motion.v, n) * dot(motion.v, n)
     if g_n <= 0.0 or rise2 >= 2.0 * g_n * settings.smallest_bounce:
         return state
-    surface = surface_of(materials, facets.zone[f])
+    surface = surface_of(materials, facets.zone[f], key, state.tally.impacts)
     rest = rest_of_bounces(model, surface, motion, n, settings.gravity)
     x = add(motion.x, add(rest.along, rest.down))
     if rest.ends and motion.t + rest.t <= settings.max_time and _stays_on(facets, f, motion.x, rest.along, rest.down):

@@ -1,7 +1,7 @@
 """Sustained contact: when it begins, and how each ground model carries on from there."""
 
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
@@ -16,7 +16,7 @@ from rpf3d_core.kinetics.sliding import (
     slide_in_gully,
     slide_on_facet,
 )
-from rpf3d_core.materials.library import Materials, surface_of
+from rpf3d_core.materials.library import surface_of
 from rpf3d_core.simulation.record import Record, note_piece
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import MOVING, State, with_piece, with_slide
@@ -42,27 +42,27 @@ CREEP_SPEED = 1e-8
 
 @model_function
 def carry_on(
-    ground: object, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+    ground: object, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
 ) -> State:
     """The next state of a rock in sustained contact; one rule per ground model."""
 
 
 @carry_on.rule(NoGround)
 def stop_or_give_up(
-    ground: NoGround, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+    ground: NoGround, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
 ) -> State:
     """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
-    surface = surface_of(materials, facets.zone[state.left.facet])
+    surface = surface_of(materials, facets.zone[state.left.facet], key, state.tally.impacts)
     outcome = STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED
     return State(state.motion, state.left, True, state.tally, outcome)
 
 
 @carry_on.rule(Sliding)
 def slide_on(
-    ground: Sliding, facets: Facets, materials: Materials, settings: Settings, state: State, record: Record
+    ground: Sliding, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
 ) -> State:
     """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
-    piece = _slide(facets, materials, settings, state)
+    piece = _slide(facets, materials, settings, state, key)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
     tally = with_slide(with_piece(state.tally, piece.length, piece.motion, 0.0, facets.tolerance))
     stands = not (piece.left_first or piece.left_second)
@@ -88,17 +88,17 @@ def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
 
 
 @kernel
-def _slide(facets: Facets, materials: Materials, settings: Settings, state: State) -> Piece:
+def _slide(facets: Facets, materials: Any, settings: Settings, state: State, key: Any) -> Piece:
     """One piece of sliding from where the rock stands."""
     left, motion = state.left, state.motion
-    first = surface_of(materials, facets.zone[left.facet])
+    first = surface_of(materials, facets.zone[left.facet], key, state.tally.impacts)
     time_left = settings.max_time - motion.t
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
         gravity = settings.gravity
         return slide_on_facet(facets, left.facet, n, motion, first.mu, first.stop_speed, gravity, time_left)
-    second = surface_of(materials, facets.zone[left.other])
+    second = surface_of(materials, facets.zone[left.other], key, state.tally.impacts)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     friction = first.mu * max(held.first, 0.0) + second.mu * max(held.second, 0.0)
     stop_speed = max(first.stop_speed, second.stop_speed)

@@ -94,7 +94,7 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         ("rock: {mass: 1, diameter: 2}", "`rock` must have exactly one of diameter, mass, but has diameter and mass"),
         (
             "rock: {mass: {mean: 3, sd: 1}}",
-            "`rock.mass` is a mapping, but distributions are not available yet; it must",
+            "`rock.mass` is a mapping, but no",
         ),
         ("stop_speed: .nan", "`stop_speed` is nan, but must be a number >= 0 (m/s)"),
         ("stop_speed: -.inf", "`stop_speed` is -inf, but must be a number >= 0 (m/s)"),

@@ -50,7 +50,7 @@ def prepared(engine: str, name: str, rocks: int, **models: str) -> tuple[Engine,
     """All that flies; the heights of releases come from this engine too."""
     scene = with_choices(scene_called(name).model_copy(update=models), rocks, engine, None)
     terrain, built = ground_of(name), engine_over(engine, name)
-    releases = releases_of(scene_sources(scene, terrain.frame), scene_rock(scene), scene.seed, built)
+    releases = releases_of(scene_sources(scene, terrain), scene_rock(scene), scene.seed, built)
     return built, scene_flight(scene, terrain), releases
 
 

@@ -20,7 +20,7 @@ from scenes_of_facets import (
     turned,
 )
 
-from rpf3d_core.ensemble.fly import Flight
+from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain

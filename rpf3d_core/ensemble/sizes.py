@@ -1,0 +1,54 @@
+"""How large rocks are: all alike, or drawn by diameter, mass or volume. A rock is a sphere of its volume."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import loop
+from rpf3d_core.materials.distributions import FEW, Distribution, quantiles
+from rpf3d_core.materials.streams import Purpose, uniform
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Rock
+
+SPHERE = 4.0 / 3.0 * math.pi
+"""Volume of a sphere of radius 1 m (m^3)."""
+
+
+@dataclass(frozen=True)
+class DrawnRock:
+    """Rocks of one density (kg/m^3) whose size is drawn; measure : diameter (m), mass (kg) or volume (m^3)."""
+
+    density: float
+    measure: str
+    size: Distribution
+
+
+def sizes_of(rock: Rock | DrawnRock, seed: int, source: int, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Masses (R,) kg and radii (R,) m of a source's rocks of given numbers (R,)."""
+    if isinstance(rock, Rock):
+        return np.full(len(rocks), rock.mass), np.full(len(rocks), rock.radius)
+    size = quantiles(rock.size, uniform(seed, source, rocks, Purpose.ROCK_SIZE))
+    if rock.measure == "diameter":
+        radius = 0.5 * size
+        return rock.density * SPHERE * (radius * radius * radius), radius
+    mass = size if rock.measure == "mass" else rock.density * size
+    return mass, _radii(mass / rock.density)
+
+
+def _radii(volume: FloatArray) -> FloatArray:
+    """Radii (R,) m of spheres of given volumes (R,) m^3."""
+    radius = np.empty(len(volume))
+    if len(volume) <= FEW:
+        _radius_all.py_func(volume.tolist(), radius)  # type: ignore[attr-defined]
+    else:
+        _radius_all(volume, radius)
+    return radius
+
+
+@loop
+def _radius_all(volume: FloatArray, radius: FloatArray) -> None:
+    """Fill radius (R,): in a loop, because the last bit of NumPy's powers depends on their number."""
+    for i in range(len(radius)):
+        radius[i] = (volume[i] / SPHERE) ** (1.0 / 3.0)

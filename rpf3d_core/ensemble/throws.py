@@ -1,0 +1,58 @@
+"""How rocks are thrown: a speed, drawn or given, in a direction that may vary within a cone."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import loop
+from rpf3d_core.materials.distributions import FEW, Distribution
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Vec
+
+
+class Throw(NamedTuple):
+    """speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north).
+
+    elevation : radians above the horizontal; spread : radians, half the angle of the cone that directions are spread
+    over, evenly by solid angle
+    """
+
+    speed: Distribution
+    azimuth: float
+    elevation: float
+    spread: float
+
+
+def axes_of(throw: Throw) -> tuple[Vec, Vec, Vec]:
+    """Three unit vectors at right angles: the throw's direction, the horizontal to its right, and the third."""
+    sa, ca = math.sin(throw.azimuth), math.cos(throw.azimuth)
+    se, ce = math.sin(throw.elevation), math.cos(throw.elevation)
+    return (sa * ce, ca * ce, se), (ca, -sa, 0.0), (-sa * se, -ca * se, ce)
+
+
+def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) -> FloatArray:
+    """Velocities (R, 3) m/s from speeds (R,) m/s and uniform numbers (R,) and (R,), read where there is a spread."""
+    v: FloatArray = speed[:, None] * np.array(axes_of(throw)[0])
+    if throw.spread > 0.0:
+        closeness = 1.0 - math.cos(throw.spread)
+        if len(speed) <= FEW:
+            arguments = (speed.tolist(), tilt.tolist(), turn.tolist())
+            _throw_all.py_func(axes_of(throw), closeness, *arguments, v)  # type: ignore[attr-defined]
+        else:
+            _throw_all(axes_of(throw), closeness, speed, tilt, turn, v)
+    return v
+
+
+@loop
+def _throw_all(
+    axes: tuple[Vec, Vec, Vec], closeness: float, speed: FloatArray, tilt: FloatArray, turn: FloatArray, v: FloatArray
+) -> None:
+    """Fill v (R, 3). On a sphere, equal steps along the axis cut off equal areas (Archimedes)."""
+    ahead, right, up = axes
+    for i in range(len(v)):
+        lost = tilt[i] * closeness
+        off = math.sqrt(lost * (2.0 - lost))
+        across, along = off * math.cos(2.0 * math.pi * turn[i]), off * math.sin(2.0 * math.pi * turn[i])
+        for k in range(3):
+            v[i, k] = speed[i] * ((1.0 - lost) * ahead[k] + across * right[k] + along * up[k])

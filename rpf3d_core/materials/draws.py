@@ -1,0 +1,94 @@
+"""Ground that is drawn at random: for each rock, or for each of its impacts.
+
+A draw is a function of seed, source, rock, zone, impact and coefficient, so that it is the same on any engine, in any
+order, and whatever else is drawn. From one impact to the next the ground of a zone stays the same: a rock that bounces
+itself out and slides has one restitution for the rest of its bounces and one friction angle for the slide, those of
+the impact that would come next. Otherwise the answer would depend on how many facets the mesh has.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.materials.distributions import FIXED, Distribution, quantile
+from rpf3d_core.materials.library import Materials, RockKey, Surface, materials_of, surface_of
+from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
+
+FIRST = int(Purpose.NORMAL_RESTITUTION)
+"""Purpose of the first coefficient; the others follow in the order of COEFFICIENTS."""
+COEFFICIENTS = ("R_n", "R_t", "friction_angle")
+"""What is drawn, in order of column."""
+RADIANS = math.pi / 180.0
+
+
+class DrawnSurface(NamedTuple):
+    """The ground of a zone before it is drawn.
+
+    R_n, R_t : distributions (-) within [0, 1]; friction_angle : degrees, within [0, 90)
+    stop_speed : m/s; per_impact : whether each impact draws anew, or each rock once
+    """
+
+    R_n: Distribution
+    R_t: Distribution
+    friction_angle: Distribution
+    stop_speed: float
+    per_impact: bool
+
+
+class DrawnMaterials(NamedTuple):
+    """`DrawnSurface` for each of Z zones, and the seed of all draws.
+
+    kind : (Z, 3) kinds of distribution; numbers : (Z, 3, 6) their other fields, by coefficient
+    stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
+    """
+
+    kind: Any
+    numbers: Any
+    stop_speed: Any
+    per_impact: Any
+    seed: int
+
+
+def drawn_materials(surfaces: list[DrawnSurface], seed: int) -> Materials | DrawnMaterials:
+    """Arrays of Z surfaces, in order of zone; plain `Materials` where no surface leaves anything to chance."""
+    draws = [surface[:3] for surface in surfaces]
+    if all(draw.kind == FIXED for row in draws for draw in row):
+        return materials_of([_certain(surface) for surface in surfaces])
+    return DrawnMaterials(
+        kind=np.array([[draw.kind for draw in row] for row in draws], dtype=np.int64),
+        numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
+        stop_speed=np.array([surface.stop_speed for surface in surfaces], dtype=float),
+        per_impact=np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
+        seed=seed,
+    )
+
+
+@surface_of.rule(DrawnMaterials)
+def drawn_surface(materials: DrawnMaterials, zone: int, key: RockKey, impacts: int) -> Surface:
+    """The ground of a zone as this rock finds it: for life, or until its next impact."""
+    number = impacts + 1 if materials.per_impact[zone] else 0
+    R_n = _coefficient(materials, zone, key, number, 0)
+    R_t = _coefficient(materials, zone, key, number, 1)
+    angle = _coefficient(materials, zone, key, number, 2)
+    return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone])
+
+
+@kernel
+def _coefficient(materials: DrawnMaterials, zone: int, key: RockKey, number: int, k: int) -> float:
+    """Coefficient k of a zone, drawn if it is left to chance."""
+    numbers = materials.numbers
+    if materials.kind[zone, k] == FIXED:
+        return numbers[zone, k, 2]  # type: ignore[no-any-return]
+    d = Distribution(
+        materials.kind[zone, k], numbers[zone, k, 0], numbers[zone, k, 1], numbers[zone, k, 2], numbers[zone, k, 3],
+        numbers[zone, k, 4], numbers[zone, k, 5],
+    )  # fmt: skip
+    return quantile(d, uniform_at(materials.seed, key.source, key.rock, FIRST + k + ZONES * zone, number))
+
+
+def _certain(surface: DrawnSurface) -> Surface:
+    """A surface whose coefficients are numbers; angles become numbers here, as in `drawn_surface`."""
+    mu = math.tan(surface.friction_angle.location * RADIANS)
+    return Surface(surface.R_n.location, surface.R_t.location, mu, surface.stop_speed)
