@@ -23,8 +23,9 @@ EDGE = 1e-9
 AMBIENT = 0.6
 """Brightness (-) of a facet in full shade."""
 
-GREY = 235
-"""Of level ground under colours that must be read: light, so that they stay what they are."""
+GREY, GREY_AMBIENT = 218, 0.68
+"""Of level ground, and brightness (-) in full shade, under colours that must be read: light, so that they stay true,
+and never as white as the paper."""
 
 
 class Window(NamedTuple):
@@ -82,21 +83,21 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 
 def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
     """Picture (H, W, 4) RGBA: zone colours under slanting light; clear where there is no terrain."""
-    return _lit(terrain, view, zone_colours(terrain.zones))
+    return _lit(terrain, view, zone_colours(terrain.zones), AMBIENT)
 
 
 def hillshade(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
     """Picture (H, W, 4) RGBA: all ground grey under slanting light; clear where there is no terrain."""
-    return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8))
+    return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
 
 
-def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Picture (H, W, 4) RGBA of zones in their colours (Z, 3)."""
+def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambient: float) -> NDArray[np.uint8]:
+    """Picture (H, W, 4) RGBA of zones in their colours (Z, 3); `ambient` is the brightness (-) in full shade."""
     shown = view.facet >= 0
     facets, place = np.unique(view.facet[shown], return_inverse=True)
     normals = unit_normals(area_vectors(terrain.vertices, terrain.triangles[facets]))
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
+    brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
     colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)
     picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
     picture[shown, :3], picture[shown, 3] = colour[place], 255

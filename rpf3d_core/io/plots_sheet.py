@@ -29,6 +29,9 @@ LEAST_SHAPE = 0.7
 WHOLE_SHARE = 0.6
 """If the rocks take up this share of the terrain's length and width, the map shows all of it and needs no overview."""
 
+LEAST_COLUMN = 7.0
+"""Height (inches) of the column beside the map, whatever the map's: legend and overview need so much."""
+
 MOST_POINTS = 20_000
 """More points than this only paint each other over; an even selection is drawn, and the legend says so."""
 
@@ -58,10 +61,11 @@ def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
     """A figure with the map on the left, shaped like its window, and a column for the legend."""
     shape = float(np.clip(window.width / window.height, 0.5, 2.0))
     width, height = (8.4 * shape, 8.4) if shape < 1.0 else (8.4, 8.4 / shape)
-    across, up = width + 4.6, height + 1.5
+    column = max(height, LEAST_COLUMN)
+    across, up = width + 4.6, column + 1.5
     figure = Figure(figsize=(across, up))
-    main = figure.add_axes((1.1 / across, 0.7 / up, width / across, height / up))
-    side = figure.add_axes(((width + 1.4) / across, 0.7 / up, 3.0 / across, height / up))
+    main = figure.add_axes((1.1 / across, (0.7 + column - height) / up, width / across, height / up))
+    side = figure.add_axes(((width + 1.4) / across, 0.7 / up, 3.0 / across, column / up))
     side.set_axis_off()
     return figure, main, side
 
