@@ -1,5 +1,6 @@
 """The bench table: of each zone of the terrain and each area of interest, how many rocks came, stopped and stayed."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +15,9 @@ SHOWN = 12
 
 TEXT_HEADER = ("zone", "reached", "stopped", "retained of those that came", "p95 energy (kJ)")
 """Of the printed table; `text_rows` has its columns."""
+
+MOST_DECIMALS = 4
+"""Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
 
 ZONE, AREA = "zone", "area"
 
@@ -60,6 +64,11 @@ def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
     return [_text_row(benches[row]) for row in sorted(most) if benches[row].reached["rocks"]]
 
 
+def three_figures(value: float) -> str:
+    """A number with three significant digits and no exponent, such as 0.0299, 2,460."""
+    return f"{float(f'{value:.3g}'):,.12g}"
+
+
 def _bench(kind: str, name: str, layers: Layers, index: int, flown: int) -> Bench:
     reached, stopped = int(layers.rocks[index]), int(layers.deposits[index])
     energy = float(layers.energy.p95[index])
@@ -75,7 +84,7 @@ def _bench(kind: str, name: str, layers: Layers, index: int, flown: int) -> Benc
 
 def _text_row(bench: Bench) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
-    energy = "-" if bench.energy_p95 is None else f"{bench.energy_p95 / 1000.0:,.3g}"
+    energy = "-" if bench.energy_p95 is None else three_figures(bench.energy_p95 / 1000.0)
     return (name, *(_text(share) for share in (bench.reached, bench.stopped, bench.retained)), energy)
 
 
@@ -83,5 +92,12 @@ def _text(share: dict[str, Any]) -> str:
     """A share in per cent with its interval."""
     if share["share"] is None:
         return "-"
-    low, high = (100.0 * limit for limit in share["interval_95"])
-    return f"{100.0 * share['share']:.1f} % ({low:.1f} to {high:.1f})"
+    middle, low, high = (_percent(limit) for limit in (share["share"], *share["interval_95"]))
+    return f"{middle} % ({low} to {high})"
+
+
+def _percent(share: float) -> str:
+    """With a decimal, or as many as keep a share that is not 0 or 1 from looking so."""
+    rest = 100.0 * min(share, 1.0 - share)
+    decimals = 1 if rest <= 0.0 else min(max(1, -math.floor(math.log10(rest))), MOST_DECIMALS)
+    return f"{100.0 * share:.{decimals}f}"

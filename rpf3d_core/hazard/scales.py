@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.terrain.frame import FloatArray
 
 COLOURS = np.array(
@@ -39,18 +38,18 @@ def reach_scale(flown: int) -> Scale:
     return Scale(max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10))), 1.0, True)
 
 
-def energy_scale(maps: HazardMaps) -> Scale:
-    """Of the raster's p95 of energy, J: at least from one power of ten to the next."""
-    low, high = _range(maps.cells.energy.p95)
+def scale_of_energy(energy: FloatArray) -> Scale:
+    """Of energies (C,), J, NaN where none is known: at least a power of ten from end to end."""
+    low, high = _range(energy)
     if high <= 0.0:
         return Scale(1e3, 1e6, True)
     high = _rounded_up(high)
     return Scale(min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high, True)
 
 
-def height_scale(maps: HazardMaps) -> Scale:
-    """Of the raster's p95 of height, m, from the ground up."""
-    _, high = _range(maps.cells.height.p95)
+def scale_of_height(height: FloatArray) -> Scale:
+    """Of heights (C,), m, NaN where none is known: from the ground up."""
+    _, high = _range(height)
     return Scale(0.0, _rounded_up(high) if high > 0.0 else 1.0, False)
 
 

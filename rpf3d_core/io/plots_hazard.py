@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
-from rpf3d_core.hazard.scales import Scale, colours_at, energy_scale, height_scale, reach_scale
+from rpf3d_core.hazard.scales import Scale, colours_at, reach_scale, scale_of_energy, scale_of_height
 from rpf3d_core.io.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.io.plots_profiles import save
 from rpf3d_core.io.plots_sheet import (
@@ -121,11 +121,11 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
             reach_scale(maps.flown), 0.01,
         ),
         "energy_p95": Theme(
-            f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.energy.p95, energy_scale(maps),
-            JOULE_PER_KJ,
+            f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.energy.p95,
+            scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
         ),
         "height_p95": Theme(
-            f"{p95} height", "height above the ground, p95 (m)", cells.height.p95, height_scale(maps)
+            f"{p95} height", "height above the ground, p95 (m)", cells.height.p95, scale_of_height(cells.height.p95)
         ),
     }  # fmt: skip
 
