@@ -49,7 +49,8 @@ def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=(
     facet = facets_below(terrain, points.plan)
     flown = int(points.rock.max()) + 1 if len(points.rock) else 0
     inside = [np.where(flag, number, -1) for number, (_, flag) in enumerate(areas)]
-    parts = [layers_of(points, where, len(areas)) for where in inside] or [layers_of(points, facet, 0)]
+    nowhere = np.full(len(points.rock), -1)
+    parts = [layers_of(points, where, len(areas)) for where in inside] or [layers_of(points, nowhere, 0)]
     return HazardMaps(
         flown,
         raster,
@@ -68,7 +69,7 @@ def cell_of(raster: Raster, plan: np.ndarray) -> np.ndarray:
     return np.where(inside, row * raster.nx + column, -1)
 
 
-def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 2000) -> np.ndarray:
+def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.ndarray:
     """The facet (N,) below points (N, 2) m, to within a pixel; -1 beside the terrain."""
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     shown = seen_from_above(terrain, Window(low[0], high[0], low[1], high[1]), pixels).facet
@@ -108,11 +109,10 @@ def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
 def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> Spread:
     """The spread over the rocks in each cell of their maxima (N,)."""
     order = np.argsort(cell, kind="stable")
-    groups = np.split(most[order], np.cumsum(np.bincount(cell, minlength=cells))[:-1]) if cells else []
+    reached, first = np.unique(cell[order], return_index=True)
     table = np.full((cells, 2 + len(PERCENTILES)), np.nan)
-    for number, group in enumerate(groups):
-        if len(group):
-            table[number, :2] = group.max(), group.mean()
+    for number, group in zip(reached, np.split(most[order], first[1:]), strict=False):
+        table[number, :2] = group.max(), group.mean()
         if len(group) >= FEWEST_ROCKS:
             table[number, 2:] = np.percentile(group, PERCENTILES)
     return Spread(*table.T)
