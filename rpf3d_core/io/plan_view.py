@@ -23,6 +23,10 @@ EDGE = 1e-9
 AMBIENT = 0.6
 """Brightness (-) of a facet in full shade."""
 
+GREY, GREY_AMBIENT = 218, 0.68
+"""Of level ground, and brightness (-) in full shade, under colours that must be read: light, so that they stay true,
+and never as white as the paper."""
+
 
 class Window(NamedTuple):
     """A rectangle in plan, local frame, m."""
@@ -79,12 +83,22 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 
 def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
     """Picture (H, W, 4) RGBA: zone colours under slanting light; clear where there is no terrain."""
+    return _lit(terrain, view, zone_colours(terrain.zones), AMBIENT)
+
+
+def hillshade(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
+    """Picture (H, W, 4) RGBA: all ground grey under slanting light; clear where there is no terrain."""
+    return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
+
+
+def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambient: float) -> NDArray[np.uint8]:
+    """Picture (H, W, 4) RGBA of zones in their colours (Z, 3); `ambient` is the brightness (-) in full shade."""
     shown = view.facet >= 0
     facets, place = np.unique(view.facet[shown], return_inverse=True)
     normals = unit_normals(area_vectors(terrain.vertices, terrain.triangles[facets]))
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
-    colour = np.clip(zone_colours(terrain.zones)[terrain.zone[facets]] * brightness[:, None], 0, 255)
+    brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
+    colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)
     picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
     picture[shown, :3], picture[shown, 3] = colour[place], 255
     return picture
@@ -94,31 +108,46 @@ def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
     """Facet, pixel and height of the facet there, for every pixel centre that a facet covers; in chunks."""
-    first, counts = _pixel_boxes(vertices[:, :2], triangles, shape)
+    some, first, counts = _pixel_boxes(vertices, triangles, shape)
     pairs = counts[:, 0] * counts[:, 1]
-    some = np.flatnonzero(pairs)
-    ends = np.cumsum(pairs[some])
+    ends = np.cumsum(pairs)
     chunks = np.searchsorted(ends, np.arange(CANDIDATES_AT_ONCE, ends[-1] if len(ends) else 0, CANDIDATES_AT_ONCE))
-    for part in np.split(some, np.unique(chunks)):
-        facet = np.repeat(part, pairs[part])
+    for part in np.split(np.arange(len(some)), np.unique(chunks)):
+        facet = np.repeat(some[part], pairs[part])
         ordinal = np.arange(len(facet)) - np.repeat(np.cumsum(pairs[part]) - pairs[part], pairs[part])
         row, column = np.divmod(ordinal, np.repeat(counts[part, 0], pairs[part]))
         column += np.repeat(first[part, 0], pairs[part])
         row += np.repeat(first[part, 1], pairs[part])
-        planes = _planes(vertices[triangles[part]])
+        planes = _planes(vertices[triangles[some[part]]])
         covered, height = _heights(planes, pairs[part], column, row)
         yield facet[covered], (column + shape[1] * row)[covered], height
 
 
 def _pixel_boxes(
-    plan: FloatArray, triangles: IntArray, shape: tuple[int, int]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First pixel (F, 2) and number of pixels (F, 2) of each facet's bounding box, as column, row."""
-    a, b, c = (plan[triangles[:, i]] for i in range(3))
-    last = np.array([shape[1] - 1, shape[0] - 1])
-    low = np.ceil(np.minimum(np.minimum(a, b), c)).clip(0, last + 1).astype(np.int64)
-    high = np.floor(np.maximum(np.maximum(a, b), c)).clip(-1, last).astype(np.int64)
-    return low, np.maximum(high - low + 1, 0)
+    vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Facets (N,) whose boxes hold a pixel centre; the first pixel (N, 2) and number of them (N, 2), column and row.
+
+    Of millions of facets, few hold one: those without are dropped row by row first, then column by column.
+    """
+    height, width = shape
+    row, rows = _pixels(vertices[:, 1], triangles, height)
+    some = np.flatnonzero(rows > 0)
+    column, columns = _pixels(vertices[:, 0], triangles[some], width)
+    wide = np.flatnonzero(columns > 0)
+    some, column, columns = some[wide], column[wide], columns[wide]
+    first, counts = np.stack([column, row[some]], axis=1), np.stack([columns, rows[some]], axis=1)
+    return some, first.astype(np.int64), counts.astype(np.int64)
+
+
+def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """The first of `count` pixels that each facet's box holds (F,), and how many, along one axis; places (V,)."""
+    after = np.ceil(np.clip(places, -1.0, count)).astype(np.int32)
+    before = np.floor(np.clip(places, -1.0, count)).astype(np.int32)
+    a, b, c = triangles.T
+    low = np.minimum(np.minimum(after[a], after[b]), after[c]).clip(0, count)
+    high = np.maximum(np.maximum(before[a], before[b]), before[c]).clip(-1, count - 1)
+    return low, high - low + 1
 
 
 def _planes(corners: FloatArray) -> FloatArray:

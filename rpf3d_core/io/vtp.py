@@ -17,21 +17,32 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.quantities import STATISTICS, counts_of, shares_of, spreads_of, statistics_of
 from rpf3d_core.io.tables import lower_names
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Mode, Outcome
 
 
-def write_terrain(path: Path, terrain: Terrain, impacts: Impacts) -> None:
+def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMaps | None = None) -> None:
     """Write the trace map: every facet with its id, zone, number of impacts and hit flag; zone names as field data.
+
+    Parameters
+    ----------
+    maps : HazardMaps, optional
+        Their facets' layers come on top, named as the rasters in hazard/ (`facet_layers`); impacts are theirs, too,
+        for a tally counts every rock, and `impacts` may hold fewer.
 
     Raises
     ------
     OSError
         The file could not be written.
     """
-    count = np.bincount(impacts.facet, minlength=len(terrain.triangles)).astype(np.int32)
+    layers = {} if maps is None else facet_layers(maps)
+    count = layers.pop("impacts", None)
+    if count is None:
+        count = np.bincount(impacts.facet, minlength=len(terrain.triangles)).astype(np.int32)
     data = triangle_mesh(terrain.frame.points_to_input(terrain.vertices), terrain.triangles)
     _attach(
         data.GetCellData(),
@@ -40,11 +51,28 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts) -> None:
             "zone": terrain.zone.astype(np.int32),
             "impacts": count,
             "hit": (count > 0).astype(np.uint8),
+            **layers,
         },
     )
     data.GetCellData().SetActiveScalars("impacts")
     _attach_names(data, "zone_names", terrain.zones)
     _write(path, data)
+
+
+def facet_layers(maps: HazardMaps) -> dict[str, NDArray[Any]]:
+    """The layers of the facets, arrays (F,) by name; counts as whole numbers, everything else in single precision.
+
+    A spread is an array a statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m); NaN where
+    no rock came, and in percentiles where fewer than 20 did. Double precision would double the file.
+    """
+    layers: dict[str, NDArray[Any]] = {
+        quantity.name: values.astype(np.float32) for quantity, values in shares_of(maps, maps.facets)
+    }
+    layers |= {quantity.name: counts for quantity, counts in counts_of(maps.facets)}
+    for quantity, spread in spreads_of(maps.facets):
+        for name, values in zip(STATISTICS, statistics_of(spread), strict=True):
+            layers[f"{quantity.name}_{name}"] = values.astype(np.float32)
+    return layers
 
 
 def write_trajectories(

@@ -16,7 +16,9 @@ from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, speed_colours
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, positions_at, sample_paths
 from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.recordings.blueprint import TIMELINE, blueprint
+from rpf3d_core.recordings.hazard import log_hazard
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
@@ -82,7 +84,12 @@ class RecordedScene(Protocol):
 
 
 def write_recording(
-    path: Path, scene: RecordedScene, terrain: Terrain, flights: Flights, summary: Mapping[str, Any] | None = None
+    path: Path,
+    scene: RecordedScene,
+    terrain: Terrain,
+    flights: Flights,
+    summary: Mapping[str, Any] | None = None,
+    maps: HazardMaps | None = None,
 ) -> None:
     """Write run.rrd: terrain, trajectories, moving rocks, series, log, documents and a blueprint to see them with.
 
@@ -90,6 +97,8 @@ def write_recording(
     ----------
     summary : mapping, optional
         As in summary.json, for the log and the document.
+    maps : HazardMaps, optional
+        Of the ensemble: adds the hazard of the facets and the bench table.
 
     Raises
     ------
@@ -102,11 +111,14 @@ def write_recording(
     samples = sample_paths(flights.paths, rows, gravity=scene.gravity)
     shown = displayed_rows(flights.paths, SERIES_ROCKS)
     most = (flights.deposits.max_speed, flights.deposits.max_energy)
-    largest = (float(values[shown].max(initial=0.0)) for values in most)
+    fastest, most_energy = (float(values[shown].max(initial=0.0)) for values in most)
+    layout = blueprint(terrain, samples, fastest, most_energy, hazard=maps is not None)
     recording = rr.RecordingStream(APPLICATION)
-    recording.save(path, default_blueprint=blueprint(terrain, samples, *largest))
+    recording.save(path, default_blueprint=layout)
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     log_terrain(recording, terrain)
+    if maps is not None:
+        log_hazard(recording, terrain, maps)
     log_trajectories(recording, samples)
     log_ends(recording, flights.deposits)
     log_moving_rocks(recording, flights, rows, scene.gravity)

@@ -25,16 +25,24 @@ class ColouredMesh(NamedTuple):
 
 def coloured_mesh(terrain: Terrain) -> ColouredMesh:
     """The terrain with its vertices parted at borders of zones, so that colour and shade change sharply there."""
-    zones = len(terrain.zones)
-    corner = terrain.triangles.astype(np.int64) * zones + terrain.zone[:, None]
-    key, triangles = np.unique(corner, return_inverse=True)
-    triangles = triangles.reshape(-1, 3)
-    vertices = terrain.vertices[key // zones]
+    return parted_mesh(terrain.vertices, terrain.triangles, terrain.zone, zone_colours(terrain.zones))
+
+
+def parted_mesh(
+    vertices: FloatArray, triangles: NDArray[np.integer], kind: NDArray[np.integer], colours: Colours
+) -> ColouredMesh:
+    """Facets (F, 3) over vertices (V, 3) m, each in the colour of its kind (F,), an index into colours (K, 3).
+
+    A vertex between kinds is there once for each of them, and one that no facet has is left out.
+    """
+    corner = triangles.astype(np.int64) * len(colours) + kind[:, None]
+    key, numbers = np.unique(corner, return_inverse=True)
+    parted, own = numbers.reshape(-1, 3), vertices[key // len(colours)]
     return ColouredMesh(
-        vertices=vertices.astype(np.float32),
-        triangles=triangles.astype(np.uint32),
-        normals=_vertex_normals(vertices, triangles).astype(np.float32),
-        colours=zone_colours(terrain.zones)[key % zones],
+        vertices=own.astype(np.float32),
+        triangles=parted.astype(np.uint32),
+        normals=_vertex_normals(own, parted).astype(np.float32),
+        colours=colours[key % len(colours)],
     )
 
 

@@ -10,8 +10,9 @@ from matplotlib.image import imread
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.io.plan_view import Window, seen_from_above, shaded
-from rpf3d_core.io.plots_map import rocks_window, round_length, whole_window, write_map
+from rpf3d_core.io.plots_map import rocks_window, write_map
 from rpf3d_core.io.plots_profiles import RESOLUTION, write_profile_plots
+from rpf3d_core.io.plots_sheet import round_length, whole_window
 from rpf3d_core.io.profiles import profile_of, terrain_below, typical_rows
 from rpf3d_core.io.tables import runout
 from rpf3d_core.terrain.facets import Terrain

@@ -1,0 +1,103 @@
+"""The bench table: of each zone of the terrain and each area of interest, how many rocks came, stopped and stayed."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.hazard.maps import HazardMaps, Layers
+from rpf3d_core.terrain.facets import Terrain
+
+SHOWN = 12
+"""Rows of the printed table: more do not fit a screen."""
+
+TEXT_HEADER = ("zone", "reached", "stopped", "retained of those that came", "p95 energy (kJ)")
+"""Of the printed table; `text_rows` has its columns."""
+
+MOST_DECIMALS = 4
+"""Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
+
+ZONE, AREA = "zone", "area"
+
+
+class Bench(NamedTuple):
+    """A row of the bench table.
+
+    kind : ZONE of the terrain, or AREA of interest; reached, stopped : shares of all rocks flown, as `share_of`
+    retained : of the rocks that reached it, the share that stopped in it; energy_p95 : J, of each rock's maximum
+        there, None below 20 rocks
+    """
+
+    kind: str
+    name: str
+    reached: dict[str, Any]
+    stopped: dict[str, Any]
+    retained: dict[str, Any]
+    energy_p95: float | None
+
+
+def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
+    """A row for each zone of the terrain, in its order, then for each area of interest, in the scene's."""
+    zones = [_bench(ZONE, name, maps.zones, index, maps.flown) for index, name in enumerate(terrain.zones)]
+    areas = [_bench(AREA, name, maps.areas, index, maps.flown) for index, name in enumerate(maps.area_names)]
+    return [*zones, *areas]
+
+
+def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
+    """The table for summary.json: `zones` and `areas_of_interest`, name -> shares with intervals and energy (J)."""
+    sections: dict[str, Any] = {"zones": {}, "areas_of_interest": {}}
+    for bench in benches:
+        sections["zones" if bench.kind == ZONE else "areas_of_interest"][bench.name] = {
+            "reached": bench.reached,
+            "stopped": bench.stopped,
+            "retained": bench.retained,
+            "energy_p95_j": bench.energy_p95,
+        }
+    return sections
+
+
+def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
+    """Rows under `TEXT_HEADER` of the SHOWN benches with most rocks, in the table's order; none without rocks."""
+    most = sorted(range(len(benches)), key=lambda row: (-benches[row].reached["rocks"], row))[:SHOWN]
+    return [_text_row(benches[row]) for row in sorted(most) if benches[row].reached["rocks"]]
+
+
+def three_figures(value: float) -> str:
+    """A number with three significant digits and no exponent, such as 0.0299, 2,460."""
+    return f"{float(f'{value:.3g}'):,.12g}"
+
+
+def _bench(kind: str, name: str, layers: Layers, index: int, flown: int) -> Bench:
+    reached, stopped = int(layers.rocks[index]), int(layers.deposits[index])
+    energy = float(layers.energy.p95[index])
+    return Bench(
+        kind,
+        name,
+        share_of(reached, flown),
+        share_of(stopped, flown),
+        share_of(stopped, reached),
+        energy if np.isfinite(energy) else None,
+    )
+
+
+def _text_row(bench: Bench) -> tuple[str, ...]:
+    name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
+    energy = "-" if bench.energy_p95 is None else three_figures(bench.energy_p95 / 1000.0)
+    return (name, *(_text(share) for share in (bench.reached, bench.stopped, bench.retained)), energy)
+
+
+def _text(share: dict[str, Any]) -> str:
+    """A share in per cent with its interval."""
+    if share["share"] is None:
+        return "-"
+    middle, low, high = (_percent(limit) for limit in (share["share"], *share["interval_95"]))
+    return f"{middle} % ({low} to {high})"
+
+
+def _percent(share: float) -> str:
+    """With a decimal, or as many as keep a share that is not 0 or 1 from looking so."""
+    rest = 100.0 * min(share, 1.0 - share)
+    decimals = 1 if rest <= 0.0 else min(max(1, -math.floor(math.log10(rest))), MOST_DECIMALS)
+    return f"{100.0 * share:.{decimals}f}"

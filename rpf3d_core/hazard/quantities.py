@@ -1,0 +1,47 @@
+"""What each array of a hazard map is called in files, and its unit: one list for rasters, meshes and pictures."""
+
+from typing import NamedTuple
+
+from rpf3d_core.hazard.maps import PERCENTILES, CountArray, HazardMaps, Layers, Spread, reach_probability
+from rpf3d_core.terrain.frame import FloatArray
+
+STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
+"""Of each rock's maximum in a cell, over the distinct rocks that came there; the order of bands."""
+
+
+class Quantity(NamedTuple):
+    """What a file or an array holds: its name, unit and meaning."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+REACH = Quantity("reach_probability", "1", "share of all rocks flown that came here, given that they fall")
+PASSAGES = Quantity("passages", "1", "times a rock entered, or was released here")
+IMPACTS = Quantity("impacts", "1", "contacts with restitution")
+DEPOSITS = Quantity("deposits", "1", "rocks that stopped here")
+ARRIVAL = Quantity("first_arrival_s", "s", "time from its release until the fastest rock came")
+ENERGY = Quantity("energy_j", "J", "translational kinetic energy")
+SPEED = Quantity("speed_m_s", "m/s", "speed")
+HEIGHT = Quantity("height_m", "m", "vertical height above the terrain straight below")
+
+
+def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
+    """Quantities with one number a cell that are not counts: arrays (C,), share (-) and s."""
+    return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
+
+
+def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
+    """Quantities that are counts, arrays (C,); 0 where no rock came."""
+    return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
+
+
+def spreads_of(layers: Layers) -> list[tuple[Quantity, Spread]]:
+    """Quantities with a spread over rocks: J, m/s and m, arrays (C,)."""
+    return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
+
+
+def statistics_of(spread: Spread) -> tuple[FloatArray, ...]:
+    """The arrays (C,) of a spread in the order of `STATISTICS`, in its own unit."""
+    return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

@@ -1,0 +1,114 @@
+"""The raster that a hazard map is drawn on: where its cells lie, how large they are, and what memory they take."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.terrain.facets import Terrain, area_vectors
+from rpf3d_core.terrain.frame import FloatArray
+
+SMALLEST_CELL = 0.25
+"""m; a finer map than this tells of single rocks, not of a hazard."""
+
+STEPS = (1.0, 2.0, 5.0)
+"""Sizes above SMALLEST_CELL and 0.5 m are these times a power of ten: round numbers to count in on a map."""
+
+MOST_CELLS = 4_000_000
+"""Of a raster whose cell nobody chose: 2 km by 2 km at 1 m, drawn and written in about a second."""
+
+GIGABYTE = 1e9
+"""Bytes, as on a memory's label; `memory_gb` counts so."""
+
+
+def raster_over(terrain: Terrain, cell: float | None = None) -> Raster:
+    """The raster that covers a terrain in plan.
+
+    The borders of its cells lie on whole multiples of the cell in the input's coordinates, so that maps of two surveys
+    of one place lie cell on cell.
+
+    Parameters
+    ----------
+    cell : side of a cell, m; None for about the size of the median facet, and at most `MOST_CELLS` cells
+    """
+    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    if cell is not None:
+        return _covering(terrain, low, high, cell)
+    finest = typical_size(terrain)
+    fitting = (_covering(terrain, low, high, size) for size in round_cells() if size >= finest)
+    return next(raster for raster in fitting if raster.nx * raster.ny <= MOST_CELLS)
+
+
+def typical_size(terrain: Terrain) -> float:
+    """Side (m) of a square of two facets of the median area, m."""
+    areas = area_vectors(terrain.vertices, terrain.triangles)
+    return math.sqrt(2.0 * float(np.sqrt(np.median((areas**2).sum(axis=1)))))
+
+
+def round_cells() -> Iterator[float]:
+    """Sizes of cells, m, ascending without end: 0.25, 0.5, 1, 2, 5, 10, 20, ..."""
+    yield SMALLEST_CELL
+    yield 2.0 * SMALLEST_CELL
+    power = 1.0
+    while True:
+        yield from (step * power for step in STEPS)
+        power *= 10.0
+
+
+def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: int) -> None:
+    """Refuse maps that need more memory than allowed.
+
+    Parameters
+    ----------
+    facets : number of them; the terrain has a map too, a cell a facet
+    memory_gb : allowed for all maps, 10^9 bytes
+    bytes_per_cell : that a tally keeps for a cell of the raster, and for a facet
+
+    Raises
+    ------
+    InputError
+        Says how much memory the maps would need, what is allowed, and which cell would fit; if none does, because
+        the facets alone need more, which `memory_gb` would.
+    """
+    allowed = memory_gb * GIGABYTE / bytes_per_cell - facets
+    if raster.nx * raster.ny <= allowed:
+        return
+    needed = _gigabytes((raster.nx * raster.ny + facets) * bytes_per_cell)
+    advice = _advice(raster, facets, allowed, bytes_per_cell)
+    raise InputError(
+        f"hazard: maps of {raster.nx:,} x {raster.ny:,} cells of {raster.cell:g} m and {facets:,} facets need {needed} "
+        f"GB of memory, but memory_gb allows {memory_gb:g} GB; {advice}"
+    )
+
+
+def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
+    """A cell that fits into `allowed` cells, or the memory that the least raster needs."""
+    if allowed < 4:  # the coarsest raster over a terrain that a corner of cells lies in
+        least = _gigabytes((facets + 4) * bytes_per_cell)
+        return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
+    fits = next(size for size in round_cells() if size > raster.cell and _most_cells(raster, size) <= allowed)
+    return f"a cell of {fits:g} m fits: set cell to {fits:g}, or raise memory_gb"
+
+
+def _most_cells(raster: Raster, cell: float) -> int:
+    """No fewer cells of another size than cover the same ground, wherever their borders lie."""
+    wide, high = (math.ceil(count * raster.cell / cell) + 1 for count in (raster.nx, raster.ny))
+    return wide * high
+
+
+def _gigabytes(size: float) -> str:
+    """Bytes as GB with two significant digits or more, never rounded down."""
+    digits = max(1, 1 - math.floor(math.log10(size / GIGABYTE)))
+    return f"{math.ceil(size / GIGABYTE * 10**digits) / 10**digits:.{digits}f}"
+
+
+def _covering(terrain: Terrain, low: FloatArray, high: FloatArray, cell: float) -> Raster:
+    """The raster of a cell size over the box low (2,) to high (2,) m; a point on its rim is in a cell, too."""
+    origin = np.array(terrain.frame.origin[:2])
+    first = np.floor((low + origin) / cell)
+    # A cell does not hold its upper border: a point on it belongs to the next one.
+    columns, rows = (np.floor((high + origin) / cell) - first).astype(int) + 1
+    x, y = first * cell - origin
+    return Raster(float(x), float(y), float(cell), int(columns), int(rows))

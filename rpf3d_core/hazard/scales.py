@@ -1,0 +1,93 @@
+"""Colour scales of hazard: the same in pictures and recordings, with round ends.
+
+Reach probability and energy span powers of ten, so their scales are logarithmic; heights do not, so theirs is linear.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+
+COLOURS = np.array(
+    [(255, 240, 150), (254, 200, 70), (247, 140, 40), (225, 70, 40), (170, 20, 70), (90, 0, 90)], dtype=float
+)
+"""sRGB (6, 3), evenly spaced, from little to much: ever darker, so that it reads in grey and to the colour-blind."""
+
+LEAST_REACH = 1e-5
+"""Lower end of the scale of reach probability (-): below, colours would have to tell a sixth power of ten apart."""
+
+LEAST_SHARE, MOST_SHARE = 1.0, 99.5
+"""Percentiles of a map's values between which its scale lies: single cells do not stretch it."""
+
+ROUND = (1.0, 2.0, 5.0, 10.0)
+
+
+class Scale(NamedTuple):
+    """From `low` to `high`, in the unit of the values; logarithmic or linear."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+
+def reach_scale(flown: int) -> Scale:
+    """Of reach probability (-): from a round share at or below one rock of all flown, to 1."""
+    return Scale(max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10))), 1.0, True)
+
+
+def scale_of_energy(energy: FloatArray) -> Scale:
+    """Of energies (C,), J, NaN where none is known: at least a power of ten from end to end."""
+    low, high = _range(energy)
+    if high <= 0.0:
+        return Scale(1e3, 1e6, True)
+    high = _rounded_up(high)
+    return Scale(min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high, True)
+
+
+def scale_of_height(height: FloatArray) -> Scale:
+    """Of heights (C,), m, NaN where none is known: from the ground up."""
+    _, high = _range(height)
+    return Scale(0.0, _rounded_up(high) if high > 0.0 else 1.0, False)
+
+
+def places(scale: Scale, values: FloatArray) -> FloatArray:
+    """Where values (N,), in the scale's unit, lie on it, 0 to 1; NaN stays NaN."""
+    if not scale.logarithmic:
+        return np.clip((values - scale.low) / (scale.high - scale.low), 0.0, 1.0)
+    bounded = np.clip(values, scale.low, scale.high)
+    return np.asarray(np.log(bounded / scale.low) / math.log(scale.high / scale.low))
+
+
+def colours_at(place: FloatArray) -> NDArray[np.uint8]:
+    """Colours (N, 3) sRGB at places (N,) of a scale, 0 to 1 (-)."""
+    stops = np.linspace(0.0, 1.0, len(COLOURS))
+    return np.stack([np.interp(place, stops, channel) for channel in COLOURS.T], axis=-1).round().astype(np.uint8)
+
+
+def value_at(scale: Scale, place: float) -> float:
+    """The value at a place of a scale, 0 to 1, in the scale's unit."""
+    if scale.logarithmic:
+        return float(scale.low * (scale.high / scale.low) ** place)
+    return scale.low + (scale.high - scale.low) * place
+
+
+def _range(values: FloatArray) -> tuple[float, float]:
+    """Where nearly all known values (N,) lie, in their own unit; 0 to 0 if none is known."""
+    known = values[np.isfinite(values)]
+    if len(known) == 0:
+        return 0.0, 0.0
+    low, high = np.percentile(known, (LEAST_SHARE, MOST_SHARE))
+    return float(low), float(high)
+
+
+def _rounded_up(value: float) -> float:
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(next(step for step in ROUND if step * power >= value * (1.0 - 1e-9)) * power)
+
+
+def _rounded_down(value: float) -> float:
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(next(step for step in reversed(ROUND) if step * power <= value * (1.0 + 1e-9)) * power)

@@ -1,0 +1,34 @@
+"""hazard/benches.csv: the bench table, a line for each zone of the terrain and each area of interest."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.hazard.benches import Bench
+
+SHARES = ("reached", "stopped", "retained")
+HEADER = [
+    "kind",
+    "name",
+    *(f"{name}_{part}" for name in SHARES for part in ("rocks", "share", "low", "high")),
+    "energy_p95_j",
+]
+"""`low` and `high` are the ends of the share's 95 % Wilson interval."""
+
+
+def write_benches(path: Path, benches: Sequence[Bench]) -> None:
+    """Write the table; a share of no rocks, and a percentile of fewer than 20, are left empty."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        lines = csv.writer(file, lineterminator="\n")
+        lines.writerow(HEADER)
+        lines.writerows(_line(bench) for bench in benches)
+
+
+def _line(bench: Bench) -> list[Any]:
+    shares = [value for name in SHARES for value in _columns(getattr(bench, name))]
+    return [bench.kind, bench.name, *shares, bench.energy_p95]
+
+
+def _columns(share: dict[str, Any]) -> list[Any]:
+    return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]

@@ -1,0 +1,102 @@
+"""hazard/*.tif: the hazard of the raster's cells as GeoTIFFs, one file a quantity.
+
+Plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z where y is up (the file's
+second axis is z then, and says so in its tag AXES). The first row is that of the largest second coordinate.
+
+Nodata: NaN in a statistic or a time means that no rock came, in a percentile that fewer than 20 did. Shares and counts
+are 0 where no rock came; 0 is a value.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rasterio
+from affine import Affine
+from numpy.typing import NDArray
+from rasterio.crs import CRS
+
+from rpf3d_core.hazard.maps import HazardMaps, Raster
+from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
+from rpf3d_core.io.reference_system import reference_system
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import Frame
+
+COUNT_NODATA = 2**32 - 1
+"""Declared for counts, and never used: 0 is a value there."""
+
+TILE, LARGE = 256, 1024
+"""Files of at least LARGE cells along a side are written in tiles of TILE cells, for viewers read them in parts."""
+
+SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
+
+
+def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: str | None = None) -> None:
+    """Write a GeoTIFF for each quantity into an existing folder.
+
+    `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band; `energy_j`, `speed_m_s`
+    and `height_m` have max, mean, p50, p90, p95 and p99, in this order, by these names.
+
+    Parameters
+    ----------
+    crs : as `terrain.crs` of the scene
+
+    Raises
+    ------
+    InputError
+        As `reference_system`.
+    """
+    system = reference_system(crs, terrain.frame.up)
+    for quantity, values in shares_of(maps, maps.cells):
+        _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
+    for quantity, counts in counts_of(maps.cells):
+        fits = counts.max(initial=0) < COUNT_NODATA
+        _write(folder, quantity, terrain.frame, maps, system, [counts.astype(np.uint32 if fits else np.float64)])
+    for quantity, spread in spreads_of(maps.cells):
+        bands = [values.astype(np.float32) for values in statistics_of(spread)]
+        _write(folder, quantity, terrain.frame, maps, system, bands)
+
+
+def transform_of(raster: Raster, frame: Frame) -> Affine:
+    """From column and row of `upright` values, counted from the corner of the first cell, to plan coordinates, m."""
+    east, north, _ = frame.origin
+    top = -(raster.y + north) if frame.up == "y" else raster.y + raster.ny * raster.cell + north
+    return Affine(raster.cell, 0.0, raster.x + east, 0.0, -raster.cell, top)
+
+
+def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
+    """Values (C,) as an image (ny, nx) whose first row has the largest y, or z where y is up: that is to the south."""
+    image = values.reshape(raster.ny, raster.nx)
+    return image if frame.up == "y" else image[::-1]
+
+
+def _write(
+    folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]]
+) -> None:
+    raster, kind = maps.raster, bands[0].dtype
+    profile = {
+        "driver": "GTiff", "width": raster.nx, "height": raster.ny, "count": len(bands), "dtype": kind, "crs": crs,
+        "transform": transform_of(raster, frame), "nodata": COUNT_NODATA if kind == np.uint32 else np.nan,
+        "interleave": "band", "compress": "deflate", "zlevel": 1,
+    }  # fmt: skip
+    if max(raster.nx, raster.ny) >= LARGE:
+        profile |= {"tiled": True, "blockxsize": TILE, "blockysize": TILE}
+    with rasterio.open(folder / f"{quantity.name}.tif", "w", **profile) as file:
+        file.update_tags(**_tags(quantity, frame, maps, len(bands)))
+        for number, values in enumerate(bands, start=1):
+            file.write(upright(values, raster, frame), number)
+            file.set_band_description(number, STATISTICS[number - 1] if len(bands) > 1 else quantity.name)
+            file.set_band_unit(number, quantity.unit)
+
+
+def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
+    """What a reader must know of the numbers, beside the bands' names."""
+    return {
+        "QUANTITY": quantity.name,
+        "UNITS": quantity.unit,
+        "MEANING": f"{quantity.meaning}; {SPREAD_OF}" if bands > 1 else quantity.meaning,
+        "ROCKS": str(maps.flown),
+        "AXES": "x y" if frame.up == "z" else "x z",
+        "SOFTWARE": "rpf3d",
+    }

@@ -1,0 +1,120 @@
+"""The bench table counts what the maps hold, with intervals that are right at the ends too."""
+
+import json
+
+import numpy as np
+import pytest
+from flights_on_a_floor import floor
+from hazard_layers import lines_of_rocks, maps_of
+
+from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.hazard.benches import (
+    AREA,
+    SHOWN,
+    TEXT_HEADER,
+    ZONE,
+    Bench,
+    bench_table,
+    benches_section,
+    text_rows,
+    three_figures,
+)
+from rpf3d_core.hazard.maps import FEWEST_ROCKS
+
+
+@pytest.fixture(scope="module")
+def points():
+    return lines_of_rocks(floor())
+
+
+@pytest.fixture(scope="module")
+def maps(points):
+    x = points.plan[:, 0]
+    few = points.rock < FEWEST_ROCKS - 1
+    return maps_of(floor(), points, 2.0, [("east", x > 5.0), ("nowhere", x > 1e6), ("few", few)])
+
+
+@pytest.fixture(scope="module")
+def table(maps):
+    return bench_table(floor(), maps)
+
+
+def bench(name, rocks, flown=1000):
+    share = {"rocks": rocks, "share": rocks / flown, "interval_95": list(wilson_interval(rocks, flown))}
+    return Bench(ZONE, name, share, share, share, None)
+
+
+def test_there_is_a_row_for_each_zone_and_area_in_their_order(table):
+    assert [(row.kind, row.name) for row in table] == [
+        (ZONE, "bench_1"), (ZONE, "floor"), (AREA, "east"), (AREA, "nowhere"), (AREA, "few"),
+    ]  # fmt: skip
+
+
+def test_reached_and_stopped_are_of_all_rocks_and_retained_of_those_that_came(table, maps, points):
+    row = next(row for row in table if row.name == "east")
+    east = points.plan[:, 0] > 5.0
+    reached, stopped = len(set(points.rock[east])), int((east & points.last).sum())
+    assert 0 < stopped < reached < maps.flown
+    assert row.reached == {
+        "rocks": reached, "share": reached / maps.flown, "interval_95": list(wilson_interval(reached, maps.flown)),
+    }  # fmt: skip
+    assert row.stopped["share"] == stopped / maps.flown
+    assert row.retained["rocks"] == stopped and row.retained["share"] == stopped / reached
+    assert row.retained["interval_95"] == list(wilson_interval(stopped, reached))
+
+
+def test_wilson_intervals_are_the_published_ones():
+    # Newcombe 1998, Stat. Med. 17:857-872, table I: 81/263, 15/148, 0/20, 1/29.
+    for count, total, low, high in ((81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611),
+                                    (1, 29, 0.0061, 0.1718)):  # fmt: skip
+        np.testing.assert_allclose(wilson_interval(count, total), (low, high), atol=5e-5)
+
+
+def test_nothing_is_told_of_what_no_rock_came_to(table):
+    row = next(row for row in table if row.name == "nowhere")
+    assert row.reached["rocks"] == 0 and row.reached["interval_95"][0] == 0.0 < row.reached["interval_95"][1]
+    assert row.retained["share"] is None and row.energy_p95 is None
+
+
+def test_p95_energy_needs_twenty_rocks(table, maps):
+    rows = {row.name: row for row in table}
+    assert rows["few"].reached["rocks"] == FEWEST_ROCKS - 1 and rows["few"].energy_p95 is None
+    assert rows["east"].energy_p95 == maps.areas.energy.p95[0]
+
+
+def test_the_section_of_the_summary_holds_zones_and_areas_apart_and_is_json(table):
+    section = json.loads(json.dumps(benches_section(table), allow_nan=False))
+    assert list(section["zones"]) == ["bench_1", "floor"]
+    assert list(section["areas_of_interest"]) == ["east", "nowhere", "few"]
+    assert set(section["zones"]["floor"]) == {"reached", "stopped", "retained", "energy_p95_j"}
+    assert section["areas_of_interest"]["few"]["energy_p95_j"] is None
+
+
+def test_the_printed_table_has_the_rows_with_most_rocks_in_their_own_order_and_none_without():
+    rocks = [0, 5, 40, 3, 0, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]
+    rows = text_rows([bench(f"bench_{n}", count) for n, count in enumerate(rocks)])
+    assert len(rows) == SHOWN == 12
+    assert [row[0] for row in rows] == [f"bench_{n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14)]
+    assert [row[0] for row in text_rows([bench("a", 0), bench("b", 1)])] == ["b"]
+    assert all(len(row) == len(TEXT_HEADER) for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("count", "total", "text"),
+    [
+        (0, 40_000, "0.0 % (0.0 to 0.010)"),
+        (500, 1000, "50.0 % (46.9 to 53.1)"),
+        (39_998, 40_000, "99.995 % (99.98 to 99.999)"),
+        (40_000, 40_000, "100.0 % (99.990 to 100.0)"),
+        (1, 10_000_000, "0.0000 % (0.0000 to 0.0001)"),
+    ],
+)
+def test_a_share_that_is_not_0_or_100_per_cent_does_not_look_so_while_four_decimals_can_tell(count, total, text):
+    share = {"rocks": count, "share": count / total, "interval_95": list(wilson_interval(count, total))}
+    row = text_rows([bench("a", 1)._replace(stopped=share)])[0]
+    assert row[2] == text
+
+
+def test_figures_are_three_and_without_exponent():
+    assert [three_figures(value) for value in (2463.0, 0.02991, 1.0, 123456789.0)] == ["2,460", "0.0299", "1",
+                                                                                      "123,000,000"]  # fmt: skip

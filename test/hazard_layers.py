@@ -1,0 +1,133 @@
+"""Hazard maps made from points along the paths of rocks, by brute force: what the products are tested with."""
+
+import numpy as np
+
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, HazardMaps, Layers, Raster, Spread
+from rpf3d_core.hazard.raster import raster_over
+from rpf3d_core.io.plan_view import Window, seen_from_above
+from rpf3d_core.terrain.facets import Terrain
+
+MASS = 1400.0
+
+
+class Points:
+    """Points (N,) of rocks: which rock, where in plan (N, 2) m local, when (s), how fast (m/s), how high (m), touching.
+
+    The last point of each rock is where it stopped.
+    """
+
+    def __init__(self, rock, plan, t, speed, height, touching):
+        """Arrays of one length, grouped by rock in order of time."""
+        self.rock, self.plan, self.t, self.speed, self.height, self.touching = rock, plan, t, speed, height, touching
+        self.last = np.append(rock[1:] != rock[:-1], True)
+
+
+def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: int = 7) -> Points:
+    """Rocks that fly from one place on the western rim towards the middle, each a random part of the way."""
+    random = np.random.default_rng(seed)
+    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    start = np.array([0.88 * low[0] + 0.12 * high[0], (low[1] + high[1]) / 2])
+    along = np.linspace(0.0, 1.0, points) * random.beta(2.0, 3.0, rocks)[:, None]
+    azimuth = random.normal(0.0, 0.12, rocks)
+    way = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=1) * (high[0] - low[0]) * 0.7
+    plan = start + along[:, :, None] * way[:, None, :] + random.normal(0.0, 1.0, (rocks, points, 2))
+    speed = 25.0 * np.sqrt(along * (1.2 - along)) * random.lognormal(0.0, 0.3, (rocks, points))
+    height = 4.0 * random.random((rocks, points)) * (1.0 + 5.0 * along)
+    return Points(
+        np.repeat(np.arange(rocks), points),
+        plan.reshape(-1, 2),
+        np.tile(np.linspace(0.0, 12.0, points), rocks) + np.repeat(random.random(rocks), points),
+        speed.ravel(),
+        height.ravel(),
+        random.random(rocks * points) < 0.2,
+    )
+
+
+def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=()) -> HazardMaps:
+    """The maps of points over a terrain; `areas` are (name, (N,) flag of each point) pairs."""
+    raster = raster_over(terrain, cell)
+    facet = facets_below(terrain, points.plan)
+    flown = int(points.rock.max()) + 1 if len(points.rock) else 0
+    inside = [np.where(flag, number, -1) for number, (_, flag) in enumerate(areas)]
+    nowhere = np.full(len(points.rock), -1)
+    parts = [layers_of(points, where, len(areas)) for where in inside] or [layers_of(points, nowhere, 0)]
+    return HazardMaps(
+        flown,
+        raster,
+        layers_of(points, cell_of(raster, points.plan), raster.nx * raster.ny),
+        layers_of(points, facet, len(terrain.triangles)),
+        layers_of(points, np.where(facet < 0, -1, terrain.zone[facet]), len(terrain.zones)),
+        _merged(parts),
+        tuple(name for name, _ in areas),
+    )
+
+
+def cell_of(raster: Raster, plan: np.ndarray) -> np.ndarray:
+    """The cell (N,) of points (N, 2) m."""
+    column, row = np.floor((plan - (raster.x, raster.y)) / raster.cell).astype(int).T
+    inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
+    return np.where(inside, row * raster.nx + column, -1)
+
+
+def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.ndarray:
+    """The facet (N,) below points (N, 2) m, to within a pixel; -1 beside the terrain."""
+    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    shown = seen_from_above(terrain, Window(low[0], high[0], low[1], high[1]), pixels).facet
+    at = np.floor((plan - low) / (high - low) * shown.shape[::-1]).astype(int)
+    inside = ((at >= 0) & (at < shown.shape[::-1])).all(axis=1)
+    column, row = np.where(inside[:, None], at, 0).T
+    return np.where(inside, shown[row, column], -1)
+
+
+def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
+    """The layers of so many cells from points in cells (N,), -1 for none."""
+    inside = cell >= 0
+    rock, cell = points.rock[inside], cell[inside]
+    entered = np.append(True, (cell[1:] != cell[:-1]) | (rock[1:] != rock[:-1])) if len(cell) else np.empty(0, bool)
+    pair, place = np.unique(np.stack([cell, rock], axis=1), axis=0, return_inverse=True)
+    arrival = np.full(cells, np.inf)
+    np.minimum.at(arrival, cell, points.t[inside])
+
+    def spread(values):
+        most = np.full(len(pair), -np.inf)
+        np.maximum.at(most, place.ravel(), values[inside])
+        return spread_of(pair[:, 0], most, cells)
+
+    return Layers(
+        np.bincount(pair[:, 0], minlength=cells),
+        np.bincount(cell[entered], minlength=cells),
+        np.bincount(cell[points.touching[inside]], minlength=cells),
+        np.bincount(cell[points.last[inside]], minlength=cells),
+        np.where(np.isfinite(arrival), arrival, np.nan),
+        spread(0.5 * MASS * points.speed**2),
+        spread(points.speed),
+        spread(points.height),
+        0.0,
+    )
+
+
+def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> Spread:
+    """The spread over the rocks in each cell of their maxima (N,)."""
+    order = np.argsort(cell, kind="stable")
+    reached, first = np.unique(cell[order], return_index=True)
+    table = np.full((cells, 2 + len(PERCENTILES)), np.nan)
+    for number, group in zip(reached, np.split(most[order], first[1:]), strict=False):
+        table[number, :2] = group.max(), group.mean()
+        if len(group) >= FEWEST_ROCKS:
+            table[number, 2:] = np.percentile(group, PERCENTILES)
+    return Spread(*table.T)
+
+
+def _merged(parts: list[Layers]) -> Layers:
+    """Areas may overlap: each was counted alone, with the numbers of the others empty."""
+
+    def chosen(arrays):
+        return np.array([array[number] for number, array in enumerate(arrays[: len(arrays[0])])])
+
+    def spread(name):
+        spreads = [getattr(part, name) for part in parts]
+        return Spread(*(chosen([getattr(one, key) for one in spreads]) for key in Spread.__dataclass_fields__))
+
+    counts = (chosen([getattr(part, name) for part in parts]) for name in ("rocks", "passages", "impacts", "deposits"))
+    arrival = chosen([part.first_arrival for part in parts])
+    return Layers(*counts, arrival, spread("energy"), spread("speed"), spread("height"), 0.0)
