@@ -11,8 +11,9 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_sources import rock_of, scene_sources
 from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.run import scene_flight, scene_rock, scene_sources
+from rpf3d_core.prepared import scene_flight
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.terrain.faults import FaultReport
@@ -93,7 +94,7 @@ def check_scene(scene: Scene) -> Check:
     flight = scene_flight(scene, terrain)
     engine = engine_of("reference", facets_of(terrain))
     sources = scene_sources(scene, terrain)
-    releases = releases_of(sources, scene_rock(scene), scene.seed, engine, terrain.frame)
+    releases = releases_of(sources, rock_of(scene.rock), scene.seed, engine, terrain.frame)
     below = engine.ground_below(releases.x)
     heights = [_heights(source.name, below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]

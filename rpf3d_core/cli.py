@@ -3,21 +3,22 @@
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130.
 """
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import numpy as np
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
     from rpf3d_core.check import Cost
@@ -34,9 +35,6 @@ complaints = Console(stderr=True, soft_wrap=True, highlight=False)
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it: 128 and the number of SIGINT."""
-
-ZONES_SHOWN = 8
-"""The zones that hold most rocks, in the table on the screen; summary.json has all."""
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
 
@@ -58,29 +56,47 @@ def main() -> None:
 def run(
     scene: SceneFile,
     out: Annotated[Path, typer.Option(help="Folder to write the results to.", show_default=False)],
-    rocks: Annotated[int | None, typer.Option(help="Rocks in total, instead of the scene's.")] = None,
+    rocks: Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")] = None,
     engine: Annotated[str | None, typer.Option(help="reference, compiled or auto, instead of the scene's.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
 ) -> None:
-    """Fly the rocks of a scene and write where they went, how fast, how high and how hard."""
-    from rpf3d_core.io.results import check_folder
-    from rpf3d_core.run import simulate, write_run
+    """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
 
-    check_folder(out)  # before minutes of work, not after
-    with _progress() as begin:
-        result = simulate(scene, rocks, engine, seed, begin)
-    written = time.perf_counter()
-    with screen.status("writing results"):
-        folder = write_run(result, out)
-    flights = result.flights
+    Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
+    """
+    from rpf3d_core.run import run_scene
+
+    with _progress() as (begin, writing), _interruptible() as (stop, flying):
+        began: list[float] = []
+
+        def start(number: int) -> Callable[[int], None]:
+            flying(True)
+            return begin(number)
+
+        def write() -> None:
+            flying(False)
+            began.append(time.perf_counter())
+            writing()
+
+        result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
     _print_outcomes(result)
+    _print_benches(result)
+    flights = result.flights
     screen.print(
-        f"{_rocks(len(flights.deposits.t))}, {len(flights.impacts.t):,} impacts, {flights.engine} engine: "
+        f"{_rocks(result.totals.rocks)}, {result.totals.impacts:,} impacts, {flights.engine} engine: "
         f"read {result.read_s:.1f} s, index {result.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
-        f"fly {flights.fly_s:.2f} s, write {time.perf_counter() - written:.1f} s",
+        f"fly {flights.fly_s:.2f} s, write {time.perf_counter() - began[0]:.1f} s",
         soft_wrap=True,
     )
-    screen.print(f"results in {folder}", soft_wrap=True)
+    _print_convergence(result)
+    screen.print(f"results in {out.resolve()}", soft_wrap=True)
+    if stop():
+        complaints.print(
+            f"rpf3d: interrupted; {result.totals.rocks:,} of {_rocks(result.planned)} have flown, "
+            "and the result says that it is partial",
+            markup=False,
+        )
+        sys.exit(INTERRUPTED)
 
 
 @app.command()
@@ -137,37 +153,112 @@ def replay(
     open_viewer(folder)
 
 
+def _number_of_rocks(text: str | None) -> "int | Literal['auto'] | None":
+    """What --rocks says."""
+    if text is None or text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise InputError(f"--rocks is {text!r}; it must be a whole number of at least 1, or auto") from None
+
+
 @contextmanager
-def _progress() -> Iterator[Callable[[int], Callable[[int], None]]]:
-    """A progress bar that begins with the number of rocks, and is told how many were flown since."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+def _progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
+    """A progress bar: a function that begins with a number of rocks, and one that says that results are written.
+
+    The first returns a function to be told how many were flown since; each further call of it adds rocks.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn())
     with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        reading = bar.add_task("preparing: terrain, index, compiling on the first run", total=None)
+        task = bar.add_task("preparing: terrain, index, compiling on the first run", total=None)
+        total = 0
 
         def begin(rocks: int) -> Callable[[int], None]:
-            bar.remove_task(reading)
-            task = bar.add_task("flying rocks", total=rocks)
+            nonlocal total, task
+            if not total:
+                bar.remove_task(task)
+                task = bar.add_task("flying rocks", total=rocks)
+            total += rocks
+            bar.update(task, total=total)
             return lambda done: bar.advance(task, done)
 
-        yield begin
+        def writing() -> None:
+            bar.remove_task(task)
+            bar.add_task("writing results", total=None)
+
+        yield begin, writing
+
+
+class _Rate(ProgressColumn):
+    """Rocks a second."""
+
+    def render(self, task: Task) -> Text:
+        """The rate of the last seconds, nothing before there is one."""
+        return Text(f"{task.speed:,.0f} rocks/s" if task.speed and task.total else "")
+
+
+@contextmanager
+def _interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]]]:
+    """Whether Ctrl-C or SIGTERM came while rocks flew, and a function to be told when they begin and end to fly.
+
+    At any other time, and the second time, either ends the program at once.
+    """
+    flying, asked = False, False
+
+    def on_signal(number: int, _: object) -> None:
+        nonlocal asked
+        if not flying or asked:
+            raise KeyboardInterrupt
+        asked = True
+
+    def told(now: bool) -> None:
+        nonlocal flying
+        flying = now
+
+    handled = [number for number in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, on_signal) for number in handled}
+    try:
+        yield lambda: asked, told
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _print_outcomes(run: "Run") -> None:
-    """A table of outcomes, each with its sentence, and of the zones where most rocks lie."""
-    deposits, zones = run.flights.deposits, run.terrain.zones
+    """A table of outcomes, each with its sentence."""
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=(0, 2))
     for outcome in Outcome:
-        rocks = int((deposits.outcome == outcome).sum())
-        if rocks:
-            share = f"{100 * rocks / len(deposits.t):.1f} %"
+        if rocks := run.totals.outcomes[outcome]:
+            share = f"{100 * rocks / run.totals.rocks:.1f} %"
             table.add_row(outcome.name.lower(), f"{rocks:,}", share, OUTCOME_SENTENCES[outcome])
     screen.print(table)
-    lying = np.isin(deposits.outcome, DEPOSITED) & (deposits.facet >= 0)
-    counts = np.bincount(run.terrain.zone[deposits.facet[lying]], minlength=len(zones))
-    order = [i for i in np.argsort(-counts, kind="stable")[:ZONES_SHOWN] if counts[i]]
-    if order:
-        shares = ", ".join(f"{zones[i]} {100 * counts[i] / len(deposits.t):.1f} %" for i in order)
-        screen.print(f"rocks came to rest in: {shares}", soft_wrap=True)
+
+
+def _print_benches(run: "Run") -> None:
+    """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
+    from rpf3d_core.hazard.benches import TEXT_HEADER, bench_table, text_rows
+
+    table = Table(*TEXT_HEADER, box=None, padding=(0, 2))
+    for row in text_rows(bench_table(run.terrain, run.maps)):
+        table.add_row(*row)
+    screen.print(table)
+
+
+def _print_convergence(run: "Run") -> None:
+    """Where the number of rocks was left open: what was reached."""
+    from rpf3d_core.hazard.convergence import is_enough, p95_change
+
+    if not run.steps:
+        return
+    target, change = run.scene.target, p95_change(run.steps)
+    enough = is_enough(run.steps, target.half_width, target.p95_energy)
+    screen.print(
+        f"target {'reached' if enough else 'NOT reached'}: half-width of shares {run.steps[-1].half_width:.3g} "
+        f"(target {target.half_width:g}), change of p95 energies "
+        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})",
+        soft_wrap=True,
+    )
 
 
 def _describe_cost(cost: "Cost") -> str:

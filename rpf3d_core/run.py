@@ -1,42 +1,53 @@
-"""From a scene to a result: read, release, fly, write. What `rpf3d run` does, in a few lines of Python."""
+"""From a scene to a result: read, release, fly, count, write. What `rpf3d run` does, in a few lines of Python."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from rpf3d_core.compiling import HAS_NUMBA
-from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.flights import Flights
-from rpf3d_core.ensemble.fly import Progress, choose_engine, fly_ensemble
-from rpf3d_core.ensemble.releases import Releases, check_above_ground, ranges_of, releases_in, share_out
-from rpf3d_core.ensemble.sizes import DrawnRock
+from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
+from rpf3d_core.ensemble.fly import Progress
+from rpf3d_core.ensemble.releases import share_out
+from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
+from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.areas import read_areas
-from rpf3d_core.io.point_files import read_points
-from rpf3d_core.io.results import write_results
+from rpf3d_core.hazard.convergence import Step, is_enough, step_of
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.io.results import Findings, result_folder, write_all_tables, write_findings
 from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import LARGEST_SEED, Scene, material_of
-from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
-from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
-from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
-from rpf3d_core.simulation.engines import Engine, Models, engine_of
-from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.io.scene_model import LARGEST_SEED, Scene
+from rpf3d_core.io.tables import open_tables
+from rpf3d_core.prepared import (
+    Prepared,
+    check_releases,
+    empty_tallies,
+    position_of_stops,
+    prepare,
+    releases_in_ranges,
+)
+from rpf3d_core.simulation.engines import warm
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
-from rpf3d_core.values import Rock
 
-__all__ = ["rock_of", "scene_sources"]  # from `io.scene_sources`, offered here with the rest of a scene's parts
+Rocks = int | Literal["auto"] | None
+"""How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
+Stop = Callable[[], bool]
+"""Asked while rocks fly whether to stop."""
+
+SHOWN = 10_000
+"""Rocks that a run on disk keeps in memory to draw; their deposits and impacts are on disk for all."""
+FIRST_ROUND = 1000
+"""Rocks that `rocks: auto` begins with, at least; each further round doubles them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
     """A scene, the terrain that was read for it, and what came of its rocks.
 
+    flights : of all rocks or, of a run on disk, of those that are shown
+    totals, maps : of all rocks; planned : how many should have flown, more than `totals.rocks` if it was interrupted
+    steps : what was known after each doubling, where the scene says `rocks: auto`
     read_s : wall seconds to read and check the terrain; index_s : to build the engine's index over it
     """
 
@@ -44,6 +55,10 @@ class Run:
     terrain: Terrain
     faults: FaultReport
     flights: Flights
+    totals: Totals
+    maps: HazardMaps
+    planned: int
+    steps: tuple[Step, ...]
     read_s: float
     index_s: float
     began: float
@@ -51,28 +66,69 @@ class Run:
 
 def simulate(
     scene: Scene | str | Path,
-    rocks: int | None = None,
+    rocks: Rocks = None,
     engine: str | None = None,
     seed: int | None = None,
     progress: Progress | None = None,
+    threads: int | None = None,
 ) -> Run:
-    """Fly all rocks of a scene.
+    """Fly all rocks of a scene and keep all that comes of them in memory.
 
     Parameters
     ----------
     scene : a scene, or the path of its file
-    rocks : how many in total, dealt to the sources in proportion; None for the scene's own numbers
+    rocks : how many in total, dealt to the sources in proportion, or "auto"; None for the scene's own numbers
     engine : "reference", "compiled" or "auto"; None for the scene's own
     seed : for everything that is drawn at random; None for the scene's own
     progress : as `ensemble.fly.Progress`
+    threads : for the compiled engine; None for one a core
 
     Raises
     ------
     InputError
         The scene, one of its files or a source is refused; says which, and what would be right.
     """
-    scene = scene if isinstance(scene, Scene) else read_scene(scene)
-    return _flown(with_choices(scene, rocks, engine, seed), None, progress)
+    return _fly(prepare(chosen_scene(scene, rocks, engine, seed)), None, progress=progress, threads=threads)
+
+
+def run_scene(
+    scene: Scene | str | Path,
+    folder: str | Path,
+    rocks: Rocks = None,
+    engine: str | None = None,
+    seed: int | None = None,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+    writing: Callable[[], None] | None = None,
+    recording: bool = True,
+) -> Run:
+    """Fly all rocks of a scene and write everything into a folder while they fly: any number, in bounded memory.
+
+    Parameters
+    ----------
+    folder : new, empty, or an earlier result, which is replaced at the end
+    stop : once it says True, what has flown is written, marked as partial; where nothing has, nothing is
+    writing : called once no rock flies any more and the rest is written
+    recording : whether to write run.rrd
+    scene, rocks, engine, seed, progress : as `simulate`
+
+    Raises
+    ------
+    InputError
+        As `simulate`; or the folder holds something else, or cannot be written to.
+    """
+    with result_folder(folder) as part:
+        prepared = prepare(chosen_scene(scene, rocks, engine, seed))
+        terrain, outputs = prepared.terrain, prepared.scene.outputs
+        sources = [source.name for source in prepared.scene.sources]
+        with open_tables(part, sources, terrain, outputs.impacts) as sink:
+            run = _fly(prepared, SHOWN, sink, progress, stop)
+        if not run.totals.rocks:
+            raise KeyboardInterrupt
+        if writing:
+            writing()
+        write_findings(part, findings_of(run), _recorder(run) if recording else None)
+    return run
 
 
 def replay(
@@ -90,28 +146,15 @@ def replay(
     InputError
         As `simulate`, or there is no such source or rock.
     """
-    scene = with_choices(scene if isinstance(scene, Scene) else read_scene(scene), None, engine, seed)
-    names = [spec.name for spec in scene.sources]
+    chosen = chosen_scene(scene, None, engine, seed)
+    names = [spec.name for spec in chosen.sources]
     place = names.index(source) if source in names else source
     if not isinstance(place, int) or not 0 <= place < len(names):
-        raise InputError(f"{scene.path}: there is no source {source!r}; the sources are {', '.join(names)}")
+        raise InputError(f"{chosen.path}: there is no source {source!r}; the sources are {', '.join(names)}")
     if rock < 0:
-        raise InputError(f"{scene.path}: the rock is {rock}; rocks are numbered from 0")
-    return _flown(scene, [range(rock, rock + 1 if i == place else rock) for i in range(len(names))], None)
-
-
-def _flown(scene: Scene, ranges: Sequence[range] | None, progress: Progress | None) -> Run:
-    """Fly the rocks of a scene, or those of each source that stand in its range."""
-    began = time.perf_counter()
-    read_companions(scene)
-    terrain, faults = read_terrain(scene)
-    flight = scene_flight(scene, terrain)
-    read_s = time.perf_counter() - began
-    built = build_engine(scene, terrain)
-    index_s = time.perf_counter() - began - read_s
-    releases = scene_releases(scene, terrain, built, ranges)
-    flights = fly_ensemble(built, flight, releases, True, scene.outputs.trajectories, progress)
-    return Run(scene, terrain, faults, flights, read_s, index_s, began)
+        raise InputError(f"{chosen.path}: the rock is {rock}; rocks are numbered from 0")
+    first = [rock if i == place else 0 for i in range(len(names))]
+    return _fly(prepare(chosen), None, rounds=[(first, [n + (i == place) for i, n in enumerate(first)])])
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
@@ -122,24 +165,26 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
     InputError
         The folder holds something else, or cannot be written to.
     """
-    from rpf3d_core.recordings.log import write_recording  # rerun is needed for this only
-
-    def record(path: Path, facts: dict[str, Any]) -> None:
-        write_recording(path, run.scene, run.terrain, run.flights, facts)
-
-    timings = {
-        "read_s": run.read_s,
-        "index_s": run.index_s,
-        "wall_s": time.perf_counter() - run.began,
-    }
-    arguments = (run.scene, run.terrain, run.faults, run.flights, timings)
-    try:
-        return write_results(folder, *arguments, record if recording else None)
-    except OSError as fault:
-        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+    with result_folder(folder) as part:
+        write_all_tables(part, findings_of(run))
+        write_findings(part, findings_of(run), _recorder(run) if recording else None)
+    return Path(folder).resolve()
 
 
-def with_choices(scene: Scene, rocks: int | None, engine: str | None, seed: int | None) -> Scene:
+def findings_of(run: Run) -> Findings:
+    """What a run has found, as the files of a result are written from."""
+    timings = {"read_s": run.read_s, "index_s": run.index_s, "wall_s": time.perf_counter() - run.began}
+    return Findings(
+        run.scene, run.terrain, run.faults, run.flights, run.totals, run.maps, run.planned, run.steps, timings
+    )  # fmt: skip
+
+
+def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
+    """A scene, read if need be, with what the caller chose instead of what it says; errors as `with_choices`."""
+    return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
+
+
+def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
     """The scene with what the caller chose instead of what it says; None keeps what it says.
 
     Raises
@@ -148,10 +193,14 @@ def with_choices(scene: Scene, rocks: int | None, engine: str | None, seed: int 
         Fewer than one rock, an unknown engine, or a seed out of range.
     """
     changes: dict[str, object] = {}
-    if rocks is not None:
-        if rocks < 1:
-            raise InputError(f"the number of rocks is {rocks}; it must be at least 1")
-        shares = share_out([source.rocks for source in scene.sources], rocks)
+    wanted = scene.rocks if rocks is None else rocks
+    if wanted == "auto":
+        changes["rocks"] = wanted
+    elif wanted is not None:
+        if wanted < 1:
+            raise InputError(f"the number of rocks is {wanted}; it must be at least 1, or auto")
+        shares = share_out([source.rocks for source in scene.sources], wanted)
+        changes["rocks"] = wanted
         changes["sources"] = tuple(
             source.model_copy(update={"rocks": n}) for source, n in zip(scene.sources, shares, strict=True)
         )
@@ -166,79 +215,83 @@ def with_choices(scene: Scene, rocks: int | None, engine: str | None, seed: int 
     return scene.model_copy(update=changes)
 
 
-def read_companions(scene: Scene) -> None:
-    """Read the small files that a scene names, so that a damaged one is refused before a large mesh is read and flown.
-
-    Raises
-    ------
-    InputError
-        A file of points or polygons is damaged; names it.
-    """
-    read_source_files(scene)
-    read_areas(scene)
-    if scene.observed is not None:
-        read_points(scene.observed.points_file)
+Round = tuple[Sequence[int], Sequence[int]]
+"""The rocks of one round: of each source from a number to before another."""
 
 
-def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """The scene's engine, with its index over the terrain.
-
-    Raises
-    ------
-    InputError
-        The compiled engine is asked for and numba is not installed.
-    """
-    name = choose_engine(scene.engine, sum(source.rocks for source in scene.sources), HAS_NUMBA)
-    try:
-        return engine_of(name, facets_of(terrain))
-    except ValueError as fault:
-        raise InputError(f"{scene.path}: {fault}") from fault
+def rounds_of(scene: Scene) -> Iterator[Round]:
+    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`."""
+    counts = [source.rocks for source in scene.sources]
+    done = [0] * len(counts)
+    if scene.rocks != "auto":
+        yield done, counts
+        return
+    counts = [n * -(-FIRST_ROUND // sum(counts)) for n in counts]
+    while sum(counts) <= scene.target.most_rocks:
+        yield done, counts
+        done, counts = counts, [2 * n for n in counts]
 
 
-def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
-    """Materials by zone, settings and models of a scene.
-
-    Raises
-    ------
-    InputError
-        A zone of the terrain has no material.
-    """
-    surfaces = [_surface(scene, zone) for zone in terrain.zones]
-    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
-    models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
-    return Flight(drawn_materials(surfaces, scene.seed), settings, models)
-
-
-def _surface(scene: Scene, zone: str) -> DrawnSurface:
-    """The ground of one zone."""
-    material = material_of(scene, zone)
-    return DrawnSurface(
-        R_n=distribution_of(material.normal_restitution),
-        R_t=distribution_of(material.tangential_restitution),
-        friction_angle=distribution_of(material.friction_angle_deg),
-        stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
-        per_impact=material.draw == "per_impact",
-    )
-
-
-def scene_releases(scene: Scene, terrain: Terrain, engine: Engine, ranges: Sequence[range] | None = None) -> Releases:
-    """The releases of a scene's rocks, or of those of each source whose numbers stand in its range, all above ground.
-
-    Raises
-    ------
-    InputError
-        A rock starts under the ground or off the terrain; names the scene, the source and the position.
-    """
-    sources = scene_sources(scene, terrain)
-    chosen = ranges_of([source.rocks for source in sources]) if ranges is None else ranges
-    try:
-        releases = releases_in(sources, chosen, scene_rock(scene), scene.seed, engine, terrain.frame)
-        check_above_ground(releases, [source.name for source in sources], engine, terrain.frame)
-    except InputError as fault:
-        raise InputError(f"{scene.path}: {fault}") from fault
-    return releases
+def _fly(
+    prepared: Prepared,
+    shown: int | None,
+    sink: Sink | None = None,
+    progress: Progress | None = None,
+    stop: Stop | None = None,
+    threads: int | None = None,
+    rounds: Sequence[Round] | None = None,
+) -> Run:
+    """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
+    scene, flight = prepared.scene, prepared.flight
+    tallies, totals = empty_tallies(prepared), Totals(position_of_stops(prepared))
+    plan = list(rounds_of(scene)) if rounds is None else list(rounds)
+    _check_all(prepared, plan[0])
+    compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
+    stream = Stream(prepared.engine, flight, _shown(scene, plan, shown), tallies, _both(totals, sink), stop, threads)
+    steps: list[Step] = []
+    began, planned = time.perf_counter(), 0
+    for first, last in plan:
+        planned = sum(last)
+        stream.advance = progress(sum(last) - sum(first)) if progress else None
+        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last)):
+            break
+        if scene.rocks == "auto":
+            steps.append(step_of(tallies.places(totals.rocks, prepared.area_names), prepared.terrain.zones))
+            if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
+                break
+    flights = stream.flights(compile_s, time.perf_counter() - began)
+    maps = tallies.maps(totals.rocks, prepared.area_names)
+    return Run(
+        scene, prepared.terrain, prepared.faults, flights, totals, maps, planned, tuple(steps),
+        prepared.read_s, prepared.index_s, prepared.began,
+    )  # fmt: skip
 
 
-def scene_rock(scene: Scene) -> Rock | DrawnRock:
-    """Mass (kg) and radius (m) of the sphere of the same volume, or how they are drawn."""
-    return rock_of(scene.rock)
+def _check_all(prepared: Prepared, first_round: Round) -> None:
+    """Refuse sources with a rock under the ground before the first one flies, block by block."""
+    for ranges in blocks_of(*first_round):
+        check_releases(prepared, releases_in_ranges(prepared, ranges))
+
+
+def _shown(scene: Scene, plan: Sequence[Round], shown: int | None) -> Shown:
+    """The rocks to keep: of all, or of the first round where nobody knows how many there will be."""
+    first, last = plan[0]
+    return shown_of(sum(last) - sum(first), shown, scene.outputs.trajectories)
+
+
+def _both(totals: Totals, sink: Sink | None) -> Sink:
+    """Count a block and hand it on."""
+
+    def take(deposits: Deposits, impacts: Impacts) -> None:
+        totals.add(deposits)
+        if sink:
+            sink(deposits, impacts)
+
+    return take
+
+
+def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
+    """Writes the recording of a run to a path, given the summary."""
+    from rpf3d_core.recordings.log import write_recording  # rerun is needed for this only
+
+    return lambda path, facts: write_recording(path, run.scene, run.terrain, run.flights, facts, run.maps)

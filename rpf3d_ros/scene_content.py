@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from rpf3d_core.ensemble.releases import ranges_of
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.run import build_engine, scene_releases
+from rpf3d_core.prepared import check_releases, prepare, releases_in_ranges
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.terrain_messages import MeshSurvey
@@ -37,9 +37,10 @@ def scene_content(path: Path, frame: MapFrame) -> SceneContent:
 
     Raises InputError where the scene is refused, or lies too far from the map's origin for float32 messages.
     """
-    scene = read_scene(path)
-    terrain, _ = read_terrain(scene)
-    releases = scene_releases(scene, terrain, build_engine(scene, terrain))
+    prepared = prepare(read_scene(path))
+    terrain = prepared.terrain
+    releases = releases_in_ranges(prepared, ranges_of([source.rocks for source in prepared.sources]))
+    check_releases(prepared, releases)
     shift = np.array(terrain.frame.origin) - np.array(frame.origin)
     vertices = terrain.vertices + shift
     if float(np.abs(vertices).max()) > FARTHEST:

@@ -17,10 +17,10 @@ from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, r
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.hazard.passed import hazard_facets
 from rpf3d_core.io.scene_model import RockSpec
+from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.kinetics.ground import GROUND_MODELS
 from rpf3d_core.kinetics.rebound import REBOUND_MODELS
 from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.run import rock_of
 from rpf3d_core.simulation.engines import Engine, Models, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of

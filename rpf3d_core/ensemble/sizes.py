@@ -37,6 +37,18 @@ def sizes_of(rock: Rock | DrawnRock, seed: int, source: int, rocks: NDArray[np.i
     return mass, _radii(mass / rock.density)
 
 
+def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
+    """The least and the greatest mass (kg) that a rock can have."""
+    if isinstance(rock, Rock):
+        return rock.mass, rock.mass
+    bounds = (rock.size.low, rock.size.high)
+    if rock.measure == "diameter":
+        low, high = (rock.density * SPHERE * (0.5 * bound) ** 3 for bound in bounds)
+    else:
+        low, high = (bound if rock.measure == "mass" else rock.density * bound for bound in bounds)
+    return low, high
+
+
 def _radii(volume: FloatArray) -> FloatArray:
     """Radii (R,) m of spheres of given volumes (R,) m^3."""
     radius = np.empty(len(volume))

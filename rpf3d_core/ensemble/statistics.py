@@ -3,9 +3,6 @@
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 NORMAL_QUANTILE_95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution."""
 
@@ -38,13 +35,3 @@ def share_of(count: int, total: int) -> dict[str, Any]:
     if total == 0:
         return {"rocks": 0, "share": None, "interval_95": None}
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
-
-
-def percentiles(values: ArrayLike, wanted: tuple[int, ...] = PERCENTILES) -> dict[str, Any]:
-    """Number of finite values (N,), their percentiles (linear between values), and the largest."""
-    known = np.asarray(values, dtype=float)
-    known = known[np.isfinite(known)]
-    if len(known) == 0:
-        return {"rocks": 0, **{f"p{p}": None for p in wanted}, "max": None}
-    cuts = {f"p{p}": float(cut) for p, cut in zip(wanted, np.percentile(known, wanted), strict=True)}
-    return {"rocks": len(known), **cuts, "max": float(known.max())}

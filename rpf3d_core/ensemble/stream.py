@@ -65,9 +65,9 @@ class Stream:
     shown: Shown
     watch: Watch | None = None
     sink: Sink | None = None
-    advance: Advance | None = None
     stop: Callable[[], bool] | None = None
     threads: int | None = None
+    advance: Advance | None = None
 
     def __post_init__(self) -> None:
         """Nothing has flown yet."""

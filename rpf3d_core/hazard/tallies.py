@@ -4,7 +4,9 @@ Rocks are looked at batch by batch, on the thread that flew them, and forgotten:
 the maps, not on the number of rocks.
 """
 
+import math
 import queue
+import time
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -39,7 +41,7 @@ from rpf3d_core.hazard.walk import Ground, Spans, empty_spans, walk_facets, walk
 from rpf3d_core.terrain.facets import plain
 from rpf3d_core.values import Outcome
 
-STOPPED, CAUGHT = int(Outcome.STOPPED), int(Outcome.CAUGHT)
+STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome.FAILED)
 ROOM = 65_536
 """Visits to one kind of cell that are gathered before they are folded in: 4 MB."""
 
@@ -83,13 +85,15 @@ class Tallies:
         self.idle.put(scratch)
         return heights
 
-    def warm(self) -> None:
-        """Compile what counting needs."""
+    def warm(self) -> float:
+        """Compile what counting needs; returns the seconds it took."""
+        began = time.perf_counter()
         scratch = self._scratch()
         self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
         for tally, visits in zip(self._tallies, scratch, strict=False):
             tally.fold(visits)
         self.idle.put(scratch)
+        return time.perf_counter() - began
 
     def add(self, other: "Tallies") -> None:
         """Count in what another part of the same ensemble has counted."""
@@ -99,6 +103,12 @@ class Tallies:
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""
         return HazardMaps(flown, self.ground.raster, *(layers_of(tally) for tally in self._tallies), area_names)
+
+    def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
+        """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
+        nothing = layers_of(Tally(0, self.squares.scales, 0.0))
+        places = (layers_of(tally) for tally in (self.zones, self.inside))
+        return HazardMaps(flown, self.ground.raster, nothing, nothing, *places, area_names)
 
     @property
     def _tallies(self) -> tuple[Tally, Tally, Tally, Tally]:
@@ -145,6 +155,9 @@ def _visit_all(
     """
     for r in range(begin, len(heights)):
         _next_rock(scratch)
+        if counts[r, 0] == FAILED:
+            heights[r] = math.nan  # and nothing of it in any map
+            continue
         q = first[r, 0]
         for p in range(first[r, 1], first[r + 1, 1] - 1):
             _walk_piece(ground, areas, scratch, pieces, modes, p, gravity, mass[r])

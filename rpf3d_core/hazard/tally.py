@@ -18,6 +18,10 @@ from rpf3d_core.hazard.visits import DEPOSITS, FIRST, IMPACTS, PASSAGES, USED, V
 FEWEST_SLOTS = 1024
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """After so many mergings in pairs a bin is an octave wide."""
+BYTES_PER_CELL = 128
+"""That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, and in layers."""
+LEAST_SHARE = 0.2
+"""Of the memory for maps that bins may take, however little the cells leave."""
 SUM_UNITS = 2.0**34
 """A sum counts in units of the largest value over 2^34, so that 2^29 rocks fit in 64 bits."""
 

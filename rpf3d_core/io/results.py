@@ -4,19 +4,22 @@ import json
 import os
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.io import tables, vtp
 from rpf3d_core.io.areas import local_outlines, read_areas
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.findings import Findings
+from rpf3d_core.io.hazard_benches import write_benches
+from rpf3d_core.io.hazard_rasters import write_hazard_rasters
+from rpf3d_core.io.hazard_zones import write_hazard_zones
 from rpf3d_core.io.summary import summary
-from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.terrain.frame import FloatArray
 
 Record = Callable[[Path, dict[str, Any]], None]
 """Writes a recording to a path, given the summary."""
@@ -25,48 +28,32 @@ SUMMARY = "summary.json"
 
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "run.rrd",
+    "profiles", "map.png", "hazard", "convergence.png", "run.rrd",
 }  # fmt: skip
 """All that a result folder may hold; a folder with anything else in it is never replaced."""
 
 
-def write_results(
-    folder: str | Path,
-    scene: Scene,
-    terrain: Terrain,
-    faults: FaultReport,
-    flights: Flights,
-    timings: Mapping[str, float],
-    record: Record | None = None,
-) -> Path:
-    """Write everything that a run leaves behind, and return the folder.
-
-    All is written into a hidden folder beside it, which takes the place of `folder` at the end, so that nothing
-    half-written ever looks like a result. An earlier result there is replaced.
-
-    Parameters
-    ----------
-    timings : name -> s
-        Wall times so far, copied into summary.json; `write_s` and `total_s` = `wall_s` + `write_s` are added.
-    record : function of (path, summary), optional
-        Writes `run.rrd`; see `recordings.log.write_recording`. Not written if not given.
+@contextmanager
+def result_folder(folder: str | Path) -> Iterator[Path]:
+    """A hidden folder to write into, which takes the place of `folder` in the end: nothing half-written ever looks like
+    a result. If anything fails, the hidden folder goes and an earlier result stays.
 
     Raises
     ------
     InputError
-        As `check_folder`, or if a file that the scene names for the summary is damaged.
+        As `check_folder`, or the disk is full or may not be written to.
     """
     target = check_folder(folder)
-    target.parent.mkdir(parents=True, exist_ok=True)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:
-        part.mkdir()
-        _write_all(part, scene, terrain, faults, flights, timings, record)
+        part.mkdir(parents=True)
+        yield part
         _replace(target, part)
+    except OSError as fault:
+        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
     finally:
         shutil.rmtree(part, ignore_errors=True)
-    return target
 
 
 def check_folder(folder: str | Path) -> Path:
@@ -119,48 +106,76 @@ def _replace(target: Path, part: Path) -> None:
     shutil.rmtree(old, ignore_errors=True)
 
 
-def _write_all(
-    folder: Path,
-    scene: Scene,
-    terrain: Terrain,
-    faults: FaultReport,
-    flights: Flights,
-    timings: Mapping[str, float],
-    record: Record | None,
-) -> None:
-    """The summary is written last, for it says how long the rest took."""
+def write_all_tables(folder: Path, findings: Findings) -> None:
+    """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
+    sources = [source.name for source in findings.scene.sources]
+    with tables.open_tables(folder, sources, findings.terrain, findings.scene.outputs.impacts) as sink:
+        sink(findings.flights.deposits, findings.flights.impacts)
+
+
+def write_findings(folder: Path, findings: Findings, record: Record | None = None) -> None:
+    """Write everything but the tables of all rocks into an existing folder.
+
+    The summary comes last, for it says how long the rest took.
+
+    Parameters
+    ----------
+    record : function of (path, summary), optional
+        Writes `run.rrd`; see `recordings.log.write_recording`. Not written if not given.
+
+    Raises
+    ------
+    InputError
+        If a file that the scene names for the summary is damaged.
+    """
     start = time.perf_counter()
-    facts = summary(scene, terrain, faults, flights, timings)
-    samples = sample_paths(
-        flights.paths, displayed_rows(flights.paths, scene.outputs.trajectories), gravity=scene.gravity
-    )
-    _write_tables(folder, scene, terrain, flights, samples)
-    _write_pictures(folder, scene, terrain, flights, samples)
+    facts = summary(findings)
+    paths, scene = findings.flights.paths, findings.scene
+    samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
+    outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
+    _write_paths(folder, findings, samples)
+    _write_hazard(folder, findings)
+    _write_pictures(folder, findings, samples, outlines)
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start
-    facts["total_s"] = timings.get("wall_s", 0.0) + facts["write_s"]
+    facts["total_s"] = findings.timings.get("wall_s", 0.0) + facts["write_s"]
     (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _write_tables(folder: Path, scene: Scene, terrain: Terrain, flights: Flights, samples: PathSamples) -> None:
-    sources, deposits = [source.name for source in scene.sources], flights.deposits
-    tables.write_deposits(folder / "deposits.csv", sources, terrain, deposits)
-    tables.write_impacts(folder / "impacts.parquet", sources, terrain, flights)
-    tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, deposits, samples)
-    vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts)
-    vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, deposits, samples)
+def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None:
+    sources, terrain, flights = [s.name for s in findings.scene.sources], findings.terrain, findings.flights
+    tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, flights.deposits, samples)
+    vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts, findings.maps)
+    vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 
 
-def _write_pictures(folder: Path, scene: Scene, terrain: Terrain, flights: Flights, samples: PathSamples) -> None:
+def _write_hazard(folder: Path, findings: Findings) -> None:
+    scene, terrain, maps, hazard = findings.scene, findings.terrain, findings.maps, folder / "hazard"
+    hazard.mkdir()
+    write_hazard_rasters(hazard, terrain, maps, scene.terrain.crs)
+    write_hazard_zones(hazard / "zones.geojson", terrain, maps, scene.hazard, scene.terrain.crs)
+    write_benches(hazard / "benches.csv", bench_table(terrain, maps))
+
+
+def _write_pictures(
+    folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]
+) -> None:
     # matplotlib takes most of a second to import: only a run that draws pays for it.
+    from rpf3d_core.io.plots_convergence import write_convergence
+    from rpf3d_core.io.plots_hazard import write_hazard_pictures
     from rpf3d_core.io.plots_map import write_map
     from rpf3d_core.io.plots_profiles import write_profile_plots
 
+    scene, terrain, flights = findings.scene, findings.terrain, findings.flights
     sources = [source.name for source in scene.sources]
     profiles = folder / "profiles"
     profiles.mkdir()
     write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity)
-    areas = {name: local_outlines(terrain.frame, area) for name, area in read_areas(scene).items()}
-    title = f"{scene.path.stem}: {len(flights.deposits.rock)} rocks"
-    write_map(folder / "map.png", title, terrain, flights.deposits, samples, areas)
+    name = f"{scene.path.stem}: {findings.totals.rocks:,} rocks"
+    write_map(folder / "map.png", name, terrain, flights.deposits, samples, areas)
+    write_hazard_pictures(
+        folder / "hazard", scene.path.stem, terrain, findings.maps, flights.deposits.release, areas
+    )  # fmt: skip
+    if findings.steps:
+        write_convergence(folder / "convergence.png", scene.path.stem, findings.steps, scene.target)

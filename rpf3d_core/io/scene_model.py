@@ -15,6 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed
+from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_values import (
     Count,
     HalfWidths,
@@ -218,9 +219,22 @@ class AreaSpec(Part):
 
 
 class OutputSpec(Part):
-    """How much is written: the number of rocks whose paths are kept for display."""
+    """How much is written: the number of rocks whose paths are kept for display, and whether each impact is."""
 
     trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
+    impacts: bool = Field(True, strict=True, description="true or false, whether impacts.parquet is written")
+
+
+class TargetSpec(Part):
+    """When `rocks: auto` has flown enough, judged by the areas of interest or, without any, by the zones."""
+
+    half_width: Number = Field(
+        0.02, gt=0, lt=0.5, description="a number above 0 and below 0.5, the half-width of the 95 % intervals of shares"
+    )
+    p95_energy: Number = Field(
+        0.05, gt=0, description="a number above 0, the largest relative change of p95 energies over two doublings"
+    )
+    most_rocks: Count = Field(10_000_000, ge=1, description="a whole number of at least 1, where to give up")
 
 
 class ObservedSpec(Part):
@@ -248,6 +262,13 @@ class Scene(Part):
     sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )
+    rocks: Annotated[Count, Field(ge=1)] | Literal["auto"] | None = Field(
+        None,
+        description="a whole number of at least 1, or auto; dealt to the sources in proportion, left out for their own",
+    )
+    target: TargetSpec = Field(
+        default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
+    )
     rebound: Literal["constant", "thesis_literal"] = Field("constant", description="constant or thesis_literal")
     ground: Literal["none", "sliding"] = Field("none", description="none or sliding")
     stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
@@ -261,9 +282,12 @@ class Scene(Part):
     areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(_no_two_alike)] = Field(
         (), description="a list of {name, polygons}"
     )
+    hazard: HazardSpec = Field(
+        default_factory=HazardSpec, description="a mapping with cell, reach_levels, matrix and memory_gb"
+    )
     engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
     seed: Count = Field(1, ge=0, le=LARGEST_SEED, description=f"a whole number from 0 to {LARGEST_SEED}")
-    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories")
+    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories and impacts")
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
     data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
 

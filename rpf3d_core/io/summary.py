@@ -11,64 +11,61 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.ensemble.flights import Deposits, Flights
-from rpf3d_core.ensemble.statistics import percentiles, share_of
-from rpf3d_core.io.areas import REACHED_BY, area_shares, read_areas
+from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
+from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.hazard.benches import bench_table, benches_section
+from rpf3d_core.hazard.convergence import convergence_section
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.io.areas import REACHED_BY
+from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.observed import compare
 from rpf3d_core.io.scene import scene_digest
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.tables import runout, zones_of_facets
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
-from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely", "rerun-sdk")
 """Whose versions are recorded."""
 
 
-def summary(
-    scene: Scene, terrain: Terrain, faults: FaultReport, flights: Flights, timings: Mapping[str, float]
-) -> dict[str, Any]:
+def summary(findings: Findings) -> dict[str, Any]:
     """Everything of a run that fits on a page, ready for JSON.
-
-    Parameters
-    ----------
-    timings : name -> s
-        Wall times that the caller took, such as `read_s` and `wall_s`; they are copied.
 
     Raises
     ------
     InputError
-        If a file of `areas_of_interest` or `observed` is damaged.
+        If a file of `observed` is damaged.
     """
+    scene, terrain, totals = findings.scene, findings.terrain, findings.totals
+    benches = benches_section(bench_table(terrain, findings.maps))
     facts = {
         "program": "rpf3d",
         "versions": versions(),
         "scene": {"file": scene.path.name, "digest": scene_digest(scene), **_settings(scene)},
-        "terrain": _terrain(scene, terrain, faults),
-        **_counts(flights),
-        **_speed(flights, timings),
-        **_distributions(scene, flights.deposits),
-        "stopped_in_zones": stopped_in_zones(terrain, flights.deposits),
-        "areas_of_interest": area_shares(terrain, flights, read_areas(scene)),
+        "terrain": _terrain(scene, terrain, findings.faults),
+        **_counts(findings),
+        **_speed(findings),
+        **_distributions(scene, totals),
+        "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
+        "areas_of_interest": benches["areas_of_interest"],
+        "benches": benches["zones"],
+        "hazard": _hazard(findings.maps),
     }
     if scene.areas_of_interest:
         facts["areas_reached_by"] = REACHED_BY
+    if findings.steps:
+        facts["convergence"] = convergence_section(
+            findings.steps, scene.target.half_width, scene.target.p95_energy
+        )  # fmt: skip
     if scene.observed is not None:
-        facts["observed"] = compare(scene.observed, terrain.frame, flights.deposits)
+        facts["observed"] = compare(scene.observed, terrain.frame, totals.stops)
     return dict(plain(facts))
 
 
 def versions() -> dict[str, str | None]:
     """Versions of Python and of the packages that shape the answer; null for one that is not installed."""
     return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
-
-
-def stopped_in_zones(terrain: Terrain, deposits: Deposits) -> dict[str, Any]:
-    """Of all rocks, the share that came to rest in each zone."""
-    at_rest = np.isin(deposits.outcome, DEPOSITED) & (deposits.facet >= 0)
-    counts = np.bincount(zones_of_facets(terrain, deposits.facet)[at_rest], minlength=len(terrain.zones))
-    return {zone: share_of(int(counts[i]), len(at_rest)) for i, zone in enumerate(terrain.zones)}
 
 
 def plain(value: Any) -> Any:
@@ -106,36 +103,50 @@ def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, A
     }
 
 
-def _counts(flights: Flights) -> dict[str, Any]:
-    deposits = flights.deposits
+def _counts(findings: Findings) -> dict[str, Any]:
+    totals = findings.totals
     return {
-        "engine": flights.engine,
-        "rocks": len(deposits.rock),
+        "engine": findings.flights.engine,
+        "rocks": totals.rocks,
+        "partial": totals.rocks < findings.planned,
+        "rocks_planned": findings.planned,
         "outcomes": {
-            outcome.name.lower(): {**share_of(count, len(deposits.rock)), "sentence": OUTCOME_SENTENCES[outcome]}
+            outcome.name.lower(): {**share_of(count, totals.rocks), "sentence": OUTCOME_SENTENCES[outcome]}
             for outcome in Outcome
-            if (count := int((deposits.outcome == outcome).sum()))
+            if (count := totals.outcomes[outcome])
         },
-        "impacts": int(deposits.impacts.sum()),
-        "path_m": float(deposits.path.sum()),
+        "impacts": totals.impacts,
+        "path_m": totals.path_m,
     }
 
 
-def _speed(flights: Flights, timings: Mapping[str, float]) -> dict[str, Any]:
+def _speed(findings: Findings) -> dict[str, Any]:
     """Wall times; rocks_per_s counts flying only: no reading, compiling or writing."""
-    rate = len(flights.deposits.rock) / flights.fly_s if flights.fly_s > 0.0 else None
-    return {**timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
+    flights = findings.flights
+    rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
+    return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
 
 
-def _distributions(scene: Scene, deposits: Deposits) -> dict[str, Any]:
-    at_rest = np.isin(deposits.outcome, DEPOSITED)
+def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
     return {
-        "runout_m": {"of": "rocks at rest, horizontal", **percentiles(runout(deposits)[at_rest])},
-        "max_speed_m_s": {"of": "all rocks", **percentiles(deposits.max_speed)},
-        "max_energy_j": {"of": "all rocks, translational", **percentiles(deposits.max_energy)},
-        "max_height_m": {"of": "all rocks, vertical above the terrain", **percentiles(deposits.max_height)},
+        "runout_m": {"of": "rocks at rest, horizontal", **totals.runout.summary(PERCENTILES)},
+        "max_speed_m_s": {"of": "all rocks", **totals.max_speed.summary(PERCENTILES)},
+        "max_energy_j": {"of": "all rocks, translational", **totals.max_energy.summary(PERCENTILES)},
+        "max_height_m": {"of": "all rocks, vertical above the terrain", **totals.max_height.summary(PERCENTILES)},
         "entered_ground_at_speed_m_s": {
             "of": f"rocks whose bounces died out; ground model {scene.ground}",
-            **percentiles(deposits.ground_speed),
+            **totals.ground_speed.summary(PERCENTILES),
         },
+    }
+
+
+def _hazard(maps: HazardMaps) -> dict[str, Any]:
+    """The raster of the maps, and how well their percentiles are known."""
+    return {
+        "cell_m": maps.raster.cell,
+        "columns": maps.raster.nx,
+        "rows": maps.raster.ny,
+        "cells_reached": int((maps.cells.rocks > 0).sum()),
+        "facets_reached": int((maps.facets.rocks > 0).sum()),
+        "percentiles_within": max(maps.cells.percentiles_within, maps.facets.percentiles_within),
     }

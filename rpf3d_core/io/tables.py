@@ -4,9 +4,10 @@ Positions and directions are in the input's own axes and coordinates; lengths in
 energies (translational) in J. A value that does not exist (no ground contact, height not asked for) is left empty.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -14,8 +15,9 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike, NDArray
 
-from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
+from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Mode, Outcome
@@ -27,14 +29,29 @@ UNITS = {
 }  # fmt: skip
 
 
-def write_deposits(path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits) -> None:
-    """Write deposits.csv: one line a rock, in order of source, then rock."""
-    _write_csv(path, deposits_table(sources, terrain, deposits))
+@contextmanager
+def open_tables(
+    folder: Path, sources: Sequence[str], terrain: Terrain, impacts: bool = True
+) -> Iterator[Callable[[Deposits, Impacts], None]]:
+    """Write deposits.csv, one line a rock, and impacts.parquet, one line an impact, block after block.
 
+    impacts : whether to write the latter. Yields a function that takes the rocks of a block, and their impacts.
+    """
+    with ExitStack() as files:
+        deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
+        parquet: list[Any] = []
 
-def write_impacts(path: Path, sources: Sequence[str], terrain: Terrain, flights: Flights) -> None:
-    """Write impacts.parquet: one line an impact, grouped by rock in order of time."""
-    pyarrow.parquet.write_table(impacts_table(sources, terrain, flights.deposits, flights.impacts), path)
+        def write(deposits: Deposits, struck: Impacts) -> None:
+            _write_lines(deposits_file, deposits_table(sources, terrain, deposits), header=not deposits_file.tell())
+            if not impacts:
+                return
+            table = impacts_table(sources, terrain, deposits, struck)
+            if not parquet:
+                path = folder / "impacts.parquet"
+                parquet.append(files.enter_context(pyarrow.parquet.ParquetWriter(path, table.schema)))
+            parquet[0].write_table(table)
+
+        yield write
 
 
 def write_trajectories(
@@ -115,12 +132,6 @@ def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.
     return np.where(facet < 0, -1, terrain.zone[facet])
 
 
-def runout(deposits: Deposits) -> FloatArray:
-    """Horizontal distance (R,) m from release to end."""
-    run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)
-    return run
-
-
 def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
     """The names of an enumeration in order of value, in lower case, as the files spell them."""
     return [member.name.lower() for member in names]
@@ -149,10 +160,16 @@ def _or_null(values: NDArray[np.float64]) -> pa.Array:
 
 
 def _write_csv(path: Path, table: pa.Table) -> None:
-    """Column names without quotes, which not every version of pyarrow can write."""
+    """A table as a file of its own."""
     with path.open("wb") as file:
+        _write_lines(file, table, header=True)
+
+
+def _write_lines(file: BinaryIO, table: pa.Table, header: bool) -> None:
+    """The lines of a table; column names go without quotes, which not every version of pyarrow can write."""
+    if header:
         file.write((",".join(table.column_names) + "\n").encode())
-        pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(include_header=False))
+    pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(include_header=False))
 
 
 def _table(columns: dict[str, Any]) -> pa.Table:

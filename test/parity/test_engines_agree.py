@@ -13,7 +13,9 @@ from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.run import scene_flight, scene_rock, scene_sources, with_choices
+from rpf3d_core.io.scene_sources import rock_of, scene_sources
+from rpf3d_core.prepared import scene_flight
+from rpf3d_core.run import with_choices
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
@@ -50,7 +52,7 @@ def prepared(engine: str, name: str, rocks: int, **models: str) -> tuple[Engine,
     """All that flies; the heights of releases come from this engine too."""
     scene = with_choices(scene_called(name).model_copy(update=models), rocks, engine, None)
     terrain, built = ground_of(name), engine_over(engine, name)
-    releases = releases_of(scene_sources(scene, terrain), scene_rock(scene), scene.seed, built)
+    releases = releases_of(scene_sources(scene, terrain), rock_of(scene.rock), scene.seed, built)
     return built, scene_flight(scene, terrain), releases
 
 

@@ -1,0 +1,93 @@
+"""How many rocks are enough: intervals and percentiles of the places that matter, as the ensemble doubles.
+
+Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than asked for, and no 95th percentile of
+energy has moved by more than asked for over the last two doublings. Never by the mean alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.hazard.maps import HazardMaps
+
+DOUBLINGS = 2
+"""Over which the percentiles must have held still."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """What is known of one place: share reached and share stopped (-), half-width of the wider of their intervals, and
+    p95 of energy (J), None below 20 rocks."""
+
+    reached: float
+    stopped: float
+    half_width: float
+    energy_p95: float | None
+
+
+@dataclass(frozen=True)
+class Step:
+    """What is known after so many rocks, place by place."""
+
+    rocks: int
+    places: Mapping[str, Place]
+
+    @property
+    def half_width(self) -> float:
+        """The largest half-width of any place (-)."""
+        return max((place.half_width for place in self.places.values()), default=0.0)
+
+
+def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
+    """The areas of interest or, where the scene names none, the zones that rocks came to."""
+    layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)
+    rocks = maps.flown
+    places = {
+        name: _place(int(layers.rocks[i]), int(layers.deposits[i]), rocks, float(layers.energy.p95[i]))
+        for i, name in enumerate(names)
+        if maps.area_names or layers.rocks[i] > 0
+    }
+    return Step(rocks, places)
+
+
+def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
+    intervals = [wilson_interval(count, rocks) for count in (reached, stopped)]
+    half_width = max(0.5 * (high - low) for low, high in intervals)
+    return Place(reached / rocks, stopped / rocks, half_width, energy if np.isfinite(energy) else None)
+
+
+def p95_change(steps: Sequence[Step]) -> float | None:
+    """The largest relative change of a p95 energy over the last two doublings; None if there were fewer."""
+    if len(steps) <= DOUBLINGS:
+        return None
+    changes = [0.0]
+    for step in steps[-1 - DOUBLINGS : -1]:
+        for name, place in steps[-1].places.items():
+            before = step.places.get(name)
+            if place.energy_p95 is not None:
+                known = before is not None and before.energy_p95 is not None
+                changes.append(abs(before.energy_p95 / place.energy_p95 - 1.0) if known else 1.0)  # type: ignore[union-attr, operator]
+    return max(changes)
+
+
+def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
+    """Whether the last step meets both targets."""
+    change = p95_change(steps)
+    return change is not None and change <= p95_energy and steps[-1].half_width <= half_width
+
+
+def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
+    """The steps for summary.json, and whether the targets were reached."""
+    return {
+        "target": {"half_width": half_width, "p95_energy": p95_energy},
+        "reached": is_enough(steps, half_width, p95_energy),
+        "half_width": steps[-1].half_width,
+        "p95_energy_change": p95_change(steps),
+        "steps": [
+            {"rocks": step.rocks, "places": {name: vars(place) for name, place in step.places.items()}}
+            for step in steps
+        ],
+    }

@@ -1,0 +1,223 @@
+"""A scene made ready to fly: terrain read, index built, ground, sources and maps prepared; refused here if at all."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.fly import choose_engine
+from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_in
+from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
+from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.areas import Areas, areas_of
+from rpf3d_core.hazard.bins import Scales, scales_of
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.raster import GIGABYTE, check_memory, raster_over
+from rpf3d_core.hazard.tallies import Tallies, tallies_over
+from rpf3d_core.hazard.tally import BYTES_PER_CELL, LEAST_SHARE
+from rpf3d_core.hazard.walk import Ground
+from rpf3d_core.io.areas import local_outlines, read_areas
+from rpf3d_core.io.observed import position_along
+from rpf3d_core.io.point_files import read_points
+from rpf3d_core.io.scene_draws import distribution_of
+from rpf3d_core.io.scene_model import Scene, material_of
+from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
+from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.kinetics.ground import GROUND_MODELS
+from rpf3d_core.kinetics.rebound import REBOUND_MODELS
+from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, engine_of
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.values import Rock
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Everything that flying a scene takes.
+
+    read_s : wall seconds to read and check the terrain; index_s : to build the engine's index over it
+    began : when it all began, `time.perf_counter()`
+    """
+
+    scene: Scene
+    terrain: Terrain
+    faults: FaultReport
+    engine: Engine
+    flight: Flight
+    sources: Sequence[Source]
+    rock: Rock | DrawnRock
+    raster: Raster
+    areas: Areas
+    area_names: tuple[str, ...]
+    read_s: float
+    index_s: float
+    began: float
+
+
+def prepare(scene: Scene) -> Prepared:
+    """Read everything that a scene names and build what flying takes.
+
+    Raises
+    ------
+    InputError
+        One of the scene's files, its sources or its maps is refused; says which, and what would be right.
+    """
+    began = time.perf_counter()
+    read_companions(scene)
+    terrain, faults = read_terrain(scene)
+    flight = scene_flight(scene, terrain)
+    raster = scene_raster(scene, terrain)
+    sources = scene_sources(scene, terrain)
+    outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(scene).items()}
+    read_s = time.perf_counter() - began
+    engine = build_engine(scene, terrain)
+    index_s = time.perf_counter() - began - read_s
+    return Prepared(
+        scene, terrain, faults, engine, flight, sources, rock_of(scene.rock), raster, areas_of(outlines),
+        tuple(outlines), read_s, index_s, began,
+    )  # fmt: skip
+
+
+def read_companions(scene: Scene) -> None:
+    """Read the small files that a scene names, so that a damaged one is refused before a large mesh is read and flown.
+
+    Raises
+    ------
+    InputError
+        A file of points or polygons is damaged; names it.
+    """
+    read_source_files(scene)
+    read_areas(scene)
+    if scene.observed is not None:
+        read_points(scene.observed.points_file)
+
+
+def build_engine(scene: Scene, terrain: Terrain) -> Engine:
+    """The scene's engine, with its index over the terrain.
+
+    Raises
+    ------
+    InputError
+        The compiled engine is asked for and numba is not installed.
+    """
+    rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
+    name = choose_engine(scene.engine, rocks, HAS_NUMBA)
+    try:
+        return engine_of(name, facets_of(terrain))
+    except ValueError as fault:
+        raise InputError(f"{scene.path}: {fault}") from fault
+
+
+def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
+    """Materials by zone, settings and models of a scene.
+
+    Raises
+    ------
+    InputError
+        A zone of the terrain has no material.
+    """
+    surfaces = [_surface(scene, zone) for zone in terrain.zones]
+    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
+    models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
+    return Flight(drawn_materials(surfaces, scene.seed), settings, models)
+
+
+def _surface(scene: Scene, zone: str) -> DrawnSurface:
+    """The ground of one zone."""
+    material = material_of(scene, zone)
+    return DrawnSurface(
+        R_n=distribution_of(material.normal_restitution),
+        R_t=distribution_of(material.tangential_restitution),
+        friction_angle=distribution_of(material.friction_angle_deg),
+        stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
+        per_impact=material.draw == "per_impact",
+    )
+
+
+def scene_raster(scene: Scene, terrain: Terrain) -> Raster:
+    """The raster of the scene's maps.
+
+    Raises
+    ------
+    InputError
+        Its maps would need more memory than the scene allows.
+    """
+    raster = raster_over(terrain, scene.hazard.cell)
+    try:
+        check_memory(raster, len(terrain.triangles), scene.hazard.memory_gb, BYTES_PER_CELL)
+    except InputError as fault:
+        raise InputError(f"{scene.path}: {fault}") from fault
+    return raster
+
+
+def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
+    """The releases of the rocks of each source whose numbers stand in its range.
+
+    Raises
+    ------
+    InputError
+        A source is off the terrain; names the scene, the source and the position.
+    """
+    scene, frame = prepared.scene, prepared.terrain.frame
+    try:
+        return releases_in(prepared.sources, ranges, prepared.rock, scene.seed, prepared.engine, frame)
+    except InputError as fault:
+        raise InputError(f"{scene.path}: {fault}") from fault
+
+
+def check_releases(prepared: Prepared, releases: Releases) -> None:
+    """Refuse rocks that start under the ground or beside the terrain.
+
+    Raises
+    ------
+    InputError
+        Names the scene, the source, the rock and its position.
+    """
+    names = [source.name for source in prepared.sources]
+    try:
+        check_above_ground(releases, names, prepared.engine, prepared.terrain.frame)
+    except InputError as fault:
+        raise InputError(f"{prepared.scene.path}: {fault}") from fault
+
+
+def empty_tallies(prepared: Prepared) -> Tallies:
+    """Tallies over the scene with nothing counted yet."""
+    scene, engine = prepared.scene, prepared.engine
+    compiled = isinstance(engine, Compiled)
+    facets = engine.facets if compiled else facets_of(prepared.terrain)
+    locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(facets)
+    ground = Ground(facets, locator, prepared.raster)
+    zones = len(prepared.terrain.zones)
+    cells = len(facets.zone) + prepared.raster.nx * prepared.raster.ny
+    allowed = scene.hazard.memory_gb * GIGABYTE
+    limit = max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
+    return tallies_over(ground, prepared.areas, zones, scene.gravity, _scales(prepared), limit, compiled)
+
+
+def _scales(prepared: Prepared) -> Scales:
+    """Scales that hold whatever the scene can produce; a function of the scene alone, so that parts can be merged."""
+    facets = prepared.engine.facets
+    fastest = max((_fastest(source) for source in prepared.sources), default=0.0)
+    lightest, heaviest = mass_range(prepared.rock)
+    return scales_of(math.dist(facets.low, facets.high), prepared.scene.gravity, fastest, lightest, heaviest)
+
+
+def _fastest(source: Source) -> float:
+    """No rock of a source is released faster than this (m/s)."""
+    if source.throw is not None:
+        return source.throw.speed.high
+    return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
+
+
+def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
+    """Where points lie along the direction of the scene's observed stops; None if it has none."""
+    observed = prepared.scene.observed
+    return None if observed is None else position_along(observed, prepared.terrain.frame)

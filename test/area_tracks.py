@@ -1,0 +1,52 @@
+"""Which rocks came into an area, told from stored paths by shapely: what the tallies are checked against."""
+
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import MultiPolygon
+
+from rpf3d_core.ensemble.flights import Flights, FloatArray
+from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.terrain.zones import in_plan
+
+
+def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]:
+    """Tracks in plan, one line (shapely) for each rock's contacts and each path that was kept, and the rock of each.
+
+    In plan a flight is a straight line, so contacts joined by straight lines are its exact track.
+    """
+    contacts, paths = _contacts(flights), (flights.paths.row, flights.paths.x)
+    lines = [_lines(frame, *contacts), _lines(frame, *paths)]
+    return np.concatenate([line for line, _ in lines]), np.concatenate([row for _, row in lines])
+
+
+def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks: int) -> NDArray[np.bool_]:
+    """(R,) whether a track of the rock meets the polygons."""
+    lines, row = tracks
+    union = shapely.union_all(list(polygons.geoms))  # a multi-polygon whose parts overlap is not valid
+    shapely.prepare(union)
+    answer = np.zeros(rocks, dtype=bool)
+    answer[row[shapely.intersects(union, lines)]] = True
+    return answer
+
+
+def _contacts(flights: Flights) -> tuple[NDArray[np.int64], FloatArray]:
+    """Release, impacts and end of all rocks, as rows (N,) and points (N, 3), grouped by rock in order of time."""
+    deposits, impacts = flights.deposits, flights.impacts
+    every = np.arange(len(deposits.x))
+    rows = np.concatenate([every, impacts.row, every])
+    points = np.concatenate([deposits.release, impacts.x, deposits.x])
+    order = np.argsort(rows, kind="stable")
+    return rows[order], points[order]
+
+
+def _lines(frame: Frame, row: NDArray[np.int64], points: FloatArray) -> tuple[Any, NDArray[np.int64]]:
+    """One line in plan for each run of equal rows that has at least two points, and its row."""
+    rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
+    several = count[place] > 1
+    if not several.any():
+        return np.empty(0, dtype=object), np.empty(0, dtype=np.int64)
+    kept, index = np.unique(place[several], return_inverse=True)
+    return shapely.linestrings(in_plan(frame, points[several]), indices=index), rows[kept]
