@@ -17,7 +17,8 @@ from rpf3d_core.vectors import norm
 class Record(NamedTuple):
     """Rows to write to: impacts (I, 9) and facets (I,) from row `first_impact`, pieces (S, 10) from `first_piece`.
 
-    Without rows for pieces nothing is written (`writes`).
+    Without rows for pieces nothing is written (`writes`). The event with which a rock fails is written beyond the
+    rock's own rows, where there are any: those are of the rocks after it, which write over it.
 
     impacts : t, x, y, z, n_x, n_y, n_z, speed in, speed out
     pieces : t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
@@ -55,10 +56,10 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 @kernel
 def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write down the impact that comes next in the tally."""
-    if not writes(record):
-        return
+    """Write down the impact that comes next in the tally; one of a rock that fails with it may have no row."""
     i = record.first_impact + tally.impacts
+    if not writes(record) or i >= len(record.facets):
+        return
     row, x = record.impacts[i], before.x
     row[0], row[1], row[2], row[3] = before.t, x[0], x[1], x[2]
     row[4], row[5], row[6] = n
@@ -68,10 +69,10 @@ def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, fac
 
 @kernel
 def note_piece(record: Record, tally: Tally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write down the piece of path that comes next in the tally."""
-    if not writes(record):
-        return
+    """Write down the piece of path that comes next in the tally; one of a rock that fails with it may have no row."""
     i = record.first_piece + tally.pieces
+    if not writes(record) or i >= len(record.modes):
+        return
     row = record.pieces[i]
     row[0], row[1], row[2], row[3] = start.t, start.x[0], start.x[1], start.x[2]
     row[4], row[5], row[6] = start.v
