@@ -28,7 +28,7 @@ setup(
         "rasterio>=1.4",
         "rerun-sdk>=0.38,<0.42",  # its interface changes from month to month
         "rich>=13",
-        "shapely>=2.0",
+        "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
         "typer>=0.12",
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
     ],

@@ -37,7 +37,7 @@ SOURCE = "sources"
 NO_DRAW = 0
 """Seed of releases in which nothing is random."""
 
-UNFINISHED = (Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT)
+UNFINISHED = (Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED)
 """Outcomes that a diagnostic warns of: the answer is not the rock's end."""
 
 

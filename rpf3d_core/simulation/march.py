@@ -73,7 +73,7 @@ def next_event(
 def checked(before: State, after: State) -> State:
     """The state after an event; if anything in it is no finite number, the rock has failed where it was before.
 
-    What the event wrote down is written over by the end of the path, or counts no longer.
+    What the event wrote down is written over by the end of the path, and by the rocks that follow.
     """
     t, x, v, _ = after.motion
     if math.isfinite(t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + after.tally.path + after.tally.speed2):
@@ -147,7 +147,7 @@ def _settle(
     f, motion = state.left.facet, state.motion
     g_n = settings.gravity * n[2]
     rise2 = dot(motion.v, n) * dot(motion.v, n)
-    if g_n <= 0.0 or rise2 >= 2.0 * g_n * settings.smallest_bounce:
+    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # a rise that is no number is for `checked`
         return state
     surface = surface_of(materials, facets.zone[f], key, state.tally.impacts)
     rest = rest_of_bounces(model, surface, motion, n, settings.gravity)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rpf3d_core.materials.streams import Purpose, philox, uniform
+from rpf3d_core.materials.streams import MANY, Purpose, philox, philox_words, uniform, uniform_at
 
 ONES = 0xFFFFFFFF
 KNOWN_ANSWERS = [
@@ -54,3 +54,32 @@ def test_a_hundred_thousand_numbers_are_spread_evenly_over_zero_to_one():
     chi_squared = ((counts - 1000.0) ** 2 / 1000.0).sum()
     assert 60.0 < chi_squared < 150.0  # 99 degrees of freedom: outside in fewer than 1 of 1,000 sound generators
     assert abs(np.corrcoef(draws[:-1], draws[1:])[0, 1]) < 0.013  # 4 standard errors
+
+
+@pytest.mark.parametrize(("counter", "key", "words"), KNOWN_ANSWERS, ids=["zeros", "ones", "pi"])
+@pytest.mark.parametrize("run", ["plain", "compiled"])
+def test_the_kernel_gives_the_published_words_in_both_engines(run, counter, key, words):
+    call = philox_words
+    if run == "compiled":
+        numba = pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine")
+        call = numba.njit(lambda a, b, c, d, e, f: philox_words(a, b, c, d, e, f))
+    assert " ".join(f"{int(word):08x}" for word in call(*counter, *key)) == words
+
+
+def test_a_rock_draws_in_a_kernel_what_it_draws_in_an_array():
+    seed = 2**62 + 12345678901
+    alone = [uniform_at(seed, 3, rock, int(Purpose.SPEED), 0) for rock in range(50)]
+    np.testing.assert_array_equal(uniform(seed, 3, np.arange(50), Purpose.SPEED), alone)
+
+
+def test_so_many_numbers_that_they_are_compiled_have_the_same_bits():
+    rocks = np.arange(MANY + 10)
+    seed = 2**40 + 5
+    together = uniform(seed, 2, rocks, Purpose.TURN)
+    np.testing.assert_array_equal(together[-100:], uniform(seed, 2, rocks[-100:], Purpose.TURN))
+    np.testing.assert_array_equal(together[:100], uniform(seed, 2, rocks[:100], Purpose.TURN))
+
+
+def test_purposes_keep_the_numbers_that_answers_were_given_with():
+    assert [purpose.value for purpose in Purpose] == list(range(len(Purpose)))
+    assert Purpose.VELOCITY_Z == 6 and Purpose.FRICTION_ANGLE == 16

@@ -1,0 +1,125 @@
+"""Truncated distributions against their formulas in high precision: bounds, quantiles, moments, and equal bits."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from rpf3d_core.materials.distributions import (
+    FEW,
+    Distribution,
+    fixed,
+    quantile,
+    quantiles,
+    truncated_lognormal,
+    truncated_normal,
+    truncated_power_law,
+    uniform_between,
+)
+from rpf3d_core.materials.normal_quantile import normal_quantile
+from rpf3d_core.materials.streams import Purpose, uniform
+
+DIGITS = 40
+ALGORITHM_AS241 = 4e-16
+"""Relative error that Wichura states (about 1e-16), and the rounding of its last operations."""
+ROUNDING = 1e-12
+"""Relative: the probabilities below both bounds are rounded to 1e-16, and a quantile divides by the density."""
+DRAWS = 200_000
+DISTRIBUTIONS = {
+    "uniform": uniform_between(0.2, 0.8),
+    "sandstone R_t of physics 1.16": truncated_normal(0.40, 0.15, 0.25, 0.55),
+    "mudstone R_n, cut on one side": truncated_normal(0.47, 0.30, 0.1, 1.0),
+    "mean on its bound": truncated_normal(1.0, 0.20, 0.82, 1.0),
+    "lognormal": truncated_lognormal(0.4, 0.3, 0.05, 3.0),
+    "lognormal from zero": truncated_lognormal(0.4, 0.3, 0.0, 0.6),
+    "volumes of physics 6.4": truncated_power_law(0.5, 0.01, 8.0),
+    "steep power law": truncated_power_law(2.5, 0.5, 0.6),
+}
+SHARES = (0.0, 1e-12, 0.01, 0.25, 0.5, 0.9, 0.999, 1.0 - 2.0**-53)
+
+named = pytest.mark.parametrize("distribution", DISTRIBUTIONS.values(), ids=DISTRIBUTIONS.keys())
+
+
+def exact_quantile(d: Distribution, name: str, u: float) -> mpmath.mpf:
+    """From the definition: the root, or closed form, of (F(x) - F(low)) / (F(high) - F(low)) = u."""
+    low, high, u = mpmath.mpf(d.low), mpmath.mpf(d.high), mpmath.mpf(u)
+    if "uniform" in name:
+        return low + u * (high - low)
+    if "power" in name or "volumes" in name:
+        b = mpmath.mpf(2.5 if "steep" in name else 0.5)
+        return (low**-b - u * (low**-b - high**-b)) ** (-1 / b)  # as physics.md 6.4 writes it
+    logarithm = mpmath.log if "lognormal" in name else mpmath.mpf
+    first, last = (
+        mpmath.ncdf((logarithm(edge) - d.location) / d.scale) if edge > 0 or "log" not in name else mpmath.mpf(0)
+        for edge in (low, high)
+    )
+    z = mpmath.sqrt(2) * mpmath.erfinv(2 * (first + u * (last - first)) - 1)
+    x = d.location + d.scale * z
+    return mpmath.exp(x) if "lognormal" in name else x
+
+
+@pytest.mark.parametrize(
+    "p", [1e-300, 1e-100, 1e-20, 1e-11, 1.5e-11, 1e-5, 0.01, 0.0749, 0.0751, 0.3, 0.4999, 0.6, 0.9, 0.99, 1 - 1e-9]
+)
+def test_the_inverse_normal_has_the_precision_that_its_author_states(p: float) -> None:
+    with mpmath.workdps(DIGITS):
+        z = mpmath.mpf(normal_quantile(p))
+        # One Newton step from the answer: what is left of it is its error.
+        error = (mpmath.ncdf(z) - mpmath.mpf(p)) / mpmath.npdf(z)
+        assert abs(error) <= ALGORITHM_AS241 * abs(z)
+
+
+def test_the_inverse_normal_is_odd_and_infinite_at_the_ends() -> None:
+    assert normal_quantile(0.5) == 0.0 and normal_quantile(0.75) == -normal_quantile(0.25)
+    assert (normal_quantile(0.0), normal_quantile(1.0)) == (-np.inf, np.inf)
+
+
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+@pytest.mark.parametrize("u", SHARES)
+def test_a_quantile_is_that_of_the_definition(name: str, u: float) -> None:
+    d = DISTRIBUTIONS[name]
+    if u == 0.0:
+        assert quantile(d, u) == pytest.approx(d.low, rel=ROUNDING)
+        return
+    with mpmath.workdps(DIGITS):
+        exact = float(exact_quantile(d, name, u))
+    assert quantile(d, u) == pytest.approx(exact, rel=1e-9 if u == 1e-12 and "zero" in name else ROUNDING)
+
+
+@named
+def test_no_draw_leaves_the_bounds_and_the_draws_fill_them(distribution: Distribution) -> None:
+    x = quantiles(distribution, uniform(3, 1, np.arange(DRAWS), Purpose.ROCK_SIZE))
+    assert distribution.low <= x.min() and x.max() <= distribution.high
+    edges = np.array([quantile(distribution, k / 50) for k in range(51)])
+    counts = np.histogram(x, np.maximum.accumulate(edges))[0]
+    chi_squared = ((counts - DRAWS / 50) ** 2 / (DRAWS / 50)).sum()
+    assert 22.0 < chi_squared < 90.0  # 49 degrees of freedom: outside in fewer than 1 of 1,000
+
+
+@pytest.mark.parametrize("name", [name for name in DISTRIBUTIONS if "zero" not in name])
+def test_the_mean_and_the_spread_of_draws_are_those_of_the_cut_distribution(name: str) -> None:
+    d = DISTRIBUTIONS[name]
+    x = quantiles(d, uniform(5, 0, np.arange(DRAWS), Purpose.SPEED))
+    with mpmath.workdps(15):
+        cells = [float(exact_quantile(d, name, (k + 0.5) / 4000)) for k in range(4000)]  # midpoint rule over u
+    mean, sd = np.mean(cells), np.std(cells)
+    assert x.mean() == pytest.approx(mean, abs=4.0 * sd / DRAWS**0.5 + 1e-3 * sd)
+    assert x.std() == pytest.approx(sd, rel=0.02)
+
+
+def test_the_lognormal_has_the_mean_and_sd_that_are_written_where_its_bounds_are_far() -> None:
+    x = quantiles(truncated_lognormal(0.4, 0.1, 1e-6, 1e3), uniform(5, 0, np.arange(DRAWS), Purpose.SPEED))
+    assert x.mean() == pytest.approx(0.4, abs=4 * 0.1 / DRAWS**0.5) and x.std() == pytest.approx(0.1, rel=0.02)
+
+
+@named
+def test_compiled_draws_and_plain_ones_have_the_same_bits_however_many(distribution: Distribution) -> None:
+    u = uniform(1, 0, np.arange(3 * FEW), Purpose.ROCK_SIZE)
+    together = quantiles(distribution, u)
+    np.testing.assert_array_equal(together[:FEW], quantiles(distribution, u[:FEW]))
+    np.testing.assert_array_equal(together[7:20], [quantile(distribution, share) for share in u[7:20].tolist()])
+
+
+@pytest.mark.parametrize("make", [truncated_normal, truncated_lognormal])
+def test_without_spread_a_distribution_is_its_mean(make) -> None:
+    assert make(0.3, 0.0, 0.1, 0.9) == fixed(0.3)
+    assert quantile(fixed(0.3), 0.77) == 0.3
