@@ -54,6 +54,35 @@ def read_back(path):
     return entities
 
 
+def hidden_entities(path):
+    """Names of the views of a recording's blueprint, and what each of them hides."""
+    import rerun.chunk
+
+    reader = rerun.chunk.RrdReader(path)
+    names, hidden = {}, {}
+    for chunk in reader.stream(store=reader.blueprints()[0]).to_chunks():
+        batch, (_, *place) = chunk.to_record_batch(), str(chunk.entity_path).split("/")
+        if place[0] == "view" and "ViewBlueprint:display_name" in batch.schema.names:
+            names[place[1]] = batch.column("ViewBlueprint:display_name").to_pylist()[0][0]
+        if "EntityBehavior:visible" in batch.schema.names:
+            assert batch.column("EntityBehavior:visible").to_pylist() == [[False]]
+            hidden.setdefault(place[1], set()).add("/".join(place).split("overrides/")[1].removesuffix("/visualizers"))
+    return {name: hidden.get(number, set()) for number, name in names.items()}
+
+
+def test_there_is_a_view_for_each_layer_that_hides_the_other_and_what_would_cover_it(recorded, tmp_path, maps):
+    terrain = floor(SURVEY, cells=40)
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain), None, maps)
+    hidden = hidden_entities(tmp_path / "run.rrd")
+    assert hidden["Reach probability"] == {ENERGY, "world/trajectories", "world/ends"}
+    assert hidden["Energy, p95"] == {REACH, "world/trajectories", "world/ends"}
+    (paths,) = [name for name in hidden if name.startswith("Terrain by zone")]
+    assert hidden[paths] == {REACH, ENERGY}
+    assert {"/world/trajectories", "/world/ends"} <= set(recorded["with"])  # what is hidden has these names
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), terrain, thrown(terrain))
+    assert set().union(*hidden_entities(tmp_path / "run.rrd").values()) == set()
+
+
 def test_layers_are_entities_of_their_own_and_only_there_with_maps(recorded):
     names = {f"/{name}" for name in (REACH, ENERGY, BENCHES)}
     assert names <= set(recorded["with"])
