@@ -13,7 +13,7 @@ from rpf3d_core.terrain.facets import Terrain
 SHOWN = 12
 """Rows of the printed table: more do not fit a screen."""
 
-TEXT_HEADER = ("zone", "reached", "stopped", "retained of those that came", "p95 energy (kJ)")
+TEXT_HEADER = ("zone", "reached", "stopped", "retained of reached", "p95 energy (kJ)")
 """Of the printed table; `text_rows` has its columns."""
 
 MOST_DECIMALS = 4

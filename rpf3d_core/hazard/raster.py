@@ -33,7 +33,8 @@ def raster_over(terrain: Terrain, cell: float | None = None) -> Raster:
     ----------
     cell : side of a cell, m; None for about the size of the median facet, and at most `MOST_CELLS` cells
     """
-    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    columns = terrain.vertices[:, 0], terrain.vertices[:, 1]
+    low, high = (np.array([reduce(column) for column in columns]) for reduce in (np.min, np.max))
     if cell is not None:
         return _covering(terrain, low, high, cell)
     finest = typical_size(terrain)

@@ -11,13 +11,10 @@ from typing import Any
 
 from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
-from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.io import tables, vtp
 from rpf3d_core.io.areas import local_outlines, read_areas
 from rpf3d_core.io.findings import Findings
-from rpf3d_core.io.hazard_benches import write_benches
-from rpf3d_core.io.hazard_rasters import write_hazard_rasters
-from rpf3d_core.io.hazard_zones import write_hazard_zones
+from rpf3d_core.io.hazard_folder import write_hazard
 from rpf3d_core.io.summary import summary
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -134,7 +131,7 @@ def write_findings(folder: Path, findings: Findings, record: Record | None = Non
     samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
     outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
     _write_paths(folder, findings, samples)
-    _write_hazard(folder, findings)
+    _write_hazard(folder, findings, outlines)
     _write_pictures(folder, findings, samples, outlines)
     if record is not None:
         record(folder / "run.rrd", facts)
@@ -150,12 +147,10 @@ def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 
 
-def _write_hazard(folder: Path, findings: Findings) -> None:
-    scene, terrain, maps, hazard = findings.scene, findings.terrain, findings.maps, folder / "hazard"
-    hazard.mkdir()
-    write_hazard_rasters(hazard, terrain, maps, scene.terrain.crs)
-    write_hazard_zones(hazard / "zones.geojson", terrain, maps, scene.hazard, scene.terrain.crs)
-    write_benches(hazard / "benches.csv", bench_table(terrain, maps))
+def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatArray]]) -> None:
+    scene, releases = findings.scene, findings.flights.deposits.release
+    place = (scene.hazard, scene.terrain.crs, releases, areas)
+    write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
 
 
 def _write_pictures(
@@ -163,7 +158,6 @@ def _write_pictures(
 ) -> None:
     # matplotlib takes most of a second to import: only a run that draws pays for it.
     from rpf3d_core.io.plots_convergence import write_convergence
-    from rpf3d_core.io.plots_hazard import write_hazard_pictures
     from rpf3d_core.io.plots_map import write_map
     from rpf3d_core.io.plots_profiles import write_profile_plots
 
@@ -174,8 +168,5 @@ def _write_pictures(
     write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity)
     name = f"{scene.path.stem}: {findings.totals.rocks:,} rocks"
     write_map(folder / "map.png", name, terrain, flights.deposits, samples, areas)
-    write_hazard_pictures(
-        folder / "hazard", scene.path.stem, terrain, findings.maps, flights.deposits.release, areas
-    )  # fmt: skip
     if findings.steps:
         write_convergence(folder / "convergence.png", scene.path.stem, findings.steps, scene.target)

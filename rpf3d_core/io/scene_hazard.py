@@ -14,6 +14,9 @@ from rpf3d_core.io.scene_values import Name, Number, Part, refuse
 
 JOULE_PER_KJ = 1000.0
 
+LEAST_CELL = 0.01
+"""m; no survey knows the ground so well, and the number of smaller cells would soon not fit an integer."""
+
 REACH_LEVELS = (0.01, 0.1, 0.5)
 """One rock in a hundred, one in ten, every second one: round shares to look at, not thresholds of anything."""
 
@@ -72,8 +75,8 @@ class HazardSpec(Part):
 
     cell: Number | None = Field(
         None,
-        gt=0,
-        description="a length above 0 (m), the side of the maps' cells, or left out for about the size of a facet",
+        ge=LEAST_CELL,
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for about a facet's size",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"

@@ -12,7 +12,8 @@ from rpf3d_core.terrain.facets import Terrain
 
 TIMELINE = "sim_time"
 
-PATHS = "world/trajectories"
+COVERING = ("world/trajectories", "world/ends")
+"""Entities that would cover the hazard: hidden in its views."""
 LAYERS = {REACH: "Reach probability", ENERGY: "Energy, p95"}
 """Entities of hazard, and the titles of their views."""
 
@@ -58,7 +59,7 @@ def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
 
     return rrb.Tabs(
         _view(name, eye, hidden=LAYERS),
-        *(_view(title, eye, hidden=(PATHS, *(other for other in LAYERS if other != layer)))
+        *(_view(title, eye, hidden=(*COVERING, *(other for other in LAYERS if other != layer)))
           for layer, title in LAYERS.items()),
     )  # fmt: skip
 

@@ -67,6 +67,7 @@ def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> Float
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
     corner = triangles.ravel()
-    total = np.stack([np.bincount(corner, np.repeat(area[:, i], 3), len(vertices)) for i in range(3)], axis=1)
+    sums = [np.bincount(corner, np.repeat(area[:, i], 3), len(vertices)) for i in range(3)]
+    total = np.stack(sums, axis=1).astype(float)  # of no facets, bincount makes whole numbers
     length = np.linalg.norm(total, axis=1)[:, None]
     return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.0))

@@ -101,6 +101,18 @@ def test_the_cell_that_is_named_fits_wherever_the_terrain_lies(memory, by):
     check_memory(raster_over(terrain, cell), facets, memory, BYTES)
 
 
+def test_a_cell_that_would_fit_only_if_the_terrain_began_on_its_border_is_not_named():
+    flat = floor(SURVEY)
+    wide = Terrain(flat.vertices * (42.0 / SIDE) + (20.0, 20.0, 0.0), flat.triangles, flat.zone, flat.zones, SURVEY)
+    facets = len(flat.triangles)
+    assert raster_over(wide, 20.0).nx == 4  # from -1 m to 41 m, and not 3 as from 0 m to 42 m
+    memory = (facets + 10) * BYTES / 1e9
+    with pytest.raises(InputError) as refused:
+        check_memory(raster_over(wide, 0.25), facets, memory, BYTES)
+    cell = float(re.search(r"set cell to ([\d.]+)", str(refused.value))[1])
+    check_memory(raster_over(wide, cell), facets, memory, BYTES)
+
+
 def test_where_the_facets_alone_need_more_no_cell_is_named_but_the_memory_that_does():
     terrain = floor()
     facets = len(terrain.triangles)

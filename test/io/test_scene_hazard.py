@@ -1,5 +1,7 @@
 """The scene's key `hazard` takes what is right and refuses the rest in a sentence."""
 
+from pathlib import Path
+
 import pytest
 from flights_on_a_floor import SCENE
 from pydantic import ValidationError, create_model
@@ -40,6 +42,14 @@ def test_a_matrix_is_read_with_its_energies_in_joule(tmp_path):
     assert matrix.percentile == 99 and matrix.names == ["b", "a"]
 
 
+def test_the_example_in_the_documentation_is_a_right_one(tmp_path):
+    example = (Path(__file__).parents[2] / "docs" / "outputs.md").read_text().partition("```yaml\nhazard:")[2]
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"{SCENE}hazard:{example.partition('```')[0]}")
+    spec = scene.read_scene(path).hazard
+    assert matrix_of(spec).names == ["high", "medium", "low"] and spec.cell == 2.0
+
+
 def test_every_percentile_of_the_maps_can_be_asked_for():
     for percentile in PERCENTILES:
         assert HazardSpec(energy_percentile=percentile).energy_percentile == percentile
@@ -48,8 +58,8 @@ def test_every_percentile_of_the_maps_can_be_asked_for():
 @pytest.mark.parametrize(
     ("hazard", "sentence"),
     [
-        ("cell: 0", "`hazard.cell` is 0, but must be a length above 0"),
-        ("cell: two", "`hazard.cell` is 'two', but must be a length above 0"),
+        ("cell: 0.009", "`hazard.cell` is 0.009, but must be a length of at least 0.01"),
+        ("cell: two", "`hazard.cell` is 'two', but must be a length of at least 0.01"),
         ("reach_levels: []", "`hazard.reach_levels` is [], but must be a list of shares above 0"),
         ("reach_levels: [0.1, 0.01]", "`hazard.reach_levels` is [0.1, 0.01], but must rise"),
         ("reach_levels: [0.1, 0.1]", "must rise from each number to the next"),

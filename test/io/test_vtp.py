@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, SOURCES, floor, none_thrown, thrown
+from hazard_layers import lines_of_rocks, maps_of
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
@@ -61,6 +62,32 @@ def test_the_trace_map_counts_the_impacts_of_each_facet(terrain, tmp_path):
 def test_zone_names_are_field_data(terrain, tmp_path):
     write_terrain(tmp_path / "terrain.vtp", terrain, thrown(terrain).impacts)
     assert names(read(tmp_path / "terrain.vtp"), "zone_names") == ["bench_1", "floor"]
+
+
+def test_hazard_lies_on_the_facets_by_the_names_of_the_rasters(terrain, tmp_path):
+    maps = maps_of(terrain, lines_of_rocks(terrain), 2.0)
+    write_terrain(tmp_path / "terrain.vtp", terrain, none_thrown().impacts, maps)
+    cells, facets = read(tmp_path / "terrain.vtp").GetCellData(), maps.facets
+    np.testing.assert_array_equal(array(cells, "reach_probability"), (facets.rocks / 300).astype(np.float32))
+    np.testing.assert_array_equal(array(cells, "first_arrival_s"), facets.first_arrival.astype(np.float32))
+    for name in ("passages", "deposits", "impacts"):  # of every rock, and not of the impacts that were kept
+        np.testing.assert_array_equal(array(cells, name), getattr(facets, name))
+    np.testing.assert_array_equal(array(cells, "hit"), facets.impacts > 0)
+    assert facets.impacts.max() > 0 and facets.deposits.max() > 0
+    for quantity, spread in (("energy_j", facets.energy), ("speed_m_s", facets.speed), ("height_m", facets.height)):
+        for name in ("max", "mean", "p50", "p90", "p95", "p99"):
+            found, expected = array(cells, f"{quantity}_{name}"), getattr(spread, name.replace("max", "largest"))
+            assert found.dtype == np.float32 and np.isfinite(found).any()
+            np.testing.assert_array_equal(found, expected.astype(np.float32))
+    np.testing.assert_array_equal(array(cells, "zone"), terrain.zone)
+
+
+def test_without_maps_there_is_nothing_but_the_trace_map(tmp_path):
+    terrain = floor()
+    write_terrain(tmp_path / "terrain.vtp", terrain, thrown(terrain).impacts)
+    cells = read(tmp_path / "terrain.vtp").GetCellData()
+    found = {cells.GetArrayName(number) for number in range(cells.GetNumberOfArrays())}
+    assert found == {"facet", "zone", "impacts", "hit"}
 
 
 def test_trajectories_are_a_line_a_rock_with_speed_time_rock_and_mode(terrain, tmp_path):

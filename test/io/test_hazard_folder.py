@@ -1,0 +1,23 @@
+"""The folder of hazard holds every product, and its names are those that docs/outputs.md tells."""
+
+from pathlib import Path
+
+import numpy as np
+from flights_on_a_floor import SURVEY, floor
+from hazard_layers import lines_of_rocks, maps_of
+
+from rpf3d_core.io.hazard_folder import write_hazard
+from rpf3d_core.io.scene_hazard import HazardSpec
+
+OUTPUTS = Path(__file__).parents[2] / "docs" / "outputs.md"
+
+
+def test_everything_is_written_and_named_in_the_documentation(tmp_path):
+    terrain = floor(SURVEY)
+    maps = maps_of(terrain, lines_of_rocks(terrain), 2.0)
+    write_hazard(tmp_path / "hazard", "floor", terrain, maps, HazardSpec(), "EPSG:31287", np.zeros((1, 3)), {})
+    names = {path.name for path in (tmp_path / "hazard").iterdir()}
+    assert {Path(name).suffix for name in names} == {".tif", ".geojson", ".csv", ".png"}
+    assert len(names) == 8 + 1 + 1 + 3
+    text = OUTPUTS.read_text()
+    assert [name for name in sorted(names) if f"`{name}`" not in text] == []
