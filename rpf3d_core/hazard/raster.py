@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import takewhile
 
 import numpy as np
 
@@ -31,15 +32,24 @@ def raster_over(terrain: Terrain, cell: float | None = None) -> Raster:
 
     Parameters
     ----------
-    cell : side of a cell, m; None for about the size of the median facet, and at most `MOST_CELLS` cells
+    cell : side of a cell, m; None for half the size of the median facet or less, and at most `MOST_CELLS` cells
     """
     columns = terrain.vertices[:, 0], terrain.vertices[:, 1]
     low, high = (np.array([reduce(column) for column in columns]) for reduce in (np.min, np.max))
     if cell is not None:
         return _covering(terrain, low, high, cell)
-    finest = typical_size(terrain)
+    finest = _finest_cell(terrain)
     fitting = (_covering(terrain, low, high, size) for size in round_cells() if size >= finest)
     return next(raster for raster in fitting if raster.nx * raster.ny <= MOST_CELLS)
+
+
+def _finest_cell(terrain: Terrain) -> float:
+    """The largest round cell that is at most half as large as the median facet, m; `SMALLEST_CELL` if none is.
+
+    Finer than the facets, for a path is known far better than the ground: a berm as wide as a facet shows as such.
+    """
+    half = 0.5 * typical_size(terrain)
+    return max(takewhile(lambda size: size <= half, round_cells()), default=SMALLEST_CELL)
 
 
 def typical_size(terrain: Terrain) -> float:

@@ -52,14 +52,15 @@ def test_maps_of_two_surveys_with_their_own_origins_lie_cell_on_cell():
     np.testing.assert_allclose(apart / 2.0, np.round(apart / 2.0), atol=1e-9)
 
 
-@pytest.mark.parametrize(("cells", "size", "cell"), [(8, 5.0, 5.0), (7, 40.0 / 7.0, 10.0), (100, 0.4, 0.5)])
-def test_a_cell_that_nobody_chose_is_the_median_facets_size_rounded_up(cells, size, cell):
+@pytest.mark.parametrize(("cells", "size", "cell"), [(8, 5.0, 2.0), (4, 10.0, 5.0), (100, 0.4, 0.25)])
+def test_a_cell_that_nobody_chose_is_half_the_median_facets_size_or_the_next_below(cells, size, cell):
     terrain = floor(cells=cells)
     assert typical_size(terrain) == pytest.approx(size)
     assert raster_over(terrain).cell == cell
 
 
 def test_a_cell_that_nobody_chose_keeps_the_raster_small(monkeypatch):
+    assert raster_over(floor()).cell == 2.0
     monkeypatch.setattr(module, "MOST_CELLS", 100)
     raster = raster_over(floor())
     assert raster.cell == 5.0 and raster.nx * raster.ny == 81
