@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
-from rpf3d_core.hazard.tally import SUM_UNITS, Slots, Tally
+from rpf3d_core.hazard.tally import ROCKS, SUM_UNITS, SUMS, Slots, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
 
 def layers_of(tally: Tally) -> Layers:
     """The layers of all C cells of a tally."""
     found, cells = tally.found(), len(tally.slot)
-    counts = [_counted(cells, found, k) for k in range(4)]
-    first = np.full(cells, np.nan)
-    first[found.cell] = found.first
+    rocks, passages, impacts, deposits = (_counted(cells, found, k) for k in range(4))
+    first = _everywhere(cells, found.cell, found.most[:, 3])
     edges = [_edges(tally, q) for q in range(3)]
-    spreads = [_spread(tally, found, q, edges[q]) for q in range(3)]
-    return Layers(*counts, first, *spreads, max(relative_error(some) for some in edges))
+    energy, speed, height = (_spread(tally, found, q, edges[q]) for q in range(3))
+    within = max(relative_error(some) for some in edges)
+    return Layers(rocks, passages, impacts, deposits, first, energy, speed, height, within)
 
 
 def _counted(cells: int, found: Slots, k: int) -> CountArray:
@@ -36,14 +36,14 @@ def _edges(tally: Tally, q: int) -> FloatArray:
 
 def _spread(tally: Tally, found: Slots, q: int, edges: FloatArray) -> Spread:
     """The spread of one quantity over the rocks of each cell."""
-    rocks = found.counts[:, 0]
+    rocks = found.counts[:, ROCKS]
     begin = sum(tally.scales.bins[:q]) >> tally.merges
     bins = found.bins[:, begin : begin + len(edges) - 1]
     percentiles = np.empty((len(rocks), len(PERCENTILES)))
     _percentiles(bins, rocks, bin_values(edges), np.array(PERCENTILES), FEWEST_ROCKS, percentiles)
     largest = found.most[:, q]
     np.minimum(percentiles, largest[:, None], out=percentiles)
-    mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / rocks
+    mean = found.counts[:, SUMS + q] * (tally.scales.top[q] / SUM_UNITS) / rocks
     columns = (largest, mean, *percentiles.T)
     return Spread(*(_everywhere(len(tally.slot), found.cell, column) for column in columns))
 
@@ -59,7 +59,7 @@ def _everywhere(cells: int, some: NDArray[np.int32], values: FloatArray) -> Stat
 def _percentiles(bins: Any, rocks: Any, values: Any, percentiles: Any, fewest: int, out: Any) -> None:
     """Percentiles of each cell: the value of the bin in which the rock of rank ceil(p n) stands; NaN for few rocks."""
     for s in range(len(rocks)):
-        n, seen, b = np.int64(rocks[s]), np.int64(0), 0  # compiled, a negative uint32 would be huge
+        n, seen, b = rocks[s], np.int64(0), 0
         for k in range(len(percentiles)):
             if n < fewest:
                 out[s, k] = np.nan

@@ -2,9 +2,11 @@
 
 Everything that is kept is a count, a largest or smallest value, or a sum of whole numbers, so the order of folding
 changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
+
+A visit costs as much as the memory it touches: so each cell's counts and sums fill one line of the cache, and its bins
+are bytes. What a byte cannot hold is carried (`carries.py`).
 """
 
-import math
 import threading
 from typing import Any, NamedTuple
 
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
+from rpf3d_core.hazard.carries import Carries, in_pairs
 from rpf3d_core.hazard.visits import DEPOSITS, FIRST, IMPACTS, PASSAGES, USED, Visits
 
 FEWEST_SLOTS = 1024
@@ -24,21 +27,21 @@ LEAST_SHARE = 0.2
 """Of the memory for maps that bins may take, however little the cells leave."""
 SUM_UNITS = 2.0**34
 """A sum counts in units of the largest value over 2^34, so that 2^29 rocks fit in 64 bits."""
+ROCKS, SUMS = 0, 4
+"""Columns of counts: rocks, passages, impacts, deposits; then the sums of energy, speed and height."""
 
 
 class Slots(NamedTuple):
     """What is kept of S cells that rocks came to.
 
-    cell : (S,); counts : (S, 4) rocks, passages, impacts, deposits; first : (S,) s
-    most : (S, 3) J, m/s, m; sums : (S, 3) in units of `Scales.top` over SUM_UNITS
-    bins : (S, B) rocks in each bin of energy, then of speed, then of height
+    cell : (S,); counts : (S, 8) rocks, passages, impacts, deposits, and sums in units of `Scales.top` over SUM_UNITS
+    most : (S, 4) float32, largest energy (J), speed (m/s) and height (m), and earliest arrival (s)
+    bins : (S, B) rocks in each bin of energy, then of speed, then of height, less what was carried
     """
 
     cell: Any
     counts: Any
-    first: Any
     most: Any
-    sums: Any
     bins: Any
 
 
@@ -54,6 +57,7 @@ class Tally:
         self.slot = np.full(cells, -1, dtype=np.int32)
         self.used = 0
         self.slots = _empty_slots(0, sum(scales.bins))
+        self.carries = Carries(sum(scales.bins))
         self._lock = threading.Lock()
 
     def fold(self, visits: Visits) -> None:
@@ -61,7 +65,9 @@ class Tally:
         used = int(visits.state[USED])
         with self._lock:
             self._take_in(visits.cell[:used])
-            _fold(self.slot, self.slots, visits, used, self.scales, self.merges)
+            full = self.carries.room_for(3 * used)
+            carried = _fold(self.slot, self.slots, visits, used, self.scales, self.merges, full)
+            self.carries.take(carried)
         visits.state[:] = 0
 
     def add(self, other: "Tally") -> None:
@@ -73,24 +79,24 @@ class Tally:
             place = self.slot[other.slots.cell[: other.used]]
             mine, theirs = self.slots, Slots(*(column[: other.used] for column in other.slots))
             mine.counts[place] += theirs.counts
-            mine.sums[place] += theirs.sums
-            mine.first[place] = np.minimum(mine.first[place], theirs.first)
-            mine.most[place] = np.maximum(mine.most[place], theirs.most)
-            bins = theirs.bins
+            mine.most[place] = _joined(mine.most[place], theirs.most)
+            bins, carries = theirs.bins, other.carries
             for _ in range(self.merges - other.merges):
-                bins = _in_pairs(bins)
-            mine.bins[place] += bins
+                bins, carries = in_pairs(bins, carries)
+            self.carries.join(carries, place)
+            self.carries.add_bins(mine.bins, place, bins)
 
     def found(self) -> Slots:
-        """What is kept of the cells that rocks came to, in order of cell."""
+        """What is kept of the cells that rocks came to, in order of cell; its bins hold what was carried as well."""
         order = np.argsort(self.slots.cell[: self.used], kind="stable")
-        return Slots(*(column[order] for column in self.slots))
+        cell, counts, most, _ = (column[order] for column in self.slots)
+        return Slots(cell, counts, most, self.carries.whole(self.slots.bins, order))
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
         """Give a slot to each cell that has none."""
         new = np.unique(cells[self.slot[cells] < 0])
         first, self.used = self.used, self.used + len(new)
-        while self.merges < MOST_MERGES and self.used * self.slots.bins.shape[1] * 4 > self.limit:
+        while self.merges < MOST_MERGES and self.used * self.slots.bins.shape[1] > self.limit:
             self._merge_bins()
         if self.used > len(self.slots.cell):
             self._grow(max(FEWEST_SLOTS, self.used + self.used // 2))
@@ -105,35 +111,51 @@ class Tally:
 
     def _merge_bins(self) -> None:
         self.merges += 1
-        self.slots = self.slots._replace(bins=_in_pairs(self.slots.bins))
+        bins, self.carries = in_pairs(self.slots.bins, self.carries)
+        self.slots = self.slots._replace(bins=bins)
 
 
 def _empty_slots(room: int, bins: int) -> Slots:
     """Room for S cells with B bins each; what is not used yet takes no memory."""
+    most = np.zeros((room, 4), dtype=np.float32)
+    most[:, 3] = np.inf
     return Slots(
-        np.empty(room, dtype=np.int32), np.zeros((room, 4), dtype=np.uint32), np.full(room, math.inf),
-        np.zeros((room, 3)), np.zeros((room, 3), dtype=np.int64), np.zeros((room, bins), dtype=np.uint32),
+        np.empty(room, dtype=np.int32), np.zeros((room, 8), dtype=np.int64), most,
+        np.zeros((room, bins), dtype=np.uint8),
     )  # fmt: skip
 
 
-def _in_pairs(bins: NDArray[np.uint32]) -> NDArray[np.uint32]:
-    """Counts (S, B) of bins in pairs: (S, B / 2). Each quantity has a whole number of octaves, so pairs stay in it."""
-    return np.ascontiguousarray(bins[:, 0::2] + bins[:, 1::2])
+def _joined(mine: NDArray[np.float32], theirs: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The larger of two largest (S, 3) and the earlier of two arrivals."""
+    return np.concatenate([np.maximum(mine[:, :3], theirs[:, :3]), np.minimum(mine[:, 3:], theirs[:, 3:])], axis=1)
 
 
 @loop
-def _fold(slot: Any, slots: Slots, visits: Visits, used: int, scales: Scales, merges: int) -> None:
-    """Add up the first `used` visits, each one rock's to one cell."""
+def _fold(
+    slot: Any, slots: Slots, visits: Visits, used: int, scales: Scales, merges: int, full: Any
+) -> int:  # fmt: skip
+    """Add up the first `used` visits, each one rock's to one cell; how many bins came full, whose places are in full.
+
+    A place is that of a byte in `bins`: slot times bins plus bin. A byte that would reach 256 begins again at 0.
+    """
     offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
+    carried = 0
     for k in range(used):
         s = slot[visits.cell[k]]
-        slots.counts[s, 0] += 1
+        slots.counts[s, ROCKS] += 1
         slots.counts[s, 1] += visits.counts[k, PASSAGES]
         slots.counts[s, 2] += visits.counts[k, IMPACTS]
         slots.counts[s, 3] += visits.counts[k, DEPOSITS]
-        slots.first[s] = min(slots.first[s], visits.times[k, FIRST])
+        slots.most[s, 3] = min(slots.most[s, 3], np.float32(visits.times[k, FIRST]))
         for q in range(3):
             value, top = visits.most[k, q], scales.top[q]
-            slots.most[s, q] = max(slots.most[s, q], value)
-            slots.sums[s, q] += np.int64(value / top * SUM_UNITS)
-            slots.bins[s, (offsets[q] + bin_of(value, top, scales.bins[q])) >> merges] += 1
+            slots.most[s, q] = max(slots.most[s, q], np.float32(value))
+            slots.counts[s, SUMS + q] += np.int64(value / top * SUM_UNITS)
+            b = (offsets[q] + bin_of(value, top, scales.bins[q])) >> merges
+            if slots.bins[s, b] == 255:
+                slots.bins[s, b] = 0
+                full[carried] = s * slots.bins.shape[1] + b
+                carried += 1
+            else:
+                slots.bins[s, b] += 1
+    return carried

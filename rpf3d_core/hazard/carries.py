@@ -1,0 +1,93 @@
+"""What the bytes of a tally's bins cannot hold: how often each has come to 256."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FULL = 256
+WAITING = 1_000_000
+"""Carries that may wait to be counted."""
+AT_ONCE = 16_384
+"""Cells whose bins are widened together: tens of megabytes."""
+
+Bins = NDArray[np.uint8]
+Places = NDArray[np.int64]
+
+
+class Carries:
+    """For bins (S, B) of bytes: their places (slot times B plus bin), and how often 256 must be added there."""
+
+    def __init__(self, bins: int, places: Places | None = None, counts: Places | None = None) -> None:
+        self.bins = bins
+        self._places = np.empty(0, dtype=np.int64) if places is None else places
+        self._counts = np.empty(0, dtype=np.int64) if counts is None else counts
+        self._waiting: list[Places] = []
+        self._room = np.empty(0, dtype=np.int64)
+
+    def room_for(self, most: int) -> Places:
+        """An array (N,) for the places of at most so many carries."""
+        if len(self._room) < most:
+            self._room = np.empty(most, dtype=np.int64)
+        return self._room
+
+    def take(self, carried: int) -> None:
+        """Count the first places of that array."""
+        if carried:
+            self._waiting.append(self._room[:carried].copy())
+            if sum(map(len, self._waiting)) > WAITING:
+                self._settle()
+
+    def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
+        """Count those of another tally as well; slot : (S,) where each of its slots stands here."""
+        places, counts = other.counted()
+        theirs, b = np.divmod(places, self.bins)
+        self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
+
+    def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
+        """Add bins (N, B) to those of distinct slots (N,)."""
+        for begin in range(0, len(slot), AT_ONCE):
+            some = slot[begin : begin + AT_ONCE]
+            total = bins[some].astype(np.uint16) + more[begin : begin + AT_ONCE]
+            bins[some] = total.astype(np.uint8)
+            row, b = np.nonzero(total >= FULL)
+            self._add(some[row].astype(np.int64) * self.bins + b, np.ones(len(row), dtype=np.int64))
+
+    def counted(self) -> tuple[Places, Places]:
+        """Places (N,), ascending, each once, and how often 256 must be added there."""
+        self._settle()
+        return self._places, self._counts
+
+    def whole(self, bins: Bins, order: Places) -> NDArray[np.uint32]:
+        """All that was counted in the bins of some slots (N,): (N, B)."""
+        wide = bins[order].astype(np.uint32)
+        places, counts = self.counted()
+        slot, b = np.divmod(places, self.bins)
+        row = np.full(len(bins), -1, dtype=np.int64)
+        row[order] = np.arange(len(order))
+        wide[row[slot], b] += (FULL * counts).astype(np.uint32)
+        return wide
+
+    def _add(self, places: Places, counts: Places) -> None:
+        self._settle()
+        self._places, place = np.unique(np.concatenate([self._places, places]), return_inverse=True)
+        both = np.concatenate([self._counts, counts])
+        self._counts = np.bincount(place, weights=both, minlength=len(self._places)).astype(np.int64)
+
+    def _settle(self) -> None:
+        if self._waiting:
+            waiting, self._waiting = np.concatenate(self._waiting), []
+            self._add(waiting, np.ones(len(waiting), dtype=np.int64))
+
+
+def in_pairs(bins: Bins, carries: Carries) -> tuple[Bins, Carries]:
+    """Bins (S, B) merged in pairs: (S, B / 2), and their carries.
+
+    Each quantity has a whole number of octaves, so pairs stay within it.
+    """
+    total = bins[:, 0::2].astype(np.uint16) + bins[:, 1::2]
+    places, counts = carries.counted()
+    slot, b = np.divmod(places, carries.bins)
+    merged = Carries(carries.bins // 2)
+    merged._add(slot * merged.bins + b // 2, counts)
+    row, b = np.nonzero(total >= FULL)
+    merged._add(row * merged.bins + b, np.ones(len(row), dtype=np.int64))
+    return total.astype(np.uint8), merged
