@@ -7,6 +7,7 @@ Nodata: NaN in a statistic or a time means that no rock came, in a percentile th
 are 0 where no rock came; 0 is a value.
 """
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import rasterio
 from affine import Affine
 from numpy.typing import NDArray
 from rasterio.crs import CRS
+from rasterio.errors import NotGeoreferencedWarning
 
 from rpf3d_core.hazard.maps import HazardMaps, Raster
 from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
@@ -48,6 +50,13 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
         As `reference_system`.
     """
     system = reference_system(crs, terrain.frame.up)
+    with warnings.catch_warnings():
+        # Of cells of 1 m from a corner at (0, 0), which this driver does keep.
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        _write_all(folder, terrain, maps, system)
+
+
+def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | None) -> None:
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
     for quantity, counts in counts_of(maps.cells):

@@ -11,6 +11,7 @@ from rpf3d_core.hazard.maps import FEWEST_ROCKS
 from rpf3d_core.hazard.quantities import STATISTICS
 from rpf3d_core.io import hazard_rasters as module
 from rpf3d_core.io.hazard_rasters import write_hazard_rasters
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import in_plan
 
 NAMES = {
@@ -133,6 +134,14 @@ def test_a_large_raster_is_written_in_tiles(tmp_path, monkeypatch):
     file = written(tmp_path, terrain, maps)["energy_j"]
     assert file.block_shapes[0] == (256, 256)
     np.testing.assert_array_equal(file.read(1)[::-1].ravel(), maps.cells.energy.largest.astype(np.float32))
+
+
+@pytest.mark.filterwarnings("error")
+def test_cells_of_a_metre_from_a_corner_at_the_origin_keep_their_place(tmp_path):
+    flat = floor()  # GDAL takes such a transform for none at all in other formats
+    terrain = Terrain(flat.vertices * 0.999 + (20.0, -20.5, 0.0), flat.triangles, flat.zone, flat.zones)
+    file = written(tmp_path, terrain, maps_of(terrain, lines_of_rocks(terrain, 3), 1.0))["passages"]
+    assert tuple(file.transform)[:6] == (1.0, 0.0, 0.0, 0.0, -1.0, 0.0)
 
 
 def test_counts_beyond_32_bits_are_not_cut(tmp_path):
