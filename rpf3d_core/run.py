@@ -14,7 +14,8 @@ from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.io.results import Findings, result_folder, write_all_tables, write_findings
+from rpf3d_core.io.findings import Findings
+from rpf3d_core.io.results import result_folder, write_all_tables, write_findings
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.scene_model import LARGEST_SEED, Scene
 from rpf3d_core.io.tables import open_tables

@@ -5,7 +5,7 @@ each is the same (`Layers`).
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
-StatisticArray = NDArray[np.float32]
+StatisticArray = NDArray[Any]  # float32; who draws them need not care
 
 PERCENTILES = (50, 90, 95, 99)
 """Of each rock's maximum in a cell, over the distinct rocks that came there."""

@@ -77,8 +77,7 @@ class Tallies:
         mass = releases.mass[batch.rows]
         while begin < len(heights):
             end = self._visit(scratch, batch, mass, begin, heights)
-            for tally, visits in zip(self._tallies, scratch, strict=False):
-                tally.fold(visits)
+            self._fold(scratch)
             if end == begin:
                 scratch = _with_more_room(scratch)
             begin = end
@@ -90,8 +89,7 @@ class Tallies:
         began = time.perf_counter()
         scratch = self._scratch()
         self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
-        for tally, visits in zip(self._tallies, scratch, strict=False):
-            tally.fold(visits)
+        self._fold(scratch)
         self.idle.put(scratch)
         return time.perf_counter() - began
 
@@ -102,13 +100,14 @@ class Tallies:
 
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""
-        return HazardMaps(flown, self.ground.raster, *(layers_of(tally) for tally in self._tallies), area_names)
+        squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
+        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names)
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
         nothing = layers_of(Tally(0, self.squares.scales, 0.0))
-        places = (layers_of(tally) for tally in (self.zones, self.inside))
-        return HazardMaps(flown, self.ground.raster, nothing, nothing, *places, area_names)
+        zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
+        return HazardMaps(flown, self.ground.raster, nothing, nothing, zones, inside, area_names)
 
     @property
     def _tallies(self) -> tuple[Tally, Tally, Tally, Tally]:
@@ -118,7 +117,13 @@ class Tallies:
         try:
             return self.idle.get_nowait()
         except queue.Empty:
-            return Scratch(*(empty_visits(len(tally.slot), ROOM) for tally in self._tallies), empty_spans())
+            squares, facets, zones, areas = (empty_visits(len(tally.slot), ROOM) for tally in self._tallies)
+            return Scratch(squares, facets, zones, areas, empty_spans())
+
+    def _fold(self, scratch: Scratch) -> None:
+        kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
+        for tally, visits in zip(self._tallies, kinds, strict=True):
+            tally.fold(visits)
 
     def _visit(self, scratch: Scratch, batch: Batch, mass: FloatArray, begin: int, heights: FloatArray) -> int:
         written = (batch.counts, batch.finals, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
@@ -134,14 +139,17 @@ def tallies_over(
     """Tallies over a ground of so many zones with nothing counted yet; `limit` : bytes that bins may take."""
     cells = (ground.raster.nx * ground.raster.ny, len(ground.facets.zone), zones, len(areas.boxes))
     shares = (0.5 * limit, 0.5 * limit, limit, limit)
-    counts = (Tally(n, scales, share) for n, share in zip(cells, shares, strict=True))
-    return Tallies(ground, areas, gravity, *counts, compiled, queue.SimpleQueue())
+    squares, facets, places, inside = (Tally(n, scales, share) for n, share in zip(cells, shares, strict=True))
+    return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())
 
 
 def _with_more_room(scratch: Scratch) -> Scratch:
     """Scratch with twice the room, for a rock that goes to more cells than there was room for."""
-    grown = (empty_visits(len(visits.mark), 2 * len(visits.cell)) for visits in scratch[:4])
-    return Scratch(*grown, scratch.spans)
+    squares, facets, zones, areas = (
+        empty_visits(len(visits.mark), 2 * len(visits.cell))
+        for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
+    )
+    return Scratch(squares, facets, zones, areas, scratch.spans)
 
 
 @loop

@@ -73,7 +73,7 @@ def visit(visits: Visits, cell: int, t: float) -> int:
     k = visited(visits, cell)
     if k >= 0:
         return k
-    k = visits.state[USED]
+    k = int(visits.state[USED])
     if k == len(visits.cell):
         visits.state[FULL] = 1
         return -1

@@ -62,7 +62,7 @@ def close_rock(record: Record, tally: Tally, first: Any, i: int) -> bool:
         return True
     first[i + 1, 0] = first[i, 0] + tally.impacts
     first[i + 1, 1] = first[i, 1] + tally.pieces + 1
-    return first[i + 1, 0] <= len(record.facets) and first[i + 1, 1] <= len(record.modes)
+    return bool(first[i + 1, 0] <= len(record.facets) and first[i + 1, 1] <= len(record.modes))
 
 
 @kernel
