@@ -135,7 +135,8 @@ def _fly_rows(
             continue
         some = slice(begin, end)
         flown = _batch(rows[some], finals[some], counts[some], record, first[begin : end + 1])
-        flown.finals[:, 6] = watch(flown, releases) if watch else np.nan
+        if watch:
+            flown.finals[:, 6] = watch(flown, releases)
         batches.append(_kept(flown, keep))
         begin = end
     return batches

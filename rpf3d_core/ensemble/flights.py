@@ -20,8 +20,8 @@ class Deposits:
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if it never touched the ground
     release : (R, 3) m; x : (R, 3) m, the end; t : s; path : m flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
-    max_height : m, vertical above the terrain, the largest of the points `simulation.march.HEIGHT_SAMPLES` of each
-        flight; NaN where heights were not asked for
+    max_height : m, the largest vertical height above the facet straight below, exactly; NaN where nobody looked at the
+        paths (`hazard.tallies`)
     ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
     mass : kg
     """

@@ -16,6 +16,7 @@ from rpf3d_core.terrain.facets import Facets, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
+"""The height is told by who looks at the paths, and NaN until then."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 Floats = NDArray[np.float64]
@@ -153,7 +154,7 @@ def _follow_all(
         tally, at = end.tally, end.motion.x
         finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]
         finals[i, 4], finals[i, 5] = tally.path, math.sqrt(tally.speed2)
-        finals[i, 6], finals[i, 7] = tally.height, tally.ground_speed
+        finals[i, 6], finals[i, 7] = math.nan, tally.ground_speed
         counts[i, 0], counts[i, 1] = end.outcome, tally.facet
         counts[i, 2], counts[i, 3] = tally.impacts, tally.pieces
     return len(finals)

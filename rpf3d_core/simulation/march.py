@@ -3,12 +3,12 @@
 import math
 from typing import Any
 
-from rpf3d_core.arc import Arc, advance, arc_length, position
+from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, first_contact, flight_end
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.library import surface_of
-from rpf3d_core.simulation.record import Record, note_impact, note_piece, writes
+from rpf3d_core.simulation.record import Record, note_impact, note_piece
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import MOVING, State, released, with_ground, with_impact, with_piece
 from rpf3d_core.simulation.sustained import carry_on, held_by
@@ -17,11 +17,6 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale
 
-HEIGHT_SAMPLES = 3
-"""Points, evenly spaced in time, of each flight at which the height above the terrain is looked up.
-
-Over an even slope a parabola is highest above the ground at half its time, so the middle point is exact there.
-"""
 SETTLED = 1e-6
 """Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
 
@@ -94,8 +89,7 @@ def fly_on(
     t = min(contact.t, end, left)
     motion = advance(state.motion, settings.gravity, t)
     note_piece(record, state.tally, state.motion, motion.v, FLIGHT)
-    height = _largest_height(record, locator, facets, arc, t)
-    tally = with_piece(state.tally, arc_length(arc, t), motion, height, facets.tolerance)
+    tally = with_piece(state.tally, arc_length(arc, t), motion, facets.tolerance)
     if t == left:
         return State(motion, state.left, False, tally, MAX_TIME)
     if contact.t > end:
@@ -155,7 +149,7 @@ def _settle(
     if rest.ends and motion.t + rest.t <= settings.max_time and _stays_on(facets, f, motion.x, rest.along, rest.down):
         end = Motion(motion.t + rest.t, x, rest.v, motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
-        tally = with_piece(state.tally, norm(add(rest.along, rest.down)), end, 0.0, facets.tolerance)
+        tally = with_piece(state.tally, norm(add(rest.along, rest.down)), end, facets.tolerance)
         return _stand(facets, State(end, state.left, True, tally, MOVING), state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return _stand(facets, state, state.left, along(motion.v, n))
@@ -173,17 +167,6 @@ def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     for corner in corners:
         inside = inside and contains(facets, f, corner, False, facets.tolerance)
     return inside
-
-
-@kernel
-def _largest_height(record: Record, locator: Any, facets: Facets, arc: Arc, t: float) -> float:
-    """Largest vertical height above the terrain (m) at HEIGHT_SAMPLES points of a flight; 0 without a record."""
-    if not writes(record):
-        return 0.0
-    height = 0.0
-    for k in range(1, HEIGHT_SAMPLES + 1):
-        height = max(height, ground_below(locator, facets, position(arc, t * k / (HEIGHT_SAMPLES + 1)))[0])
-    return height
 
 
 @kernel

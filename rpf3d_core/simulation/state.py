@@ -16,7 +16,7 @@ class Tally(NamedTuple):
     """What a rock has gathered so far.
 
     path : m; impacts, pieces : counts (pieces of path: flights, settlings, slides); contacts : impacts and slides
-    speed2 : largest squared speed (m^2/s^2); height : largest height above the terrain (m)
+    speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at its first sustained contact (m/s), NaN before; facet : of its last contact, -1 before
     idle : pieces of path in a row without getting anywhere
     """
@@ -26,7 +26,6 @@ class Tally(NamedTuple):
     pieces: int
     contacts: int
     speed2: float
-    height: float
     ground_speed: float
     facet: int
     idle: int
@@ -45,12 +44,12 @@ class State(NamedTuple):
 @kernel
 def released(motion: Motion) -> State:
     """The state of a rock at its release."""
-    tally = Tally(0.0, 0, 0, 0, dot(motion.v, motion.v), 0.0, math.nan, -1, 0)
+    tally = Tally(0.0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
     return State(motion, NOTHING_LEFT, False, tally, MOVING)
 
 
 @kernel
-def with_piece(tally: Tally, length: float, motion: Motion, height: float, tolerance: float) -> Tally:
+def with_piece(tally: Tally, length: float, motion: Motion, tolerance: float) -> Tally:
     """The tally after a piece of path of some length (m) that ended with `motion`.
 
     A piece no longer than the tolerance has got nowhere.
@@ -58,8 +57,8 @@ def with_piece(tally: Tally, length: float, motion: Motion, height: float, toler
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return Tally(
-        tally.path + length, tally.impacts, tally.pieces + 1, tally.contacts, speed2, max(tally.height, height),
-        tally.ground_speed, tally.facet, idle,
+        tally.path + length, tally.impacts, tally.pieces + 1, tally.contacts, speed2, tally.ground_speed, tally.facet,
+        idle,
     )  # fmt: skip
 
 
@@ -68,8 +67,7 @@ def with_impact(tally: Tally, facet: int, motion: Motion) -> Tally:
     """The tally after an impact on a facet, which left the rock with `motion`."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return Tally(
-        tally.path, tally.impacts + 1, tally.pieces, tally.contacts + 1, speed2, tally.height,
-        tally.ground_speed, facet, tally.idle,
+        tally.path, tally.impacts + 1, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed, facet, tally.idle
     )  # fmt: skip
 
 
@@ -78,8 +76,7 @@ def with_ground(tally: Tally, facet: int, speed: float) -> Tally:
     """The tally when the rock enters sustained contact with a facet at some speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return Tally(
-        tally.path, tally.impacts, tally.pieces, tally.contacts, tally.speed2, tally.height,
-        first, facet, tally.idle,
+        tally.path, tally.impacts, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
     )  # fmt: skip
 
 
@@ -87,6 +84,6 @@ def with_ground(tally: Tally, facet: int, speed: float) -> Tally:
 def with_slide(tally: Tally) -> Tally:
     """The tally after a slide over a facet."""
     return Tally(
-        tally.path, tally.impacts, tally.pieces, tally.contacts + 1, tally.speed2, tally.height,
-        tally.ground_speed, tally.facet, tally.idle,
+        tally.path, tally.impacts, tally.pieces, tally.contacts + 1, tally.speed2, tally.ground_speed, tally.facet,
+        tally.idle,
     )  # fmt: skip

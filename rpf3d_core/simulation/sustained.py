@@ -64,7 +64,7 @@ def slide_on(
     """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
     piece = _slide(facets, materials, settings, state, key)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
-    tally = with_slide(with_piece(state.tally, piece.length, piece.motion, 0.0, facets.tolerance))
+    tally = with_slide(with_piece(state.tally, piece.length, piece.motion, facets.tolerance))
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, facets.tolerance)
     return State(piece.motion, left, stands, tally, _outcome(settings, piece, tally.idle))
