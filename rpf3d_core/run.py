@@ -101,7 +101,6 @@ def run_scene(
     progress: Progress | None = None,
     stop: Stop | None = None,
     writing: Callable[[], None] | None = None,
-    recording: bool = True,
 ) -> Run:
     """Fly all rocks of a scene and write everything into a folder while they fly: any number, in bounded memory.
 
@@ -110,7 +109,6 @@ def run_scene(
     folder : new, empty, or an earlier result, which is replaced at the end
     stop : once it says True, what has flown is written, marked as partial; where nothing has, nothing is
     writing : called once no rock flies any more and the rest is written
-    recording : whether to write run.rrd
     scene, rocks, engine, seed, progress : as `simulate`
 
     Raises
@@ -128,7 +126,7 @@ def run_scene(
             raise KeyboardInterrupt
         if writing:
             writing()
-        write_findings(part, findings_of(run), _recorder(run) if recording else None)
+        write_findings(part, findings_of(run), _recorder(run) if outputs.recording else None)
     return run
 
 
@@ -158,7 +156,7 @@ def replay(
     return _fly(prepare(chosen), None, rounds=[(first, [n + (i == place) for i, n in enumerate(first)])])
 
 
-def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
+def write_run(run: Run, folder: str | Path) -> Path:
     """Write everything that a run leaves behind (docs/outputs.md) and return the folder.
 
     Raises
@@ -168,7 +166,7 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
     """
     with result_folder(folder) as part:
         write_all_tables(part, findings_of(run))
-        write_findings(part, findings_of(run), _recorder(run) if recording else None)
+        write_findings(part, findings_of(run), _recorder(run) if run.scene.outputs.recording else None)
     return Path(folder).resolve()
 
 

@@ -22,6 +22,7 @@ def write_hazard(
     crs: str | None,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
+    pictures: bool = True,
 ) -> None:
     """Make a folder and write everything that is made from hazard maps alone into it.
 
@@ -33,6 +34,7 @@ def write_hazard(
         Where rocks start, local frame.
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame, as `areas.local_outlines`.
+    pictures : whether to draw maps as well
 
     Raises
     ------
@@ -41,11 +43,12 @@ def write_hazard(
     OSError
         A file could not be written.
     """
-    # matplotlib takes most of a second to import: only a run that draws pays for it.
-    from rpf3d_core.io.plots_hazard import write_hazard_pictures
-
     folder.mkdir()
     write_hazard_rasters(folder, terrain, maps, crs)
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
     write_benches(folder / "benches.csv", bench_table(terrain, maps))
-    write_hazard_pictures(folder, name, terrain, maps, releases, areas)
+    if pictures:
+        # matplotlib takes most of a second to import: only a run that draws pays for it.
+        from rpf3d_core.io.plots_hazard import write_hazard_pictures
+
+        write_hazard_pictures(folder, name, terrain, maps, releases, areas)

@@ -132,7 +132,8 @@ def write_findings(folder: Path, findings: Findings, record: Record | None = Non
     outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
     _write_paths(folder, findings, samples)
     _write_hazard(folder, findings, outlines)
-    _write_pictures(folder, findings, samples, outlines)
+    if scene.outputs.pictures:
+        _write_pictures(folder, findings, samples, outlines)
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start
@@ -149,7 +150,7 @@ def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None
 
 def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatArray]]) -> None:
     scene, releases = findings.scene, findings.flights.deposits.release
-    place = (scene.hazard, scene.terrain.crs, releases, areas)
+    place = (scene.hazard, scene.terrain.crs, releases, areas, scene.outputs.pictures)
     write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
 
 

@@ -219,10 +219,12 @@ class AreaSpec(Part):
 
 
 class OutputSpec(Part):
-    """How much is written: the number of rocks whose paths are kept for display, and whether each impact is."""
+    """How much is written: the number of rocks whose paths are kept for display, and what may be left out."""
 
     trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
     impacts: bool = Field(True, strict=True, description="true or false, whether impacts.parquet is written")
+    pictures: bool = Field(True, strict=True, description="true or false, whether maps and profiles are drawn")
+    recording: bool = Field(True, strict=True, description="true or false, whether run.rrd is written")
 
 
 class TargetSpec(Part):
@@ -287,7 +289,7 @@ class Scene(Part):
     )
     engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
     seed: Count = Field(1, ge=0, le=LARGEST_SEED, description=f"a whole number from 0 to {LARGEST_SEED}")
-    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories and impacts")
+    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording")
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
     data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
 
