@@ -2,8 +2,8 @@
 
     python benchmarks/large_mesh.py [rocks]
 
-Rocks are released along 400 m of the west wall with 2 m/s, R_n 0.5, R_t 0.8 (thesis, table 5-1); one thread, final
-states only. CPU seconds of this process; compile time apart.
+The rocks are the short falls of `flight.py`: one thread, final states only. CPU seconds of this process; compile time
+apart.
 """
 
 import platform
@@ -15,31 +15,22 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from flight import BENCH, TRIANGLES, flight_of, releases
 
-from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.ensemble.releases import Releases, Source, releases_of
 from rpf3d_core.io.mesh_writer import write_mesh
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
-from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.simulation.engines import Engine, Models, engine_of
-from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.pit import Pit, pit_terrain
-from rpf3d_core.values import Rock
 
-TRIANGLES = 2_332_287  # thesis, table 5-2
 REFERENCE_ROCKS = 200
 SCENE = """
 terrain: {files: [{path: pit.stl}]}
 materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
 sources: [{name: unused, points: [[0, 0, 0]]}]
 """
-WEST_WALL = np.array([[-606.7, -200.0, 0.0], [-606.7, 200.0, 0.0]])  # x, y (m) in the pit's coordinates
 
 
 def timed(name: str, work: Callable[[], Any]) -> Any:
@@ -56,24 +47,12 @@ def read(folder: Path) -> Terrain:
     return read_terrain(read_scene(folder / "scene.yaml"))[0]
 
 
-def releases(engine: Engine, terrain: Terrain, rocks: int) -> Releases:
-    """Rocks along the west wall."""
-    line = terrain.frame.points_to_local(WEST_WALL)
-    source = Source("west_wall", line, rocks, velocity=(2.0, 0.0, 0.0), line=True, above_ground=0.5)
-    return releases_of([source], Rock(1000.0, 0.5), 1, engine)
-
-
 def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
     """Fly rocks on one thread and print rocks per CPU second."""
-    flight = Flight(
-        materials_of([Surface(0.5, 0.8, 0.58, 0.5)]),
-        Settings(),
-        Models(REBOUND_MODELS["constant"], GROUND_MODELS["none"]),
-    )
-    some = releases(engine, terrain, rocks)
-    fly_ensemble(engine, flight, releases(engine, terrain, 10), record=False)  # compiles
+    some = releases(BENCH, engine, terrain, rocks)
+    fly_ensemble(engine, flight_of(BENCH), releases(BENCH, engine, terrain, 10), record=False)  # compiles
     cpu = time.process_time()
-    deposits = fly_ensemble(engine, flight, some, record=False, threads=1).deposits
+    deposits = fly_ensemble(engine, flight_of(BENCH), some, record=False, threads=1).deposits
     rate = rocks / (time.process_time() - cpu)
     print(f"{engine.name:10} {rate:10,.0f} rocks per CPU second ({deposits.impacts.mean():.1f} impacts, "
           f"{deposits.path.mean():.1f} m of path a rock)")  # fmt: skip

@@ -289,7 +289,9 @@ class Scene(Part):
     )
     engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
     seed: Count = Field(1, ge=0, le=LARGEST_SEED, description=f"a whole number from 0 to {LARGEST_SEED}")
-    outputs: OutputSpec = Field(default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording")
+    outputs: OutputSpec = Field(
+        default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording"
+    )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
     data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
 

@@ -30,13 +30,15 @@ further away, by one over the sine of half the angle.
 @kernel
 def corner(facets: Facets, f: int, k: int) -> Vec:
     """Corner k (0, 1, 2) of facet f (m)."""
-    return facets.corners[f, 3 * k], facets.corners[f, 3 * k + 1], facets.corners[f, 3 * k + 2]
+    first = 12 * f + 3 * k
+    return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def stored_normal(facets: Facets, f: int) -> Vec:
     """Unit normal of facet f towards its free side; zero where it has no area."""
-    return facets.normals[f, 0], facets.normals[f, 1], facets.normals[f, 2]
+    first = 12 * f + 9
+    return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel

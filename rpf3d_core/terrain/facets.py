@@ -26,6 +26,7 @@ A contact point is computed from coordinates no larger than the diagonal L with 
 class Facets(NamedTuple):
     """What the kernels know of a terrain.
 
+    geometry : (12 F,) of each facet what follows, side by side: what is looked at together shares lines of the cache
     corners : (F, 9) m, local frame, three corners a facet, counter-clockwise seen from the free side
     normals : (F, 3) unit, towards the free side; zero for a facet without area, which no rock can touch
     zone : (F,) index into `Terrain.zones`
@@ -33,6 +34,7 @@ class Facets(NamedTuple):
     tolerance : distance within which a point counts as on a facet, m
     """
 
+    geometry: Any
     corners: Any
     normals: Any
     zone: Any
@@ -68,9 +70,13 @@ def facets_of(terrain: Terrain) -> Facets:
     corners = terrain.vertices[terrain.triangles]
     low = (float(corners[..., 0].min()), float(corners[..., 1].min()), float(corners[..., 2].min()))
     high = (float(corners[..., 0].max()), float(corners[..., 1].max()), float(corners[..., 2].max()))
+    geometry = np.empty((len(corners), 12))
+    geometry[:, :9] = corners.reshape(-1, 9)
+    geometry[:, 9:] = unit_normals(area_vectors(terrain.vertices, terrain.triangles))
     return Facets(
-        corners=np.ascontiguousarray(corners.reshape(-1, 9)),
-        normals=unit_normals(area_vectors(terrain.vertices, terrain.triangles)),
+        geometry=geometry.reshape(-1),
+        corners=geometry[:, :9],
+        normals=geometry[:, 9:],
         zone=np.ascontiguousarray(terrain.zone, dtype=np.int32),
         low=low,
         high=high,

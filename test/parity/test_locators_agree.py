@@ -19,7 +19,8 @@ from scenes_of_facets import (
     terrain_of,
 )
 
-from rpf3d_core.detection.bucket_locator import BUCKETS_PER_FACET, ENTRIES_PER_FACET, FEWEST_BUCKETS, bucket_locator
+from rpf3d_core.detection.bucket_grid import BUCKETS_PER_FACET, ENTRIES_PER_FACET, FEWEST_BUCKETS
+from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")

@@ -1,0 +1,173 @@
+"""How fast rocks fly over a synthetic pit: short bench falls, long falls, and the same algorithm in C++.
+
+    python benchmarks/flight.py [rocks]
+
+Final states only, one thread, CPU seconds of this process, compile time apart; medians of passes that take turns, so
+the ratios hold on a machine that is not idle. One material on all of the pit; no ground model.
+"""
+
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from cpp_engine import CppEngine, CppFlights
+
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.releases import Releases, Source, releases_of
+from rpf3d_core.kinetics.ground import GROUND_MODELS
+from rpf3d_core.kinetics.rebound import REBOUND_MODELS
+from rpf3d_core.materials.library import Surface, materials_of
+from rpf3d_core.simulation.engines import Engine, Models, engine_of
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.values import Rock
+
+TRIANGLES = 2_332_287  # thesis, table 5-2
+FEWER = 150_000
+PASSES = 7
+LONG = 20
+"""Short falls for each long one: passes of both then take about as long."""
+
+
+class Falls(NamedTuple):
+    """Rocks released 0.5 m above a line on the ground, with a speed towards +x.
+
+    pit : how the ground differs from the default pit
+    line : (2, 2) x, y (m) in the pit's coordinates; speed : m/s; surface : the ground everywhere
+    """
+
+    pit: dict[str, object]
+    line: tuple[tuple[float, float], tuple[float, float]]
+    speed: float
+    surface: Surface
+
+
+BENCH = Falls({}, ((-606.7, -200.0), (-606.7, 200.0)), 2.0, Surface(0.5, 0.8, 0.58, 0.5))
+"""From 400 m of the west wall onto the next bench; R_n 0.5, R_t 0.8 (thesis, table 5-1)."""
+CONE = Falls(
+    {"bench_widths": (0.0, 0.0), "face_angle_deg": 48.0, "ramp_width": 0.0},
+    ((-530.0, -100.0), (-530.0, 100.0)), 10.0, Surface(0.35, 0.88, 0.58, 0.5),
+)  # fmt: skip
+"""Down the whole wall of a pit without benches, from 200 m of its west side; hard rock."""
+
+
+def ground_of(falls: Falls, triangles: int) -> Terrain:
+    """The pit that the rocks fall in, as one zone."""
+    terrain = pit_terrain(Pit(triangles=triangles, **falls.pit))  # type: ignore[arg-type]
+    return replace(terrain, zone=np.zeros_like(terrain.zone), zones=("ground",))
+
+
+def flight_of(falls: Falls, ground: str = "none") -> Flight:
+    """The physics of the falls."""
+    models = Models(REBOUND_MODELS["constant"], GROUND_MODELS[ground])
+    return Flight(materials_of([falls.surface]), Settings(), models)
+
+
+def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Releases:
+    """Rocks along the line."""
+    line = terrain.frame.points_to_local(np.array([(*point, 0.0) for point in falls.line]))
+    source = Source("line", line, rocks, velocity=(falls.speed, 0.0, 0.0), line=True, above_ground=0.5)
+    return releases_of([source], Rock(1000.0, 0.5), 1, engine)
+
+
+class Case:
+    """Rocks ready to fly over a pit of so many triangles with the compiled engine; CPU seconds of the passes so far."""
+
+    def __init__(self, falls: Falls, triangles: int, rocks: int) -> None:
+        terrain = ground_of(falls, triangles)
+        self.falls, self.flight = falls, flight_of(falls)
+        self.engine = engine_of("compiled", facets_of(terrain))
+        self.releases = releases(falls, self.engine, terrain, rocks)
+        self.seconds: list[float] = []
+        self.deposits = self.fly()
+        self.seconds.clear()
+
+    def fly(self) -> Deposits:
+        """Fly all rocks once more."""
+        began = time.process_time()
+        self.deposits = fly_ensemble(self.engine, self.flight, self.releases, record=False, threads=1).deposits
+        self.seconds.append(time.process_time() - began)
+        return self.deposits
+
+    def per_rock(self) -> float:
+        """CPU seconds a rock, the median of all passes."""
+        return float(np.median(self.seconds)) / len(self.releases.x)
+
+    def against_cpp(self) -> str:
+        """CPU time over that of the same rocks in C++, in passes that take turns, and whether the two agree."""
+        program = CppEngine(self.engine, self.falls.surface, self.flight.settings, self.releases)  # type: ignore[arg-type]
+        self.seconds.clear()
+        passes = [(self.fly(), program.fly()) for _ in range(PASSES)]
+        ratio = self.per_rock() * len(self.releases.x) / float(np.median([cpp.seconds for _, cpp in passes]))
+        return f"{ratio:.2f}; {told_apart(*passes[-1])}"
+
+
+def told_apart(deposits: Deposits, other: CppFlights) -> str:
+    """In how many rocks the final states of the two differ in any bit."""
+    ours = np.column_stack([deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.ground_speed])
+    theirs = other.finals[:, [0, 1, 2, 3, 4, 5, 7]]
+    counts = np.column_stack([deposits.outcome, deposits.facet, deposits.impacts]) != other.counts[:, :3]
+    unequal = ((ours != theirs) & ~(np.isnan(ours) & np.isnan(theirs))).any(axis=1) | counts.any(axis=1)
+    return f"{unequal.sum():,} of {len(ours):,} final states differ in any bit"
+
+
+FIRST_CALL = """
+import sys, time
+from rpf3d_core.simulation.engines import engine_of, warm
+from rpf3d_core.terrain.facets import facets_of
+from rpf3d_core.terrain.pit import Pit, pit_terrain
+from flight import BENCH, flight_of
+facets, flight = facets_of(pit_terrain(Pit(triangles=2000))), flight_of(BENCH, sys.argv[1])
+began = time.process_time()
+warm(engine_of("compiled", facets), flight.models, flight.materials, flight.settings)
+print(time.process_time() - began)
+"""
+
+
+def first_call(cache: str, ground: str) -> float:
+    """CPU seconds to compile, or load from a cache folder, the index and the flight, in a process of its own."""
+    paths = os.pathsep.join([os.path.dirname(os.path.abspath(__file__)), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", FIRST_CALL, ground], env=os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": paths},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return float(done.stdout)
+
+
+def main(rocks: int) -> None:
+    """Print the table."""
+    cases = {
+        "short falls, 2.33 M triangles": Case(BENCH, TRIANGLES, rocks),
+        "short falls, 0.15 M triangles": Case(BENCH, FEWER, rocks),
+        "long falls, 2.33 M triangles": Case(CONE, TRIANGLES, rocks // LONG),
+    }
+    for _ in range(PASSES):
+        for case in cases.values():
+            case.fly()
+    print(f"{platform.node()}, {platform.machine()}, load {os.getloadavg()[0]:.1f}; per CPU second and core")
+    print(f"{'':32} {'rocks/s':>10} {'path, M m/s':>12} {'impacts':>8} {'path, m':>8}")
+    for name, case in cases.items():
+        path, took = case.deposits.path.mean(), case.per_rock()
+        rates = f"{1 / took:10,.0f} {path / took / 1e6:12.2f}"
+        print(f"{name:32} {rates} {case.deposits.impacts.mean():8.1f} {path:8.1f}")
+    short, coarse, long = cases.values()
+    print(f"cost per rock, 2.33 M over 0.15 M triangles: {short.per_rock() / coarse.per_rock():.2f}")
+    for name, case in (("short", short), ("long", long)):
+        print(f"{name} falls, time over that of C++ -O3: {case.against_cpp()}")
+    for ground in GROUND_MODELS:
+        with tempfile.TemporaryDirectory() as cache:
+            compiled, loaded = first_call(cache, ground), first_call(cache, ground)
+        print(f"first call, ground {ground}: {compiled:.1f} CPU s to compile, {loaded:.2f} from the disk cache")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)

@@ -1,0 +1,78 @@
+"""A stretch of an arc over one bucket, and which facets it cannot touch: cheap tests ahead of the exact one.
+
+Contacts before and after the stretch do not count: they belong to other buckets. A facet is passed over only if it is
+out of reach by REACH tolerances, which is far more than rounding and than the slack of a contact.
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.arc import Arc, position
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.bucket_grid import Grid
+from rpf3d_core.detection.plan_boxes import packed_probe, part_of
+from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, subtract
+
+SLOWEST = 1e-100
+"""Speed (m/s) in plan below which an arc counts as vertical: with less, inverses and products might not fit a float."""
+
+
+class Stretch(NamedTuple):
+    """An arc between two times: from p to q (m), never further than `bend` (m) above its chord.
+
+    v : (3,) m/s at the start of the arc; its direction in plan, free of the rounding of a short q - p
+    probe : its box in plan, to hold against those of a bucket's facets (`plan_boxes.overlap`)
+    """
+
+    p: Vec
+    q: Vec
+    v: Vec
+    bend: float
+    probe: int
+
+
+@kernel
+def stretch_of(grid: Grid, i: int, j: int, arc: Arc, begin: float, end: float) -> Stretch:
+    """The stretch of an arc between two times (s) over the cell in column i and row j."""
+    p, q, lasts = position(arc, begin), position(arc, end), end - begin
+    per_cell = 1.0 / grid.cell
+    probe = packed_probe(
+        part_of(min(p[0], q[0]), grid.x, per_cell, i), part_of(max(p[0], q[0]), grid.x, per_cell, i),
+        part_of(min(p[1], q[1]), grid.y, per_cell, j), part_of(max(p[1], q[1]), grid.y, per_cell, j),
+    )  # fmt: skip
+    return Stretch(p, q, arc.v, 0.125 * arc.gravity * lasts * lasts, probe)
+
+
+@kernel
+def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
+    """Whether a stretch cannot touch facet f: it passes beside it in plan, or stays on one side of its plane."""
+    slack = REACH * facets.tolerance
+    return _beside(facets, f, stretch, slack) or _on_one_side(facets, f, stretch, slack)
+
+
+@kernel
+def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
+    """Whether all corners lie on one side of the stretch's line in plan."""
+    p, v = stretch.p, stretch.v
+    a = _left_of(v, p, corner(facets, f, 0))
+    b = _left_of(v, p, corner(facets, f, 1))
+    c = _left_of(v, p, corner(facets, f, 2))
+    speed = abs(v[0]) + abs(v[1])
+    return speed > SLOWEST and (max(a, b, c) < -slack * speed or min(a, b, c) > slack * speed)
+
+
+@kernel
+def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
+    """How far a corner lies to the left of the line through p along v, in plan, times the speed in plan (m^2/s)."""
+    return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
+
+
+@kernel
+def _on_one_side(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
+    """Whether the stretch stays on one side of the plane of f: both ends do, and it bends no further than to it."""
+    n, origin = stored_normal(facets, f), corner(facets, f, 0)
+    begin, end = dot(n, subtract(stretch.p, origin)), dot(n, subtract(stretch.q, origin))
+    bend = n[2] * stretch.bend
+    return bool(min(begin, end) + min(bend, 0.0) > slack or max(begin, end) + max(bend, 0.0) < -slack)
