@@ -10,8 +10,9 @@ from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.ensemble.fly import Flight, choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_sources import scene_sources
 from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.run import scene_flight, scene_rock, scene_sources
+from rpf3d_core.run import scene_flight, scene_rock
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.terrain.faults import FaultReport

@@ -29,8 +29,6 @@ from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.values import Rock
 
-__all__ = ["rock_of", "scene_sources"]  # from `io.scene_sources`, offered here with the rest of a scene's parts
-
 
 @dataclass(frozen=True, eq=False)
 class Run:
