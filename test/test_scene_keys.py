@@ -3,6 +3,8 @@
 import importlib.util
 from pathlib import Path
 
+from rpf3d_core.io.scene import read_scene
+
 DOCS = Path(__file__).parents[1] / "docs"
 
 
@@ -12,3 +14,11 @@ def test_the_page_of_scene_keys_is_what_the_model_says():
     spec.loader.exec_module(module)
     page = (DOCS / "scene-file.md").read_text()
     assert page == module.document(), "run: python docs/scene_keys.py"
+
+
+def test_the_scene_in_the_document_is_one(tmp_path: Path) -> None:
+    text = (DOCS / "scene-file.md").read_text().split("```yaml\n")[1].split("```")[0]
+    (tmp_path / "unstable.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}')
+    (tmp_path / "holes.csv").write_text("x,y,z\n1,2,3\n")
+    (tmp_path / "scene.yaml").write_text("terrain: {pit: {}}\n" + text)
+    assert [source.name for source in read_scene(tmp_path / "scene.yaml").sources][-1] == "blast"

@@ -16,7 +16,7 @@ from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.polygons import plan_triangles, polygon_of, read_polygons
 from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import RockSpec, Scene, SourceSpec
-from rpf3d_core.terrain.clipping import areas_of, facets_within
+from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.values import Rock, Vec
@@ -135,8 +135,8 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
 
 def _slopes(corners: FloatArray) -> FloatArray:
     """Slopes (F,) of facets (F, 3, 3), degrees from the horizontal; an overhang has more than 90."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return np.asarray(np.degrees(np.arctan2(np.hypot(normal[:, 0], normal[:, 1]), normal[:, 2])))
+    x, y, z = normals_of(corners).T
+    return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
 
 
 def _outline(scene: Scene, number: int) -> Any:

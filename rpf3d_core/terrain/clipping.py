@@ -4,37 +4,103 @@ Clipping in space, not in plan, serves vertical and overhanging faces alike (Sut
 of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CORNERS = 9
 """Room for the corners of a triangle clipped by three planes: 6, and 9 if rounding should bend its straight edges."""
+FACETS_A_TILE = 32
+"""Facets that are looked at together: a prism looks at every tile first, and then at the facets of those it meets."""
+
+
+class _Tiles(NamedTuple):
+    """Facets in tiles of the plan.
+
+    order : (F,) facets by tile; start, facets : (N,) of each tile, its first place in that order and how many it has
+    low, high : (N, 2) m, the box in plan around the facets of a tile
+    """
+
+    order: NDArray[np.int64]
+    start: NDArray[np.int64]
+    facets: NDArray[np.int64]
+    low: FloatArray
+    high: FloatArray
 
 
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
     """The parts (P, 3, 3) m of facets that lie, in plan, in triangles that do not overlap one another.
 
-    corners : (F, 3, 3) m; prisms : (T, 3, 2) m in plan, wound either way
+    corners : (F, 3, 3) m, F >= 1; prisms : (T, 3, 2) m in plan, wound either way
     """
     found = [np.empty((0, 3, 3))]
-    order = np.argsort(corners[:, :, 0].min(axis=1), kind="stable")
-    low, high = corners[order, :, :2].min(axis=1), corners[order, :, :2].max(axis=1)
-    widest = float((high[:, 0] - low[:, 0]).max(initial=0.0))
-    for prism in _counter_clockwise(prisms):
-        (west, south), (east, north) = prism.min(axis=0), prism.max(axis=0)
-        near = slice(*np.searchsorted(low[:, 0], [west - widest, np.nextafter(east, np.inf)]))
-        meets = (high[near, 0] >= west) & (high[near, 1] >= south) & (low[near, 1] <= north)
-        found.append(_clipped(corners[order[near][meets]], prism))
+    tiles = _tiles_of(corners)
+    prisms = _counter_clockwise(prisms)
+    for prism, neighbours in zip(prisms, _left_to_neighbours(prisms), strict=True):
+        facets = corners[_near(tiles, prism)]
+        off = np.stack([_off(facets, prism[k], prism[(k + 1) % 3]) for k in range(3)], axis=1)
+        inside = np.asarray((off >= 0.0).all(axis=(1, 2)))
+        outside = ((off <= 0.0).all(axis=2) & ((off < 0.0).any(axis=2) | neighbours)).any(axis=1)
+        inside &= ~outside
+        found += [facets[inside], _clipped(facets[~inside & ~outside], prism)]
     parts = np.concatenate(found)
     return parts[areas_of(parts) > 0.0]
 
 
 def areas_of(triangles: FloatArray) -> FloatArray:
     """True areas (P,) m^2 of triangles (P, 3, 3) m in space."""
-    cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    return np.asarray(0.5 * np.sqrt((cross * cross).sum(axis=1)))
+    x, y, z = normals_of(triangles).T
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def normals_of(triangles: FloatArray) -> FloatArray:
+    """The area of each of P triangles (P, 3, 3) m times its unit normal (P, 3), m^2."""
+    return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
+
+
+def _tiles_of(corners: FloatArray) -> _Tiles:
+    """Facets (F, 3, 3) by tile."""
+    low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
+    side = max(int((len(corners) / FACETS_A_TILE) ** 0.5), 1)
+    origin = low.min(axis=0)
+    extent = np.maximum(high.max(axis=0) - origin, np.finfo(float).tiny)
+    cell = np.minimum(((low - origin) / extent * side).astype(np.int64), side - 1)
+    tile = cell[:, 0] * side + cell[:, 1]
+    order = np.argsort(tile, kind="stable")
+    _, start, count = np.unique(tile[order], return_index=True, return_counts=True)
+    boxes = np.minimum.reduceat(low[order], start), np.maximum.reduceat(high[order], start)
+    return _Tiles(order, start, count, *boxes)
+
+
+def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
+    """(T, 3) which edges leave a wall that stands exactly on them to the prism on their other side: one of each two."""
+    edges = [[(*prism[k].tolist(), *prism[(k + 1) % 3].tolist()) for k in range(3)] for prism in prisms]
+    known = {edge for row in edges for edge in row}
+    left = [[(*edge[2:], *edge[:2]) in known and edge[:2] > edge[2:] for edge in row] for row in edges]
+    return np.array(left, dtype=bool).reshape(-1, 3)
+
+
+def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
+    """The facets (N,) of the tiles that a prism may meet: not beside its box, nor beyond one of its edges."""
+    meets = ((tiles.high >= prism.min(axis=0)) & (tiles.low <= prism.max(axis=0))).all(axis=1)
+    for k in range(3):
+        begin, along = prism[k], prism[(k + 1) % 3] - prism[k]
+        x = np.where(along[1] > 0.0, tiles.low[:, 0], tiles.high[:, 0])  # the corner furthest to the left of the edge
+        y = np.where(along[0] > 0.0, tiles.high[:, 1], tiles.low[:, 1])
+        meets &= along[0] * (y - begin[1]) - along[1] * (x - begin[0]) >= 0.0
+    start, count = tiles.start[meets], tiles.facets[meets]
+    place = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return np.asarray(tiles.order[np.repeat(start, count) + place])
+
+
+def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
+    """How far points (..., 3) lie to the left of a line in plan, times its length (...) m^2."""
+    along = end - begin
+    return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
@@ -58,8 +124,7 @@ def _cut(
     points: FloatArray, count: NDArray[np.int64], begin: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Convex polygons (N, 9, 3) of `count` (N,) corners, less what lies to the right of a line in plan."""
-    along = end - begin
-    off = along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0])
+    off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))
     for i in range(MOST_CORNERS):
         there = np.where(i + 1 < count, min(i + 1, MOST_CORNERS - 1), 0)

@@ -80,6 +80,17 @@ def test_a_wall_is_cut_along_its_foot() -> None:
     assert areas_of(parts).sum() == pytest.approx(50.0 + 5.0, rel=ROUNDING)
 
 
+@pytest.mark.parametrize("along", [((-1, -1), (2, 2)), ((0, 0), (1, 1)), ((0, 0), (0, 1)), ((1, 0), (1, 1))])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_wall_on_an_edge_of_the_triangles_of_a_polygon_counts_once(along, turned: bool) -> None:
+    begin, end = np.array(along, dtype=float)
+    foot, top = ([*begin, 0.0], [*end, 0.0]), ([*end, 3.0], [*begin, 3.0])
+    wall = np.array([[*foot, top[0]], [foot[0], *top]])
+    parts = facets_within(wall, SQUARE[:, ::-1] if turned else SQUARE)
+    inside = np.hypot(*(end - begin)) / (3.0 if along[0] == (-1, -1) else 1.0)
+    assert areas_of(parts).sum() == pytest.approx(3.0 * inside, rel=ROUNDING)
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_polygon_that_is_cut_into_more_triangles_covers_the_same_area(turned: bool) -> None:
     ground = corners_of(rough_grid(20, 10.0, 0.7, 0.4, seed=3))

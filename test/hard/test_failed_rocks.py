@@ -1,6 +1,7 @@
 """A rock whose state becomes no number ends with an outcome of its own, harms no other, and can be flown again."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,10 +10,12 @@ import pytest
 from scenes_of_facets import ENGINES, engine_over, flight, floor, same_bits, surface
 
 import rpf3d_core as rpf3d
+from rpf3d_core.compiling import HAS_NUMBA, OPTIONS
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.simulation import engines
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import OUTCOME_SENTENCES, ZERO, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, dot, norm, scale
@@ -41,6 +44,19 @@ def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec) -> Motion:
 @rest_of_bounces.rule(Faulty)
 def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float) -> Rest:
     return Rest(ZERO, ZERO, ZERO, 0.0, True)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def compiled_for_these_tests_only() -> Iterator[None]:
+    """Keep the loop for the faulty model out of the disk cache, whose index no other process could read then."""
+    if not HAS_NUMBA:
+        yield
+        return
+    import numba
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engines, "_follow_all", numba.njit(nogil=True, **OPTIONS)(engines._follow_all.py_func))
+        yield
 
 
 def faulty_flight(divides: float) -> Flight:
