@@ -47,7 +47,8 @@ def bucket_locator(facets: Facets) -> BucketLocator:
 
 
 @kernel
-def _grid(locator: BucketLocator) -> Grid:
+def grid_of(locator: BucketLocator) -> Grid:
+    """The grid of the buckets."""
     return Grid(locator.x, locator.y, locator.cell, locator.nx, locator.ny)
 
 
@@ -127,7 +128,7 @@ def _earliest_in_bucket(
     k = j * locator.nx + i
     entry, stop = locator.starts[k], locator.starts[k + 1]
     until = min(leave, best.t)
-    stretch = stretch_of(_grid(locator), i, j, arc, begin, until)
+    stretch = stretch_of(grid_of(locator), i, j, arc, begin, until)
     while True:
         entry = _next_overlapping(locator.boxes, entry, stop, stretch.probe)
         if entry >= stop:
@@ -139,7 +140,7 @@ def _earliest_in_bucket(
         best = earlier_contact(facets, f, arc, left, best)
         if best.t < until:
             until = best.t
-            stretch = stretch_of(_grid(locator), i, j, arc, begin, until)
+            stretch = stretch_of(grid_of(locator), i, j, arc, begin, until)
 
 
 @kernel

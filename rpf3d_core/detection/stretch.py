@@ -37,12 +37,17 @@ class Stretch(NamedTuple):
 def stretch_of(grid: Grid, i: int, j: int, arc: Arc, begin: float, end: float) -> Stretch:
     """The stretch of an arc between two times (s) over the cell in column i and row j."""
     p, q, lasts = position(arc, begin), position(arc, end), end - begin
+    return Stretch(p, q, arc.v, 0.125 * arc.gravity * lasts * lasts, probe_of(grid, i, j, p, q))
+
+
+@kernel
+def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
+    """The box in plan between p and q (m) over the cell in column i and row j, to hold against those of facets."""
     per_cell = 1.0 / grid.cell
-    probe = packed_probe(
+    return packed_probe(
         part_of(min(p[0], q[0]), grid.x, per_cell, i), part_of(max(p[0], q[0]), grid.x, per_cell, i),
         part_of(min(p[1], q[1]), grid.y, per_cell, j), part_of(max(p[1], q[1]), grid.y, per_cell, j),
     )  # fmt: skip
-    return Stretch(p, q, arc.v, 0.125 * arc.gravity * lasts * lasts, probe)
 
 
 @kernel

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.compiling import kernel
-from rpf3d_core.hazard.tracks import Track, time_at, top_speed
+from rpf3d_core.hazard.tracks import Track, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_stay, visit
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
@@ -85,8 +85,8 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
         end = areas.crossings[k] if k < crossings else track.duration
         if inside:
             t = time_at(track, begin)
-            stay = visit(visits, a, t)
-            note_stay(visits, stay, t, time_at(track, end), top_speed(track, begin, end), mass)
+            stay = visit(visits, a, t, mass)
+            note_stay(visits, stay, t, time_at(track, end), top_speed2(track, begin, end))
         inside, begin = not inside, end
 
 

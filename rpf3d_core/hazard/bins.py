@@ -20,7 +20,7 @@ SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 MOST_MASS_OCTAVES = 20
 """Energies are told apart over twice the octaves of speed, and over those of the masses, at most a million to one."""
 QUANTITIES = 3
-"""Energy, speed and height, in the order of `visits.ENERGY`, `SPEED` and `HEIGHT`."""
+"""Energy, speed and height, in this order."""
 
 
 class Scales(NamedTuple):

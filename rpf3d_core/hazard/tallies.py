@@ -172,7 +172,7 @@ def _visit_all(
             while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
                 _note_impact(ground, areas, scratch, impacts, q, facets[q], mass[r])
                 q += 1
-        _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r])
+        _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r], mass[r])
         if not _fits(scratch):
             return r
         heights[r] = _largest_height(scratch.zones)
@@ -224,35 +224,37 @@ def _note_impact(
     ground: Ground, areas: Areas, scratch: Scratch, impacts: Any, q: int, facet: int, mass: float
 ) -> None:
     """Count an impact where it is; a vertical facet is visited by nothing else."""
-    t, speed = impacts[q, 0], impacts[q, 7]
+    t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
-    k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t)
+    k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
     note_count(scratch.squares, k, IMPACTS)
-    k = visit(scratch.facets, facet, t)
-    note_stay(scratch.facets, k, t, t, speed, mass)
+    k = visit(scratch.facets, facet, t, mass)
+    note_stay(scratch.facets, k, t, t, speed2)
     note_count(scratch.facets, k, IMPACTS)
-    k = visit(scratch.zones, ground.facets.zone[facet], t)
-    note_stay(scratch.zones, k, t, t, speed, mass)
+    k = visit(scratch.zones, ground.facets.zone[facet], t, mass)
+    note_stay(scratch.zones, k, t, t, speed2)
     note_count(scratch.zones, k, IMPACTS)
     for a in range(len(areas.boxes)):
         if contains_point(areas, a, x):
-            note_count(scratch.areas, visit(scratch.areas, a, t), IMPACTS)
+            note_count(scratch.areas, visit(scratch.areas, a, t, mass), IMPACTS)
 
 
 @kernel
-def _come_to_rest(ground: Ground, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any) -> None:
+def _come_to_rest(
+    ground: Ground, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any, mass: float
+) -> None:
     """Count a rock that has stopped, where it lies; and one that never moved, where it was released."""
     t, x = final[0], (final[1], final[2], final[3])
-    k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t)
+    k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
     if outcome != STOPPED and outcome != CAUGHT:
         return
     note_count(scratch.squares, k, DEPOSITS)
     if facet >= 0:
-        note_count(scratch.facets, visit(scratch.facets, facet, t), DEPOSITS)
-        note_count(scratch.zones, visit(scratch.zones, ground.facets.zone[facet], t), DEPOSITS)
+        note_count(scratch.facets, visit(scratch.facets, facet, t, mass), DEPOSITS)
+        note_count(scratch.zones, visit(scratch.zones, ground.facets.zone[facet], t, mass), DEPOSITS)
     for a in range(len(areas.boxes)):
         if contains_point(areas, a, x):
-            note_count(scratch.areas, visit(scratch.areas, a, t), DEPOSITS)
+            note_count(scratch.areas, visit(scratch.areas, a, t, mass), DEPOSITS)
 
 
 @kernel

@@ -7,6 +7,7 @@ A visit costs as much as the memory it touches: so each cell's counts and sums f
 are bytes. What a byte cannot hold is carried (`carries.py`).
 """
 
+import math
 import threading
 from typing import Any, NamedTuple
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
 from rpf3d_core.hazard.carries import Carries, in_pairs
-from rpf3d_core.hazard.visits import DEPOSITS, FIRST, IMPACTS, PASSAGES, USED, Visits
+from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits
 
 FEWEST_SLOTS = 1024
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
@@ -147,8 +148,10 @@ def _fold(
         slots.counts[s, 2] += visits.counts[k, IMPACTS]
         slots.counts[s, 3] += visits.counts[k, DEPOSITS]
         slots.most[s, 3] = min(slots.most[s, 3], np.float32(visits.times[k, FIRST]))
+        speed2 = visits.most[k, SPEED2]
+        values = (0.5 * visits.mass[k] * speed2, math.sqrt(speed2), visits.most[k, HEIGHT])
         for q in range(3):
-            value, top = visits.most[k, q], scales.top[q]
+            value, top = values[q], scales.top[q]
             slots.most[s, q] = max(slots.most[s, q], np.float32(value))
             slots.counts[s, SUMS + q] += np.int64(value / top * SUM_UNITS)
             b = (offsets[q] + bin_of(value, top, scales.bins[q])) >> merges

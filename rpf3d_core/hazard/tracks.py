@@ -80,13 +80,14 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
 
 @kernel
-def speed_at(track: Track, t: float) -> float:
-    """Speed (m/s) t seconds into a track."""
+def speed2_at(track: Track, t: float) -> float:
+    """Squared speed (m^2/s^2) t seconds into a track."""
     v, g = track.arc.v, track.arc.gravity
     if g == 0.0:
-        return track.start + (track.end - track.start) * (t / track.duration)
+        speed = track.start + (track.end - track.start) * (t / track.duration)
+        return speed * speed
     z = v[2] - g * t
-    return math.sqrt(v[0] * v[0] + v[1] * v[1] + z * z)
+    return v[0] * v[0] + v[1] * v[1] + z * z
 
 
 @kernel
@@ -96,9 +97,9 @@ def time_at(track: Track, t: float) -> float:
 
 
 @kernel
-def top_speed(track: Track, begin: float, end: float) -> float:
-    """Largest speed (m/s) between two times of a track: at one of them, for the square of speed is convex in time."""
-    return max(speed_at(track, begin), speed_at(track, end))
+def top_speed2(track: Track, begin: float, end: float) -> float:
+    """Largest squared speed (m^2/s^2) between two times of a track: at one of them, for it is convex in time."""
+    return max(speed2_at(track, begin), speed2_at(track, end))
 
 
 @kernel

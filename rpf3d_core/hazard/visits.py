@@ -12,7 +12,7 @@ import numpy as np
 from rpf3d_core.compiling import kernel
 
 FIRST, UNTIL = 0, 1
-ENERGY, SPEED, HEIGHT = 0, 1, 2
+SPEED2, HEIGHT = 0, 1
 PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
 USED, OF_ROCK, FULL = 0, 1, 2
 JOINED = 1e-9
@@ -25,8 +25,9 @@ class Visits(NamedTuple):
     mark : (C,) where a cell's visit may stand: valid only if that visit is the rock's and names the cell, so that
         nothing need be cleared between rocks
     cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
-    most : (N, 3) J, m/s, m: the rock's largest energy, speed and height in the cell
+    most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
+    mass : (N,) kg, of the rock
     state : (3,) visits used, the first of the rock at hand, whether room has run out
     """
 
@@ -35,14 +36,15 @@ class Visits(NamedTuple):
     times: Any
     most: Any
     counts: Any
+    mass: Any
     state: Any
 
 
 def empty_visits(cells: int, room: int) -> Visits:
     """No visits to C cells yet, with room for N."""
     return Visits(
-        np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 3)),
-        np.empty((room, 3), dtype=np.int32), np.zeros(3, dtype=np.int64),
+        np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 2)),
+        np.empty((room, 3), dtype=np.int32), np.empty(room), np.zeros(3, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -68,7 +70,7 @@ def visited(visits: Visits, cell: int) -> int:
 
 
 @kernel
-def visit(visits: Visits, cell: int, t: float) -> int:
+def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     """The rock's visit to a cell, begun at t (s) if it is the first; -1 where there is no room left."""
     k = visited(visits, cell)
     if k >= 0:
@@ -80,14 +82,14 @@ def visit(visits: Visits, cell: int, t: float) -> int:
     visits.state[USED] = k + 1
     visits.mark[cell], visits.cell[k] = k, cell
     visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
-    visits.most[k, ENERGY], visits.most[k, SPEED], visits.most[k, HEIGHT] = 0.0, 0.0, 0.0
+    visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
     visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
     return k
 
 
 @kernel
-def note_stay(visits: Visits, k: int, begin: float, end: float, speed: float, mass: float) -> None:
-    """The rock was in the cell of visit k from begin to end (s), at no more than some speed (m/s).
+def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
+    """The rock was in the cell of visit k from begin to end (s), at no more than some squared speed (m^2/s^2).
 
     A stay that begins when the last one ended, bounce or no bounce, is the same passage.
     """
@@ -96,9 +98,7 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed: float, ma
     if begin > visits.times[k, UNTIL] + JOINED:
         visits.counts[k, PASSAGES] += 1
     visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
-    if speed > visits.most[k, SPEED]:
-        visits.most[k, SPEED] = speed
-        visits.most[k, ENERGY] = 0.5 * mass * speed * speed
+    visits.most[k, SPEED2] = max(visits.most[k, SPEED2], speed2)
 
 
 @kernel

@@ -11,9 +11,11 @@ import numpy as np
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.compiling import kernel
-from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
+from rpf3d_core.detection.plan_boxes import overlap
+from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.tracks import Track, leaving_time, square_at, time_at, top_speed
+from rpf3d_core.hazard.tracks import Track, leaving_time, square_at, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_height, note_stay, visit, visited
 from rpf3d_core.simulation.march import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
@@ -59,8 +61,8 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
         leave = min(leave_i, leave_j, track.duration)
         if leave > begin or begin == 0.0:
             t = time_at(track, begin)
-            k = visit(visits, j * raster.nx + i, t)
-            note_stay(visits, k, t, time_at(track, leave), top_speed(track, begin, leave), mass)
+            k = visit(visits, j * raster.nx + i, t, mass)
+            note_stay(visits, k, t, time_at(track, leave), top_speed2(track, begin, leave))
         if leave >= track.duration:
             return
         begin = max(begin, leave)
@@ -84,7 +86,7 @@ def walk_facets(
         leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], v[1])
         leave = min(leave_i, leave_j, track.duration)
         if leave > begin or begin == 0.0:
-            _visit_bucket(ground, spans, squares, facets, zones, track, mass, j * locator.nx + i, begin, leave)
+            _visit_bucket(ground, spans, squares, facets, zones, track, mass, i, j, begin, leave)
         if leave >= track.duration:
             return
         begin = max(begin, leave)
@@ -97,42 +99,46 @@ def walk_facets(
 @kernel
 def _visit_bucket(
     ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
-    bucket: int, begin: float, leave: float,
+    i: int, j: int, begin: float, leave: float,
 ) -> None:  # fmt: skip
-    """Visit the facets under the stretch of track that lies over one bucket.
+    """Visit the facets under the stretch of track that lies over the bucket in column i and row j.
 
     Where they overlap in plan (an overhang, two terrains, a track along an edge), only what is straight below counts.
     """
-    used, covered = _spans_over(ground, spans, track, bucket, begin, leave)
+    used, covered = _spans_over(ground, spans, track, i, j, begin, leave)
     overlap = covered > (leave - begin) * (1.0 + OVERLAP) or (leave == begin and used > 1)
     for s in range(used):
         f, low, high = spans.facet[s], spans.times[s, 0], spans.times[s, 1]
         if overlap and not _is_below(ground, track.arc, 0.5 * (low + high), f):
             continue
         height = largest_height(ground.facets, f, track.arc, low, high)
-        speed, t, until = top_speed(track, low, high), time_at(track, low), time_at(track, high)
-        k = visit(facets, f, t)
-        note_stay(facets, k, t, until, speed, mass)
+        speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
+        k = visit(facets, f, t, mass)
+        note_stay(facets, k, t, until, speed2)
         note_height(facets, k, height)
-        k = visit(zones, ground.facets.zone[f], t)
-        note_stay(zones, k, t, until, speed, mass)
+        k = visit(zones, ground.facets.zone[f], t, mass)
+        note_stay(zones, k, t, until, speed2)
         note_height(zones, k, height)
         _note_heights(ground, squares, track, f, low, high)
 
 
 @kernel
 def _spans_over(
-    ground: Ground, spans: Spans, track: Track, bucket: int, begin: float, leave: float
+    ground: Ground, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float
 ) -> tuple[int, float]:
     """Find the facets of a bucket that lie under a stretch of track; how many, and how long they are all together."""
-    locator, facets = ground.locator, ground.facets
+    locator, facets, arc = ground.locator, ground.facets, track.arc
+    bucket = j * locator.nx + i
+    probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
     used, covered = 0, 0.0
     for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
-        f: Any = np.int64(locator.ids[entry])
-        low, high = under(facets, f, track.arc, begin, leave)
+        if not overlap(locator.boxes[np.uintp(entry)], probe):
+            continue
+        f: Any = np.int64(locator.ids[np.uintp(entry)])
+        low, high = under(facets, f, arc, begin, leave)
         if high < low or (high == low and leave > begin) or used == len(spans.facet):
             continue
-        if not _is_above(facets, f, track.arc, 0.5 * (low + high)):
+        if not _is_above(facets, f, arc, 0.5 * (low + high)):
             continue
         spans.facet[used], spans.times[used, 0], spans.times[used, 1] = f, low, high
         used, covered = used + 1, covered + (high - low)
@@ -145,7 +151,7 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
 
     The three edges of the facet each cut off a part of the straight line that the arc is in plan.
     """
-    n_z = facets.normals[f, 2]
+    n_z = stored_normal(facets, f)[2]
     if n_z == 0.0:
         return math.inf, -math.inf
     side = math.copysign(1.0, n_z)
