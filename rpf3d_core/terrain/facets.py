@@ -67,12 +67,12 @@ class Terrain:
 
 def facets_of(terrain: Terrain) -> Facets:
     """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
-    corners = terrain.vertices[terrain.triangles]
-    low = (float(corners[..., 0].min()), float(corners[..., 1].min()), float(corners[..., 2].min()))
-    high = (float(corners[..., 0].max()), float(corners[..., 1].max()), float(corners[..., 2].max()))
-    geometry = np.empty((len(corners), 12))
-    geometry[:, :9] = corners.reshape(-1, 9)
+    geometry = np.empty((len(terrain.triangles), 12))
+    for k in range(3):  # one corner after another: no second copy of them all
+        geometry[:, 3 * k : 3 * k + 3] = terrain.vertices[terrain.triangles[:, k]]
     geometry[:, 9:] = unit_normals(area_vectors(terrain.vertices, terrain.triangles))
+    low = (float(geometry[:, 0:9:3].min()), float(geometry[:, 1:9:3].min()), float(geometry[:, 2:9:3].min()))
+    high = (float(geometry[:, 0:9:3].max()), float(geometry[:, 1:9:3].max()), float(geometry[:, 2:9:3].max()))
     return Facets(
         geometry=geometry.reshape(-1),
         corners=geometry[:, :9],
