@@ -21,8 +21,11 @@ from rpf3d_core.simulation.engines import Compiled, Engine, Models, Starts
 from rpf3d_core.simulation.record import Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 
-LARGEST_BATCH = 2048
+LARGEST_BATCH = 4096
 """Rocks in a batch at most."""
+STRIPS = 0.25
+"""Strips across the places of R rocks, over the square root of R: rocks that fly one after another start side by side
+and look at the same facets, which are then in the cache."""
 REFERENCE_BATCH = 16
 """The same for the reference engine: a batch is flown to its end when the user interrupts, in about 0.3 s."""
 BATCHES_A_THREAD = 8
@@ -44,7 +47,7 @@ class Flight:
 class Batch:
     """N rocks that have flown, with what was written down of them.
 
-    rows : (N,) rows of the releases, ascending
+    rows : (N,) rows of the releases, in the order in which they flew
     finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; counts : (N, 4) `COUNT_COLUMNS`
     impacts : (I, 9), facets : (I,), pieces : (S, 10), modes : (S,) as of `simulation.record.Record`
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
@@ -103,7 +106,7 @@ def fly_batches(
     largest = LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH
     size = max(1, min(largest, -(-rocks // (workers * BATCHES_A_THREAD))))
     batches = -(-rocks // size)
-    shares = (np.arange(k, rocks, batches) for k in range(batches))
+    shares = (side_by_side(releases, np.arange(k, rocks, batches)) for k in range(batches))
     running: deque[Future[list[Batch]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
 
@@ -116,6 +119,16 @@ def fly_batches(
             yield from running.popleft().result()
             if stop is None or not stop():
                 start(1)
+
+
+def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
+    """Rows (N,) of releases in an order in which those that follow each other start near each other, in strips."""
+    x, y = releases.x[rows, 0], releases.x[rows, 1]
+    if np.ptp(x) > np.ptp(y):
+        x, y = y, x
+    width = np.ptp(x) / max(STRIPS * np.sqrt(len(rows)), 1.0)
+    strip = np.floor((x - x.min()) / width) if width > 0.0 else np.zeros(len(rows))
+    return rows[np.lexsort((y, strip))]
 
 
 def _fly_rows(
