@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.stretch import SLOWEST
 from rpf3d_core.values import Mode, Vec
 from rpf3d_core.vectors import norm
 
@@ -103,16 +104,20 @@ def top_speed2(track: Track, begin: float, end: float) -> float:
 
 
 @kernel
+def pace_of(v: float) -> float:
+    """Seconds a metre at a speed along an axis (m/s); inf for one too slow to cross anything."""
+    return 1.0 / v if abs(v) > SLOWEST else math.inf
+
+
+@kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
     """The row or column of squares that a coordinate lies in, clamped to the grid."""
     return min(max(math.floor((value - origin) / side), 0), count - 1)
 
 
 @kernel
-def leaving_time(index: int, count: int, origin: float, side: float, x: float, v: float) -> float:
-    """When a coordinate that moves at v leaves row `index` (s); inf if it never does. Rims reach out without end."""
-    if v > 0.0 and index < count - 1:
-        return (origin + (index + 1) * side - x) / v
-    if v < 0.0 and index > 0:
-        return (origin + index * side - x) / v
-    return math.inf
+def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
+    """When a coordinate of some pace (s/m) leaves row `index` (s); inf if it never does. Rims reach out without end."""
+    if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
+        return math.inf
+    return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace

@@ -13,13 +13,14 @@ from rpf3d_core.arc import Arc, position
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.plan_boxes import overlap
-from rpf3d_core.detection.stretch import probe_of
+from rpf3d_core.detection.stretch import SLOWEST, probe_of
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.tracks import Track, leaving_time, square_at, time_at, top_speed2
+from rpf3d_core.hazard.tracks import Track, leaving_time, pace_of, square_at, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_height, note_stay, visit, visited
 from rpf3d_core.simulation.march import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
 OVERLAP = 1e-6
@@ -37,7 +38,8 @@ class Ground(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Scratch: facets under a stretch of track (M,), and from when to when each (M, 2), s into the track."""
+    """Scratch: facets under a stretch of track (M,), and of each from when to when, and how high above it the track is
+    at most: (M, 3) s, s, m."""
 
     facet: Any
     times: Any
@@ -45,7 +47,7 @@ class Spans(NamedTuple):
 
 def empty_spans() -> Spans:
     """Room for the facets under a stretch of track."""
-    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 2)))
+    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 3)))
 
 
 @kernel
@@ -54,10 +56,10 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
-    begin = 0.0
+    begin, pace_x, pace_y = 0.0, pace_of(v[0]), pace_of(v[1])
     while True:
-        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], v[0])
-        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], v[1])
+        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
+        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, track.duration)
         if leave > begin or begin == 0.0:
             t = time_at(track, begin)
@@ -80,10 +82,10 @@ def walk_facets(
     locator, x, v = ground.locator, track.arc.x, track.arc.v
     i = square_at(x[0], locator.x, locator.cell, locator.nx)
     j = square_at(x[1], locator.y, locator.cell, locator.ny)
-    begin = 0.0
+    begin, pace_x, pace_y = 0.0, pace_of(v[0]), pace_of(v[1])
     while True:
-        leave_i = leaving_time(i, locator.nx, locator.x, locator.cell, x[0], v[0])
-        leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], v[1])
+        leave_i = leaving_time(i, locator.nx, locator.x, locator.cell, x[0], pace_x)
+        leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, track.duration)
         if leave > begin or begin == 0.0:
             _visit_bucket(ground, spans, squares, facets, zones, track, mass, i, j, begin, leave)
@@ -111,7 +113,7 @@ def _visit_bucket(
         f, low, high = spans.facet[s], spans.times[s, 0], spans.times[s, 1]
         if overlap and not _is_below(ground, track.arc, 0.5 * (low + high), f):
             continue
-        height = largest_height(ground.facets, f, track.arc, low, high)
+        height = max(spans.times[s, 2], 0.0)
         speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
         k = visit(facets, f, t, mass)
         note_stay(facets, k, t, until, speed2)
@@ -119,7 +121,7 @@ def _visit_bucket(
         k = visit(zones, ground.facets.zone[f], t, mass)
         note_stay(zones, k, t, until, speed2)
         note_height(zones, k, height)
-        _note_heights(ground, squares, track, f, low, high)
+        _note_heights(ground, squares, track, f, low, high, height)
 
 
 @kernel
@@ -138,9 +140,10 @@ def _spans_over(
         low, high = under(facets, f, arc, begin, leave)
         if high < low or (high == low and leave > begin) or used == len(spans.facet):
             continue
-        if not _is_above(facets, f, arc, 0.5 * (low + high)):
+        height = largest_height(facets, f, arc, low, high)
+        if height < -REACH * facets.tolerance:  # it is below that facet, as under a roof
             continue
-        spans.facet[used], spans.times[used, 0], spans.times[used, 1] = f, low, high
+        spans.facet[used], spans.times[used, 0], spans.times[used, 1], spans.times[used, 2] = f, low, high, height
         used, covered = used + 1, covered + (high - low)
     return used, covered
 
@@ -149,33 +152,53 @@ def _spans_over(
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
     """From when to when, between two times (s), an arc passes over facet f in plan; the end before the begin if never.
 
-    The three edges of the facet each cut off a part of the straight line that the arc is in plan.
+    The straight line that the arc is in plan enters and leaves a triangle through those edges whose ends lie on either
+    side of it; where it does is told from the places of the two ends along and across the line.
     """
-    n_z = stored_normal(facets, f)[2]
-    if n_z == 0.0:
+    if stored_normal(facets, f)[2] == 0.0:
         return math.inf, -math.inf
-    side = math.copysign(1.0, n_z)
-    low, high = begin, end
-    for k in range(3):
-        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
-        ex, ey = side * (b[0] - a[0]), side * (b[1] - a[1])
-        inside = ex * (arc.x[1] - a[1]) - ey * (arc.x[0] - a[0])
-        turning = ex * arc.v[1] - ey * arc.v[0]
-        if turning > 0.0:
-            low = max(low, -inside / turning)
-        elif turning < 0.0:
-            high = min(high, -inside / turning)
-        elif inside < 0.0:
-            return math.inf, -math.inf
-    return low, high
+    speed2 = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]
+    if speed2 < SLOWEST:
+        return (begin, end) if _holds(facets, f, arc.x) else (math.inf, -math.inf)
+    a0, c0 = _along_across(facets, f, 0, arc)
+    a1, c1 = _along_across(facets, f, 1, arc)
+    a2, c2 = _along_across(facets, f, 2, arc)
+    if min(c0, c1, c2) >= 0.0 or max(c0, c1, c2) < 0.0:
+        return math.inf, -math.inf
+    first = _crossing(a0, c0, a1, c1) if (c0 >= 0.0) != (c1 >= 0.0) else _crossing(a1, c1, a2, c2)
+    second = _crossing(a2, c2, a0, c0) if (c2 >= 0.0) != (c0 >= 0.0) else _crossing(a1, c1, a2, c2)
+    per_second = 1.0 / speed2
+    return max(min(first, second) * per_second, begin), min(max(first, second) * per_second, end)
 
 
 @kernel
-def _is_above(facets: Facets, f: int, arc: Arc, t: float) -> bool:
-    """Whether the rock is on or above the plane of f, and not below it as under a roof."""
-    n = stored_normal(facets, f)
-    distance = dot(n, subtract(position(arc, t), corner(facets, f, 0)))
-    return bool(math.copysign(1.0, n[2]) * distance >= -REACH * facets.tolerance)
+def _along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float]:
+    """Place of corner k of facet f along the line of an arc in plan and to its left, from its start (m^2/s)."""
+    p = corner(facets, f, k)
+    x, y = p[0] - arc.x[0], p[1] - arc.x[1]
+    return x * arc.v[0] + y * arc.v[1], y * arc.v[0] - x * arc.v[1]
+
+
+@kernel
+def _crossing(a: float, across_a: float, b: float, across_b: float) -> float:
+    """Place along the line at which it crosses an edge, from the places of its ends along and across it.
+
+    The same whichever end comes first, so neighbours agree on where the one ends and the other begins.
+    """
+    if across_a < across_b:
+        a, across_a, b, across_b = b, across_b, a, across_a
+    return a + (b - a) * (across_a / (across_a - across_b))
+
+
+@kernel
+def _holds(facets: Facets, f: int, x: Vec) -> bool:
+    """Whether a point lies over facet f in plan, its rim included."""
+    side = math.copysign(1.0, stored_normal(facets, f)[2])
+    for k in range(3):
+        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
+        if side * ((b[0] - a[0]) * (x[1] - a[1]) - (b[1] - a[1]) * (x[0] - a[0])) < 0.0:
+            return False
+    return True
 
 
 @kernel
@@ -188,6 +211,7 @@ def _is_below(ground: Ground, arc: Arc, t: float, f: int) -> bool:
 def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
     """Largest vertical height (m) of an arc above the plane of f between two times: at one of them, or in between.
 
+    Negative for an arc that stays below the plane.
     The height is c + b t - g t^2 / 2, so it is largest where b = g t.
     """
     n = stored_normal(facets, f)
@@ -197,23 +221,27 @@ def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) ->
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)
-    return max(height, 0.0)
+    return height
 
 
 @kernel
-def _note_heights(ground: Ground, squares: Visits, track: Track, f: int, low: float, high: float) -> None:
-    """Tell the squares between two times of a track how high above facet f the rock was in each."""
+def _note_heights(ground: Ground, squares: Visits, track: Track, f: int, low: float, high: float, most: float) -> None:
+    """Tell the squares between two times of a track how high above facet f the rock was in each.
+
+    most : the largest of these heights (m), which a track that stays in one square had there
+    """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)
     j = square_at(x[1] + v[1] * low, raster.y, raster.cell, raster.ny)
-    begin = low
+    begin, pace_x, pace_y = low, pace_of(v[0]), pace_of(v[1])
     while True:
-        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], v[0])
-        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], v[1])
+        leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
+        leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, high)
         k = visited(squares, j * raster.nx + i)
         if k >= 0 and leave >= begin:
-            note_height(squares, k, largest_height(ground.facets, f, track.arc, begin, leave))
+            whole = begin == low and leave == high
+            note_height(squares, k, most if whole else largest_height(ground.facets, f, track.arc, begin, leave))
         if leave >= high:
             return
         begin = max(begin, leave)
