@@ -90,8 +90,9 @@ class Compiled:
     ) -> int:  # fmt: skip
         """As `Reference.follow`."""
         keys = keys_of(materials, starts.source, starts.rock)
-        arguments: Any = (self.locator, self.facets, materials, settings, starts.x, starts.v, keys, record, first)
-        return int(_follow_all(*models, *arguments, begin, finals, counts))
+        ground = (self.locator, self.facets, materials, settings)
+        follow_all: Any = _follow_all
+        return int(follow_all(*models, *ground, starts.x, starts.v, keys, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
