@@ -12,6 +12,10 @@ from rpf3d_core.hazard.tally import ROCKS, SUM_UNITS, SUMS, Slots, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
 
+FEW = 500
+"""Cells up to which plain Python tells the percentiles: it is done before the loop has been compiled."""
+
+
 def layers_of(tally: Tally) -> Layers:
     """The layers of all C cells of a tally."""
     found, cells = tally.found(), len(tally.slot)
@@ -39,8 +43,13 @@ def _spread(tally: Tally, found: Slots, q: int, edges: FloatArray) -> Spread:
     rocks = found.counts[:, ROCKS]
     begin = sum(tally.scales.bins[:q]) >> tally.merges
     bins = found.bins[:, begin : begin + len(edges) - 1]
-    percentiles = np.empty((len(rocks), len(PERCENTILES)))
-    _percentiles(bins, rocks, bin_values(edges), np.array(PERCENTILES), FEWEST_ROCKS, percentiles)
+    percentiles = np.full((len(rocks), len(PERCENTILES)), np.nan)
+    many = np.flatnonzero(rocks >= FEWEST_ROCKS)
+    if len(many):
+        tell = _percentiles if len(many) > FEW else _percentiles.py_func  # type: ignore[attr-defined]
+        told = np.empty((len(many), len(PERCENTILES)))
+        tell(bins[many], rocks[many], bin_values(edges), np.array(PERCENTILES), told)
+        percentiles[many] = told
     largest = found.most[:, q]
     np.minimum(percentiles, largest[:, None], out=percentiles)
     mean = found.counts[:, SUMS + q] * (tally.scales.top[q] / SUM_UNITS) / rocks
@@ -56,14 +65,11 @@ def _everywhere(cells: int, some: NDArray[np.int32], values: FloatArray) -> Stat
 
 
 @loop
-def _percentiles(bins: Any, rocks: Any, values: Any, percentiles: Any, fewest: int, out: Any) -> None:
-    """Percentiles of each cell: the value of the bin in which the rock of rank ceil(p n) stands; NaN for few rocks."""
+def _percentiles(bins: Any, rocks: Any, values: Any, percentiles: Any, out: Any) -> None:
+    """Percentiles of each cell: the value of the bin in which the rock of rank ceil(p n) stands."""
     for s in range(len(rocks)):
         n, seen, b = rocks[s], np.int64(0), 0
         for k in range(len(percentiles)):
-            if n < fewest:
-                out[s, k] = np.nan
-                continue
             rank = -((-n * percentiles[k]) // 100)
             while seen + bins[s, b] < rank:
                 seen += bins[s, b]

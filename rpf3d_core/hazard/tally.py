@@ -51,10 +51,12 @@ class Tally:
 
     Its bins take at most `limit` bytes: beyond that they are merged in pairs, at most until each is an octave wide.
     Because that depends on nothing but the cells that rocks came to, the result still does not depend on their order.
+    compiled : False where so few rocks come that plain Python is done before the loop has been compiled
     """
 
-    def __init__(self, cells: int, scales: Scales, limit: float) -> None:
+    def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True) -> None:
         self.scales, self.limit, self.merges = scales, limit, 0
+        self.compiled = compiled
         self.slot = np.full(cells, -1, dtype=np.int32)
         self.used = 0
         self.slots = _empty_slots(0, sum(scales.bins))
@@ -67,7 +69,8 @@ class Tally:
         with self._lock:
             self._take_in(visits.cell[:used])
             full = self.carries.room_for(3 * used)
-            carried = _fold(self.slot, self.slots, visits, used, self.scales, self.merges, full)
+            fold = _fold if self.compiled else _fold.py_func  # type: ignore[attr-defined]
+            carried = fold(self.slot, self.slots, visits, used, self.scales, self.merges, full)
             self.carries.take(carried)
         visits.state[:] = 0
 
