@@ -11,7 +11,6 @@ from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers
 from rpf3d_core.hazard.tally import ROCKS, SUM_UNITS, SUMS, Slots, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
-
 FEW = 500
 """Cells up to which plain Python tells the percentiles: it is done before the loop has been compiled."""
 
