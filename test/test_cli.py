@@ -25,7 +25,7 @@ ground: sliding
 """
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd",
 }  # fmt: skip
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
 
@@ -119,18 +119,23 @@ def test_a_bad_scene_is_refused_in_one_sentence_and_leaves_nothing(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("--rocks", 0), "the number of rocks is 0; it must be at least 1"),
-        (("--rocks", -5), "the number of rocks is -5; it must be at least 1"),
+        (("--rocks", 0), "the number of rocks is 0; it must be at least 1, or auto"),
+        (("--rocks", -5), "the number of rocks is -5; it must be at least 1, or auto"),
+        (("--rocks", "1e5"), "--rocks is '1e5'; it must be a whole number of at least 1, or auto"),
         (("--engine", "foo"), "the engine is 'foo'; it must be auto, reference or compiled"),
         (("--seed", -1), f"the seed is -1; it must be a whole number from 0 to {2**63 - 1}"),
         (("--seed", 2**63), f"the seed is {2**63}; it must be a whole number from 0 to {2**63 - 1}"),
     ],
 )
+@pytest.mark.parametrize("command", ["run", "check"])
 def test_a_bad_option_is_refused_in_one_sentence_and_leaves_nothing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, words: tuple[object, ...],
-    sentence: str,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, command: str,
+    words: tuple[object, ...], sentence: str,
 ) -> None:  # fmt: skip
-    assert refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out", *words) == sentence
+    if command == "check" and "--seed" in words:
+        pytest.skip("checking has no use for a seed")
+    out = ("--out", folder / "out") if command == "run" else ()
+    assert refused(monkeypatch, capsys, command, folder / "scene.yaml", *out, *words) == sentence
     assert not (folder / "out").exists()
 
 
@@ -153,7 +158,7 @@ def test_a_scene_that_is_not_there_or_is_a_folder_is_refused(
 def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.run.simulate", lambda *_: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("rpf3d_core.run.prepare", lambda *_: pytest.fail("it worked before it looked"))
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder)
     assert "holds files that are not rpf3d's; give the path of a new or empty folder" in said
     file = folder / "slope.stl"
@@ -175,13 +180,15 @@ def test_a_result_folder_that_turns_out_not_to_be_writable_is_refused_in_one_sen
     assert said.startswith("/proc/rpf3d: could not be written")
 
 
-def test_a_disk_that_fills_up_while_writing_leaves_nothing_and_no_traceback(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+@pytest.mark.parametrize("table", ["impacts_table", "write_trajectories"])
+def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, table: str
 ) -> None:
+    """While rocks fly, and after."""
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("rpf3d_core.io.tables.write_impacts", full)
+    monkeypatch.setattr(f"rpf3d_core.io.tables.{table}", full)
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out")
     assert said == f"{folder / 'out'}: could not be written (No space left on device)"
     assert [path.name for path in folder.iterdir() if "out" in path.name] == []

@@ -74,10 +74,10 @@ Watch = Callable[[Batch, Releases], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """What is handed on of a batch: impacts, and of which rocks (R,) the path; `record` False: nothing is written."""
+    """What is handed on of a batch: paths and impacts (R,), of which rocks; `record` False: nothing is written down."""
 
     paths: NDArray[np.bool_]
-    impacts: bool = True
+    impacts: NDArray[np.bool_]
     record: bool = True
 
 
@@ -150,7 +150,7 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
 
 def _kept(batch: Batch, keep: Keep) -> Batch:
     """A batch with copies of what is handed on, for the record is written over by the next rocks."""
-    return some_of(batch, np.full(len(batch.rows), keep.impacts), keep.paths[batch.rows])
+    return some_of(batch, keep.impacts[batch.rows], keep.paths[batch.rows])
 
 
 def some_of(batch: Batch, impacts: NDArray[np.bool_], paths: NDArray[np.bool_]) -> Batch:
