@@ -91,7 +91,7 @@ def run(
     """
     from rpf3d_core.run import run_scene
 
-    with _progress() as (begin, writing), _interruptible() as (stop, flying):
+    with _interruptible() as (stop, flying), _progress() as (begin, writing):
         began: list[float] = []
 
         def start(number: int) -> Callable[[int], None]:

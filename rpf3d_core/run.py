@@ -36,6 +36,7 @@ Stop = Callable[[], bool]
 SHOWN = 10_000
 """Rocks that a run on disk keeps in memory to draw; their deposits and impacts are on disk for all."""
 
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """A scene, the terrain that was read for it, and what came of its rocks.

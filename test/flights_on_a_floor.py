@@ -151,12 +151,13 @@ def batch_of(flights: Flights) -> Batch:
     """Flights as the engine hands them to who watches: all impacts and paths, written down rock after rock."""
     deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
     edges = np.arange(len(deposits.rock) + 1)
+    events = np.bincount(paths.row, minlength=len(deposits.rock))
     return Batch(
         rows=edges[:-1],
         finals=np.column_stack(
             [deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.max_height, deposits.ground_speed]
         ),
-        counts=np.column_stack([deposits.outcome, deposits.facet, deposits.impacts, np.bincount(paths.row, minlength=len(edges) - 1)]),
+        counts=np.column_stack([deposits.outcome, deposits.facet, deposits.impacts, events]),
         impacts=np.column_stack([impacts.t, impacts.x, impacts.normal, impacts.speed_in, impacts.speed_out]),
         facets=impacts.facet,
         pieces=np.column_stack([paths.t, paths.x, paths.v, paths.v_end]),

@@ -1,18 +1,14 @@
 """The command line: bad input ends with one clear sentence, exit code 2 and nothing left behind; Ctrl-C too."""
 
 import json
-import os
-import pty
 import re
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import COMMAND, LONGEST, environment, python, rpf3d
+from command_line import python, rpf3d
 from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
 
 from rpf3d_core import cli
@@ -31,8 +27,6 @@ SCENES = Path(__file__).parents[1] / "config" / "scenes"
 
 HELP_S = 2.0
 """Seconds for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s, a busy machine as much again."""
-PATIENCE = 5.0
-"""Seconds within which Ctrl-C must end a run, on a busy machine; it takes well below 1 s on an idle one."""
 
 
 @pytest.fixture
@@ -255,96 +249,6 @@ def test_both_engines_write_the_same_deposits_to_the_last_figure(
         assert call(monkeypatch, "run", folder / "scene.yaml", *words) == 0
         both.append((folder / engine / "deposits.csv").read_bytes())
     assert both[0] == both[1] and both[0].count(b"\n") == 61
-
-
-# --- Ctrl-C -----------------------------------------------------------------------------------------------------------
-
-
-class OnATerminal:
-    """A command on a terminal of its own, so that it shows what it is doing."""
-
-    def __init__(self, *words: object, cwd: Path) -> None:
-        self.screen, other = pty.openpty()
-        self.process = subprocess.Popen(
-            [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS="100"),
-            stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
-        )  # fmt: skip
-        os.close(other)
-        self.shown = ""
-
-    def until(self, text: str) -> None:
-        """Wait for a text to appear on the screen."""
-        end = time.monotonic() + LONGEST
-        while text not in self.shown:
-            assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
-            if not self._read():
-                pytest.fail(f"{text!r} did not appear before the end: {self.shown[-500:]!r}")
-
-    def interrupt(self) -> tuple[int, float]:
-        """Press Ctrl-C; the exit code, and the seconds until the end."""
-        began = time.monotonic()
-        self.process.send_signal(signal.SIGINT)
-        while self._read():
-            pass
-        return self.process.wait(LONGEST), time.monotonic() - began
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        os.close(self.screen)
-
-    def _read(self) -> bool:
-        try:
-            more = os.read(self.screen, 65536)
-        except OSError:  # the other side is closed
-            return False
-        self.shown += more.decode(errors="replace")
-        return bool(more)
-
-
-@pytest.fixture
-def on_a_terminal(folder: Path, request: pytest.FixtureRequest):  # type: ignore[no-untyped-def]
-    started: list[OnATerminal] = []
-
-    def start(*words: object) -> OnATerminal:
-        started.append(OnATerminal(*words, cwd=folder))
-        return started[-1]
-
-    yield start
-    for one in started:
-        one.close()
-
-
-@pytest.mark.parametrize("moment", ["flying rocks", "writing results"])
-def test_an_interrupted_run_leaves_nothing_half_written(on_a_terminal, folder: Path, moment: str) -> None:  # type: ignore[no-untyped-def]
-    rocks = 2000 if moment == "flying rocks" else 3
-    before = sorted(path.name for path in folder.iterdir())
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", rocks, "--engine", "reference")
-    run.until(moment)
-    code, _ = run.interrupt()
-    assert code == 130
-    assert "rpf3d: interrupted; nothing was written" in run.shown and "Traceback" not in run.shown
-    assert sorted(path.name for path in folder.iterdir()) == before
-
-
-def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
-    assert rpf3d("run", "scene.yaml", "--out", "out", cwd=folder).returncode == 0
-    before = {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
-    run = on_a_terminal("run", "scene.yaml", "--out", "out")
-    run.until("writing results")
-    assert run.interrupt()[0] == 130
-    assert {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()} == before
-    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
-
-
-def test_an_interrupted_run_of_the_slow_engine_ends_soon(on_a_terminal) -> None:  # type: ignore[no-untyped-def]
-    demo = SCENES / "demo.yaml"
-    run = on_a_terminal("run", demo, "--out", "out", "--rocks", 6000, "--engine", "reference")
-    run.until("flying rocks")
-    time.sleep(1.0)  # well into the first batch
-    code, seconds = run.interrupt()
-    assert code == 130 and seconds < PATIENCE
 
 
 # --- help, check, pit, replay -----------------------------------------------------------------------------------------

@@ -40,7 +40,7 @@ RESULT_NAMES = {
 def result_folder(folder: str | Path) -> Iterator[Path]:
     """A hidden folder to write into, which takes the place of `folder` in the end.
 
-    Nothing half-written ever looks like a result: if anything fails, the hidden folder goes and an earlier result stays.
+    Nothing half-written ever looks like a result: if anything fails, the hidden folder goes and an earlier one stays.
 
     Raises
     ------
@@ -64,7 +64,8 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
 def _check_room(folder: str | Path, part: Path) -> None:
     """Refuse a disk that is as good as full before the rocks fly, not after."""
     if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
-        raise InputError(f"{folder}: the disk has no room; {free / MEGABYTE:.1f} MB are free, {LEAST_ROOM // MEGABYTE} are needed")
+        needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
+        raise InputError(f"{folder}: the disk has no room: {needed}")
 
 
 def check_folder(folder: str | Path) -> Path:

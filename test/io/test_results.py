@@ -7,8 +7,8 @@ import pytest
 from flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thrown
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io import results
 from rpf3d_core.hazard.convergence import Place, Step
+from rpf3d_core.io import results
 from rpf3d_core.io.results import check_folder, result_folder, write_all_tables, write_findings
 
 FILES = {

@@ -26,6 +26,8 @@ NEXT_LINE = SMALL.count("\n") + 1
 
 
 NOT_THERE = "but there is no such file (looked for"
+R_N, R_T = (f"a number from 0 to 1 (-), {name}, or a distribution" for name in ("R_n", "R_t"))
+ONE_PLACE = "must have exactly one of points, points_file, line, polygon, zone"
 SPREAD_SENTENCE = (
     "line 7: `sources[0].spread` is [1, -1, 0], but must be three numbers >= 0 (m), uniform half-widths of the position"
 )
@@ -91,7 +93,10 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         ("rock: {mas: 3}", "`rock.mas` is not a key of a scene; did you mean `mass`?"),
         ("path: scene.yaml", "`path` is not a key of a scene; the keys here are terrain, "),
         ("rock: {mass: -3}", "`rock.mass` is -3, but must be a number above 0 (kg)"),
-        ("rock: {mass: 1, diameter: 2}", "`rock` must have exactly one of diameter, mass, volume, but has diameter and mass"),
+        (
+            "rock: {mass: 1, diameter: 2}",
+            "`rock` must have exactly one of diameter, mass, volume, but has diameter and mass",
+        ),
         (
             "stop_speed: {mean: 3, sd: 1}",
             "`stop_speed` is a mapping, but no distribution can stand here; it must be a number >= 0 (m/s)",
@@ -149,7 +154,7 @@ def test_a_wrong_top_level_entry_is_refused_with_its_line_and_what_would_be_righ
         (
             "normal_restitution: 0.5",
             "normal_restitution: 1.5",
-            ["line 5: `materials.hard.normal_restitution` is 1.5, but must be a number from 0 to 1 (-), R_n, or a distribution"],
+            [f"line 5: `materials.hard.normal_restitution` is 1.5, but must be {R_N}"],
         ),
         (
             "normal_restitution: 0.5",
@@ -159,14 +164,14 @@ def test_a_wrong_top_level_entry_is_refused_with_its_line_and_what_would_be_righ
         (
             "normal_restitution: 0.5, ",
             "",
-            ["line 5: `materials.hard.normal_restitution` is missing; it must be a number from 0 to 1 (-), R_n, or a distribution"],
+            [f"line 5: `materials.hard.normal_restitution` is missing; it must be {R_N}"],
         ),
         (
             "normal_restitution: 0.5, tangential_restitution: 0.8",
             "normal_restitution: 2, tangential_restitution: -1",
             [
-                "line 5: `materials.hard.normal_restitution` is 2, but must be a number from 0 to 1 (-), R_n, or a distribution",
-                "line 5: `materials.hard.tangential_restitution` is -1, but must be a number from 0 to 1 (-), R_t, or a distribution",
+                f"line 5: `materials.hard.normal_restitution` is 2, but must be {R_N}",
+                f"line 5: `materials.hard.tangential_restitution` is -1, but must be {R_T}",
             ],
         ),
         (
@@ -190,12 +195,12 @@ def test_a_wrong_top_level_entry_is_refused_with_its_line_and_what_would_be_righ
         (
             "points: [[0, 0, 1]]",
             "rocks: 5",
-            ["line 7: `sources[0]` must have exactly one of points, points_file, line, polygon, zone, but has none of them"],
+            [f"line 7: `sources[0]` {ONE_PLACE}, but has none of them"],
         ),
         (
             "points: [[0, 0, 1]]",
             "points: [[0, 0, 1]], line: [[0, 0, 1], [1, 0, 1]]",
-            ["line 7: `sources[0]` must have exactly one of points, points_file, line, polygon, zone, but has points and line"],
+            [f"line 7: `sources[0]` {ONE_PLACE}, but has points and line"],
         ),
         (
             "points: [[0, 0, 1]]}",

@@ -5,7 +5,18 @@ import math
 
 import numpy as np
 import pytest
-from flights_on_a_floor import BOUNCES, FRAMES, SURVEY, SURVEY_Y_UP, UNMOVED, findings, floor, none_thrown, scene, thrown
+from flights_on_a_floor import (
+    BOUNCES,
+    FRAMES,
+    SURVEY,
+    SURVEY_Y_UP,
+    UNMOVED,
+    findings,
+    floor,
+    none_thrown,
+    scene,
+    thrown,
+)
 
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of, wilson_interval
