@@ -1,5 +1,6 @@
 """The command line: bad input ends with one clear sentence, exit code 2 and nothing left behind; Ctrl-C too."""
 
+import importlib.metadata
 import json
 import re
 import sys
@@ -251,7 +252,26 @@ def test_both_engines_write_the_same_deposits_to_the_last_figure(
     assert both[0] == both[1] and both[0].count(b"\n") == 61
 
 
+def test_what_a_run_prints_fits_a_terminal_of_80_columns(folder: Path) -> None:
+    words = ("run", SCENES / "demo.yaml", "--out", "out", "--rocks", 60, "--engine", "reference")
+    done = rpf3d(*words, cwd=folder, COLUMNS="80")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    header = next(i for i, line in enumerate(lines) if line.startswith("zone"))
+    end = next(i for i, line in enumerate(lines) if line.startswith("shares of all rocks"))
+    rows = lines[header + 1 : end]
+    assert len(rows) > 3 and all(re.match(r"\S+ +\d[\d.]* % \([\d.]+-[\d.]+\)  ", row) for row in rows), "a line a row"
+    assert max(map(len, lines[: end + 1])) <= 80
+
+
 # --- help, check, pit, replay -----------------------------------------------------------------------------------------
+
+
+def test_the_version_is_that_of_the_package(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(monkeypatch, "--version") == 0
+    assert capsys.readouterr().out == f"rpf3d {importlib.metadata.version('rpf3d')}\n"
 
 
 def test_help_is_quick_and_loads_neither_vtk_nor_numba() -> None:

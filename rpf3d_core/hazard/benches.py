@@ -22,6 +22,9 @@ TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % interv
 MOST_DECIMALS = 4
 """Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
 
+SHORT = 1
+"""Decimals that are enough otherwise: hazard/benches.csv has them all."""
+
 ZONE, AREA = "zone", "area"
 
 
@@ -96,9 +99,8 @@ def _text(share: dict[str, Any]) -> str:
     if share["share"] is None:
         return "-"
     low, high = share["interval_95"]
-    decimals = _decimals(0.5 * (high - low))
-    middle = _percent(share["share"], max(1, decimals))
-    return f"{middle} % ({_percent(low, decimals)}-{_percent(high, decimals)})"
+    decimals = min(_decimals(0.5 * (high - low)), SHORT)
+    return f"{_percent(share['share'], SHORT)} % ({_percent(low, decimals)}-{_percent(high, decimals)})"
 
 
 def _percent(share: float, decimals: int) -> str:
