@@ -60,7 +60,7 @@ def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float
     """When a point that moves from x with some velocity in plan is on the line through edge e (s)."""
     px, py = areas.edges[e, 0] - x[0], areas.edges[e, 1] - x[1]
     ex, ey = areas.edges[e, 2] - areas.edges[e, 0], areas.edges[e, 3] - areas.edges[e, 1]
-    return (px * ey - py * ex) / (v_x * ey - v_y * ex)
+    return float((px * ey - py * ex) / (v_x * ey - v_y * ex))
 
 
 @kernel

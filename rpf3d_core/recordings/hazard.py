@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
-from rpf3d_core.hazard.scales import Scale, colours_at, places, reach_scale, scale_of_energy, value_at
+from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at
 from rpf3d_core.recordings.shapes import ColouredMesh, parted_mesh
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray
 
 HAZARD, BENCHES = "world/hazard", "benches"
 REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
@@ -44,7 +43,7 @@ class Layer(NamedTuple):
 
     entity: str
     title: str
-    values: FloatArray
+    values: Values
     scale: Scale
     unit: str
     per_unit: float
