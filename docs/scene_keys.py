@@ -37,10 +37,11 @@ One YAML file says everything about a run. `docs/scene_keys.py` writes this page
 - An unknown key is refused, and so is a value out of bounds: the message names the file, the line, the key and what
   would be right.
 - A zone's material is that of its exact name, else of the first pattern that fits (`bench_*`), else `default`.
-- With `rocks: N`, or `--rocks N`, the total is dealt to the sources in proportion; a source deals its rocks to its points
-  in turn, and spreads them evenly over the length of a line, or over the true area of the surface in a polygon or zone.
-- With `rocks: auto` at least 1,000 rocks fly, then as many again, and so on, until `target` is met or twice as many would
-  be more than its `most_rocks`; each doubling keeps the sources' proportions. What was reached is in the summary.
+- With `rocks: N`, or `--rocks N`, the total is dealt to the sources in proportion; a source deals its rocks to its
+  points in turn, and spreads them evenly over the length of a line, or over the true area of the surface in a polygon
+  or zone.
+- With `rocks: auto` at least 1,000 rocks fly, then as many again, and so on, until `target` is met or twice as many
+  would be more than its `most_rocks`; each doubling keeps the sources' proportions. The summary says what was reached.
 """
 DRAWS = """## Distributions
 Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
