@@ -189,6 +189,21 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
     assert [path.name for path in folder.iterdir() if "out" in path.name] == []
 
 
+@pytest.mark.parametrize("largest", [100, 20_000, 60_000])
+def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(folder: Path, largest: int) -> None:
+    """As a full disk does: in the tables, or in one of the files that are written in the end."""
+    done = python(
+        f"import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest}))\n"
+        "from rpf3d_core import cli\n"
+        "sys.argv = ['rpf3d', 'run', 'scene.yaml', '--out', 'out', '--engine', 'reference']\ncli.main()",
+        cwd=folder,
+    )
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.splitlines()[-1].startswith("rpf3d: out: could not be written")
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in folder.iterdir() if "out" in path.name] == []
+
+
 def test_an_option_that_does_not_exist_or_is_no_number_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
