@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_model
+from rpf3d_core.io import scene_hazard, scene_model
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -21,6 +21,9 @@ PARTS = (
     ("rock", scene_model.RockSpec),
     ("sources[]", scene_model.SourceSpec),
     ("areas_of_interest[]", scene_model.AreaSpec),
+    ("hazard", scene_hazard.HazardSpec),
+    ("hazard.matrix", scene_hazard.MatrixSpec),
+    ("target", scene_model.TargetSpec),
     ("outputs", scene_model.OutputSpec),
     ("observed", scene_model.ObservedSpec),
 )
@@ -34,8 +37,11 @@ One YAML file says everything about a run. `docs/scene_keys.py` writes this page
 - An unknown key is refused, and so is a value out of bounds: the message names the file, the line, the key and what
   would be right.
 - A zone's material is that of its exact name, else of the first pattern that fits (`bench_*`), else `default`.
-- With `--rocks N` the total is dealt to the sources in proportion; a source deals its rocks to its points in turn,
-  and spreads them evenly over the length of a line, or over the true area of the surface in a polygon or zone.
+- With `rocks: N`, or `--rocks N`, the total is dealt to the sources in proportion; a source deals its rocks to its
+  points in turn, and spreads them evenly over the length of a line, or over the true area of the surface in a polygon
+  or zone.
+- With `rocks: auto` at least 1,000 rocks fly, then as many again, and so on, until `target` is met or twice as many
+  would be more than its `most_rocks`; each doubling keeps the sources' proportions. The summary says what was reached.
 """
 DRAWS = """## Distributions
 Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
@@ -105,6 +111,8 @@ def default_of(field: Any) -> str:
 
 def plain(value: Any) -> str:
     """A default as it would stand in the file."""
+    if isinstance(value, bool):
+        return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else str(value)
 
 

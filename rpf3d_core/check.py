@@ -1,38 +1,50 @@
-"""What `rpf3d check` says before a run: faults of the mesh, where the sources are, and what the run will cost."""
+"""What `rpf3d check` says before a run: faults of the mesh, where the sources are, what the run will cost and take.
+
+It refuses what `rpf3d run` refuses, except rocks out of place: those it tells of all sources.
+"""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import HAS_NUMBA
-from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.choices import rounds_of
+from rpf3d_core.compiling import HAS_NUMBA, is_cached
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
-from rpf3d_core.ensemble.releases import Releases, releases_of
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.raster import GIGABYTE
+from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_sources import rock_of, scene_sources
-from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.prepared import scene_flight
-from rpf3d_core.simulation.engines import Engine, engine_of
-from rpf3d_core.terrain.facets import facets_of
+from rpf3d_core.prepared import Prepared, check_engine, prepare, releases_in_ranges
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
 """Rocks flown by the reference engine to see what a rock costs."""
+LOOKED_AT = 50_000
+"""Rocks whose place is looked at, at most, evenly spread over each source: some seconds in plain Python."""
 COMPILED_GAIN = 300.0
 """How many times faster the compiled engine flies, rounded down from the demo scene in docs/performance.md."""
+FOLLOW_LOOP = "_follow_all"
+"""Of `simulation.engines`: takes nearly all of the time to compile."""
 COMPILE_S = 12.0
-"""Seconds to compile on the first run after an installation; later runs load the result in well under 1 s."""
+"""Seconds to compile a combination of models the first time; later runs load the result in well under 1 s."""
 
 
 @dataclass(frozen=True)
 class SourceHeight:
-    """Heights above the ground of a source's rocks (m): lowest and highest, and how many have no ground below."""
+    """Heights above the ground of a source's rocks (m): lowest and highest, and how many have no ground below.
+
+    looked_at : how many of its `rocks` this is told of
+    """
 
     name: str
     rocks: int
+    looked_at: int
     lowest: float
     highest: float
     under_ground: int
@@ -41,6 +53,8 @@ class SourceHeight:
     def describe(self) -> str:
         """One line for people."""
         found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
+        if self.looked_at < self.rocks:
+            found += f" ({self.looked_at:,} looked at)"
         if self.lowest <= self.highest:
             low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
             found += f", {low if low == high else f'{low} to {high}'} m above the ground"
@@ -55,10 +69,13 @@ class SourceHeight:
 class Cost:
     """What a run will take: rocks, the engine that `engine` comes down to, and seconds to fly; from a pilot.
 
+    auto : whether the number of rocks is left open, and `rocks` is the most there can be
+    compile_s : 0 where nothing is to be compiled, or has been before
     impacts : mean impacts a rock; pilot : rocks flown to find out; unresolved : how many of them ended unresolved
     """
 
     rocks: int
+    auto: bool
     engine: str
     fly_s: float
     compile_s: float
@@ -68,11 +85,34 @@ class Cost:
 
 
 @dataclass(frozen=True)
+class Maps:
+    """What the hazard maps are made of: cells of the raster, facets, and the memory (GB) that they may take.
+
+    least : GB that the cells and facets need, wherever rocks go; percentiles get coarser rather than exceed `allowed`
+    """
+
+    raster: Raster
+    facets: int
+    allowed: float
+
+    @property
+    def least(self) -> float:
+        """GB, as `hazard.raster.check_memory` counts."""
+        return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
+
+    def describe(self) -> str:
+        """One line for people."""
+        cells = f"{self.raster.nx:,} x {self.raster.ny:,} cells of {self.raster.cell:g} m and {self.facets:,} facets"
+        return f"{cells}: {max(self.least, 0.001):.3f} GB, and percentiles in what is left of {self.allowed:g} GB"
+
+
+@dataclass(frozen=True)
 class Check:
     """The report on a scene; `fit` tells whether it can be run."""
 
     scene: Scene
     faults: FaultReport
+    maps: Maps
     sources: list[SourceHeight]
     cost: Cost | None
 
@@ -90,24 +130,26 @@ def check_scene(scene: Scene) -> Check:
     InputError
         The scene or one of its files is refused.
     """
-    terrain, faults = read_terrain(scene)
-    flight = scene_flight(scene, terrain)
-    engine = engine_of("reference", facets_of(terrain))
-    sources = scene_sources(scene, terrain)
-    releases = releases_of(sources, rock_of(scene.rock), scene.seed, engine, terrain.frame)
+    check_engine(scene)
+    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # there is nothing to compile for a pilot
+    engine, sources = prepared.engine, prepared.sources
+    _, rocks = next(rounds_of(scene))
+    every = -(-sum(rocks) // LOOKED_AT)
+    releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
     below = engine.ground_below(releases.x)
-    heights = [_heights(source.name, below[releases.source == i]) for i, source in enumerate(sources)]
+    heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
-    report = Check(scene, faults, heights, None)
-    return Check(scene, faults, heights, _cost(scene, flight, releases, engine)) if report.fit else report
+    maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
+    report = Check(scene, prepared.faults, maps, heights, None)
+    return replace(report, cost=_cost(scene, prepared, releases, sum(rocks))) if report.fit else report
 
 
-def _heights(name: str, below: NDArray[np.float64]) -> SourceHeight:
+def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
     """Heights of one source's rocks from what lies below them (R, 3)."""
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
     lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
-    return SourceHeight(name, len(below), float(lowest), float(highest), int((~good).sum()), 0)
+    return SourceHeight(name, rocks, len(below), float(lowest), float(highest), int((~good).sum()), 0)
 
 
 def _told_apart(
@@ -118,19 +160,23 @@ def _told_apart(
     top = np.array(releases.x[bad])
     top[:, 2] = np.maximum(top[:, 2], engine.facets.high[2]) + 1.0
     off = int((engine.ground_below(top)[:, 1] < 0).sum()) if bad.any() else 0
-    return SourceHeight(found.name, found.rocks, found.lowest, found.highest, found.under_ground - off, off)
+    return replace(found, under_ground=found.under_ground - off, off_terrain=off)
 
 
-def _cost(scene: Scene, flight: Flight, releases: Releases, engine: Engine) -> Cost:
+def _cost(scene: Scene, prepared: Prepared, releases: Releases, rocks: int) -> Cost:
     """Fly a pilot, evenly spread over all rocks, and scale its time up."""
-    rocks = len(releases.x)
-    chosen = np.unique(np.linspace(0, rocks - 1, PILOT_ROCKS).astype(int))
-    fields = ("source", "rock", "x", "v", "mass", "radius")
-    pilot = Releases(**{name: getattr(releases, name)[chosen] for name in fields})
+    chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     began = time.perf_counter()
-    deposits = fly_ensemble(engine, flight, pilot).deposits
+    deposits = fly_ensemble(prepared.engine, prepared.flight, taken(releases, chosen)).deposits
+    auto = scene.rocks == "auto"
+    rocks = scene.target.most_rocks if auto else rocks
     fly_s = (time.perf_counter() - began) * rocks / len(chosen)
     name = choose_engine(scene.engine, rocks, HAS_NUMBA)
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
-    gain, compile_s = (COMPILED_GAIN, COMPILE_S) if name == "compiled" else (1.0, 0.0)
-    return Cost(rocks, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(chosen), unresolved)
+    gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
+    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(chosen), unresolved)
+
+
+def _compile_s(models: Models) -> float:
+    """Seconds to compile: none if it has been done before."""
+    return 0.0 if is_cached(FOLLOW_LOOP, type(models.rebound), type(models.ground)) else COMPILE_S

@@ -3,13 +3,14 @@
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130.
 """
 
+import importlib.metadata
 import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -21,7 +22,8 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
-    from rpf3d_core.check import Cost
+    from rpf3d_core.check import Check, Cost
+    from rpf3d_core.choices import Rocks
     from rpf3d_core.run import Run
 
 app = typer.Typer(
@@ -33,10 +35,14 @@ app = typer.Typer(
 screen = Console(markup=False)  # names of zones, sources and folders may hold square brackets
 complaints = Console(stderr=True, soft_wrap=True, highlight=False)
 
+GAP = (0, 2, 0, 0)
+"""Two blanks to the right of each column of a table."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it: 128 and the number of SIGINT."""
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
+RocksOption = Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")]
+EngineOption = Annotated[str | None, typer.Option(help="reference, compiled or auto, instead of the scene's.")]
 
 
 def main() -> None:
@@ -52,12 +58,31 @@ def main() -> None:
         raise
 
 
+def _say_version(wanted: bool) -> None:
+    """Print the version and end, where it is asked for."""
+    if wanted:
+        try:
+            screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)
+        except importlib.metadata.PackageNotFoundError:
+            raise InputError("the version is not known, for rpf3d is not installed") from None
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", callback=_say_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Rockfall trajectories over open-pit terrain."""
+
+
 @app.command()
 def run(
     scene: SceneFile,
     out: Annotated[Path, typer.Option(help="Folder to write the results to.", show_default=False)],
-    rocks: Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")] = None,
-    engine: Annotated[str | None, typer.Option(help="reference, compiled or auto, instead of the scene's.")] = None,
+    rocks: RocksOption = None,
+    engine: EngineOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
 ) -> None:
     """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
@@ -66,7 +91,7 @@ def run(
     """
     from rpf3d_core.run import run_scene
 
-    with _progress() as (begin, writing), _interruptible() as (stop, flying):
+    with _interruptible() as (stop, flying), _progress() as (begin, writing):
         began: list[float] = []
 
         def start(number: int) -> Callable[[int], None]:
@@ -90,7 +115,7 @@ def run(
     )
     _print_convergence(result)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
-    if stop():
+    if result.totals.rocks < result.planned:
         complaints.print(
             f"rpf3d: interrupted; {result.totals.rocks:,} of {_rocks(result.planned)} have flown, "
             "and the result says that it is partial",
@@ -100,23 +125,13 @@ def run(
 
 
 @app.command()
-def check(scene: SceneFile) -> None:
-    """Report the faults of a scene's terrain, where its sources are, and what running it will cost."""
+def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
+    """Report the faults of a scene's terrain, where its sources are, and what running it will cost and take."""
     from rpf3d_core.check import check_scene
-    from rpf3d_core.io.scene import read_scene
+    from rpf3d_core.choices import chosen_scene
 
-    report = check_scene(read_scene(scene))
-    lines = [line.split("  ", 1) for line in report.faults.describe()]
-    lines += [[f"source {source.name}", source.describe()] for source in report.sources]
-    named = report.scene
-    lines += [["effects", ", ".join(named.effects) or "none named"]]
-    lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
-    if report.cost:
-        lines += [["cost", _describe_cost(report.cost)]]
-    table = Table.grid(padding=(0, 2))
-    for name, text in lines:
-        table.add_row(name, text.strip())
-    screen.print(table)
+    report = check_scene(chosen_scene(scene, _number_of_rocks(rocks), engine, None))
+    _print_check(report)
     if report.cost and report.cost.unresolved:
         screen.print(
             f"{report.cost.unresolved} of {report.cost.pilot} pilot rocks ended unresolved_contact: "
@@ -153,10 +168,12 @@ def replay(
     open_viewer(folder)
 
 
-def _number_of_rocks(text: str | None) -> "int | Literal['auto'] | None":
+def _number_of_rocks(text: str | None) -> "Rocks":
     """What --rocks says."""
-    if text is None or text == "auto":
-        return text
+    if text is None:
+        return None
+    if text == "auto":
+        return "auto"
     try:
         return int(text)
     except ValueError:
@@ -171,7 +188,7 @@ def _progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callab
     """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn())
     with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
-        task = bar.add_task("preparing: terrain, index, compiling on the first run", total=None)
+        task = bar.add_task("preparing: terrain, index, compiled code", total=None)
         total = 0
 
         def begin(rocks: int) -> Callable[[int], None]:
@@ -225,9 +242,25 @@ def _interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None
             signal.signal(number, handler)
 
 
+def _print_check(report: "Check") -> None:
+    """What was found out about a scene, a line each."""
+    named = report.scene
+    lines = [line.split("  ", 1) for line in report.faults.describe()]
+    lines += [[f"source {source.name}", source.describe()] for source in report.sources]
+    lines += [["effects", ", ".join(named.effects) or "none named"]]
+    lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
+    lines += [["hazard maps", report.maps.describe()]]
+    if report.cost:
+        lines += [["cost", _describe_cost(report.cost)]]
+    table = Table.grid(padding=(0, 2))
+    for name, text in lines:
+        table.add_row(name, text.strip())
+    screen.print(table)
+
+
 def _print_outcomes(run: "Run") -> None:
     """A table of outcomes, each with its sentence."""
-    table = Table("outcome", "rocks", "share", "meaning", box=None, padding=(0, 2))
+    table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
     for outcome in Outcome:
         if rocks := run.totals.outcomes[outcome]:
             share = f"{100 * rocks / run.totals.rocks:.1f} %"
@@ -237,12 +270,14 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
-    from rpf3d_core.hazard.benches import TEXT_HEADER, bench_table, text_rows
+    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows
 
-    table = Table(*TEXT_HEADER, box=None, padding=(0, 2))
+    table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
     for row in text_rows(bench_table(run.terrain, run.maps)):
         table.add_row(*row)
-    screen.print(table)
+    if table.row_count:
+        screen.print(table)
+        screen.print(TEXT_NOTE, style="dim", highlight=False)
 
 
 def _print_convergence(run: "Run") -> None:
@@ -263,9 +298,9 @@ def _print_convergence(run: "Run") -> None:
 
 def _describe_cost(cost: "Cost") -> str:
     """What a run will take, in one line."""
-    seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {cost.fly_s:.2g} s"
-    fly = f"{seconds} to fly {_rocks(cost.rocks)} with the {cost.engine} engine"
-    compiling = f", and up to {cost.compile_s:.0f} s to compile on the first run" if cost.compile_s else ""
+    seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
+    fly = f"{seconds} to fly {'at most ' if cost.auto else ''}{_rocks(cost.rocks)} with the {cost.engine} engine"
+    compiling = f", and up to {cost.compile_s:.0f} s to compile, the first time" if cost.compile_s else ""
     return f"{fly}{compiling} (from a pilot of {_rocks(cost.pilot)}: {cost.impacts:.1f} impacts each)"
 
 

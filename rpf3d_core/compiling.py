@@ -134,6 +134,19 @@ def compiled_signatures(function: Any) -> int:
     return len(getattr(function, "signatures", ()))
 
 
+def cache_folder() -> Path:
+    """Where these sources keep what has been compiled of them."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d" / source_digest()
+
+
+def is_cached(function: str, *classes: type) -> bool:
+    """Whether a `loop` function of this name has been compiled for arguments of some classes, and is on disk."""
+    with suppress(OSError):
+        indexes = [path.read_bytes() for path in cache_folder().rglob(f"*.{function}-*.nbi")]
+        return any(all(cls.__name__.encode() in index for cls in classes) for index in indexes)
+    return False
+
+
 @contextmanager
 def _cache_folder() -> Iterator[bool]:
     """Point numba's cache at a folder named after the sources; yields whether it can be used.
@@ -143,8 +156,7 @@ def _cache_folder() -> Iterator[bool]:
     """
     config: Any = numba.config if numba else None
     before = config.CACHE_DIR
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d"
-    folder = home / source_digest()
+    folder = cache_folder()
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
     usable = os.access(folder, os.W_OK | os.X_OK)
@@ -155,7 +167,7 @@ def _cache_folder() -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-NO_KERNELS = ("io", "recordings", "check.py", "cli.py", "run.py", "__init__.py")
+NO_KERNELS = ("io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py")
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 
 

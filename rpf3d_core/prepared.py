@@ -71,6 +71,7 @@ def prepare(scene: Scene) -> Prepared:
         One of the scene's files, its sources or its maps is refused; says which, and what would be right.
     """
     began = time.perf_counter()
+    check_engine(scene)
     read_companions(scene)
     terrain, faults = read_terrain(scene)
     flight = scene_flight(scene, terrain)
@@ -100,20 +101,22 @@ def read_companions(scene: Scene) -> None:
         read_points(scene.observed.points_file)
 
 
-def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """The scene's engine, with its index over the terrain.
+def check_engine(scene: Scene) -> None:
+    """Refuse an engine that is not there.
 
     Raises
     ------
     InputError
         The compiled engine is asked for and numba is not installed.
     """
+    if scene.engine == Compiled.name and not HAS_NUMBA:
+        raise InputError(f"{scene.path}: engine {scene.engine!r} cannot be used: numba is not installed")
+
+
+def build_engine(scene: Scene, terrain: Terrain) -> Engine:
+    """The scene's engine, with its index over the terrain."""
     rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
-    name = choose_engine(scene.engine, rocks, HAS_NUMBA)
-    try:
-        return engine_of(name, facets_of(terrain))
-    except ValueError as fault:
-        raise InputError(f"{scene.path}: {fault}") from fault
+    return engine_of(choose_engine(scene.engine, rocks, HAS_NUMBA), facets_of(terrain))
 
 
 def scene_flight(scene: Scene, terrain: Terrain) -> Flight:

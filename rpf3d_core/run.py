@@ -1,14 +1,14 @@
 """From a scene to a result: read, release, fly, count, write. What `rpf3d run` does, in a few lines of Python."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
+from rpf3d_core.choices import Rocks, Round, chosen_scene, rounds_of
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import Progress
-from rpf3d_core.ensemble.releases import share_out
 from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
@@ -16,8 +16,7 @@ from rpf3d_core.hazard.convergence import Step, is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.results import result_folder, write_all_tables, write_findings
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import LARGEST_SEED, Scene
+from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.tables import open_tables
 from rpf3d_core.prepared import (
     Prepared,
@@ -31,15 +30,11 @@ from rpf3d_core.simulation.engines import warm
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 
-Rocks = int | Literal["auto"] | None
-"""How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
 Stop = Callable[[], bool]
 """Asked while rocks fly whether to stop."""
 
 SHOWN = 10_000
 """Rocks that a run on disk keeps in memory to draw; their deposits and impacts are on disk for all."""
-FIRST_ROUND = 1000
-"""Rocks that `rocks: auto` begins with, at least; each further round doubles them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +102,7 @@ def run_scene(
     Parameters
     ----------
     folder : new, empty, or an earlier result, which is replaced at the end
-    stop : once it says True, what has flown is written, marked as partial; where nothing has, nothing is
+    stop : asked while rocks fly; once it says True, what has flown is written, marked as partial
     writing : called once no rock flies any more and the rest is written
     scene, rocks, engine, seed, progress : as `simulate`
 
@@ -122,8 +117,6 @@ def run_scene(
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(part, sources, terrain, outputs.impacts) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop)
-        if not run.totals.rocks:
-            raise KeyboardInterrupt
         if writing:
             writing()
         write_findings(part, findings_of(run), _recorder(run) if outputs.recording else None)
@@ -178,59 +171,6 @@ def findings_of(run: Run) -> Findings:
     )  # fmt: skip
 
 
-def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """A scene, read if need be, with what the caller chose instead of what it says; errors as `with_choices`."""
-    return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
-
-
-def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """The scene with what the caller chose instead of what it says; None keeps what it says.
-
-    Raises
-    ------
-    InputError
-        Fewer than one rock, an unknown engine, or a seed out of range.
-    """
-    changes: dict[str, object] = {}
-    wanted = scene.rocks if rocks is None else rocks
-    if wanted == "auto":
-        changes["rocks"] = wanted
-    elif wanted is not None:
-        if wanted < 1:
-            raise InputError(f"the number of rocks is {wanted}; it must be at least 1, or auto")
-        shares = share_out([source.rocks for source in scene.sources], wanted)
-        changes["rocks"] = wanted
-        changes["sources"] = tuple(
-            source.model_copy(update={"rocks": n}) for source, n in zip(scene.sources, shares, strict=True)
-        )
-    if engine is not None:
-        if engine not in ("auto", "reference", "compiled"):
-            raise InputError(f"the engine is {engine!r}; it must be auto, reference or compiled")
-        changes["engine"] = engine
-    if seed is not None:
-        if not 0 <= seed <= LARGEST_SEED:
-            raise InputError(f"the seed is {seed}; it must be a whole number from 0 to {LARGEST_SEED}")
-        changes["seed"] = seed
-    return scene.model_copy(update=changes)
-
-
-Round = tuple[Sequence[int], Sequence[int]]
-"""The rocks of one round: of each source from a number to before another."""
-
-
-def rounds_of(scene: Scene) -> Iterator[Round]:
-    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`."""
-    counts = [source.rocks for source in scene.sources]
-    done = [0] * len(counts)
-    if scene.rocks != "auto":
-        yield done, counts
-        return
-    counts = [n * -(-FIRST_ROUND // sum(counts)) for n in counts]
-    while sum(counts) <= scene.target.most_rocks:
-        yield done, counts
-        done, counts = counts, [2 * n for n in counts]
-
-
 def _fly(
     prepared: Prepared,
     shown: int | None,
@@ -246,7 +186,10 @@ def _fly(
     plan = list(rounds_of(scene)) if rounds is None else list(rounds)
     _check_all(prepared, plan[0])
     compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
-    stream = Stream(prepared.engine, flight, _shown(scene, plan, shown), tallies, _both(totals, sink), stop, threads)
+    # What stays in memory keeps all impacts; a table that is not written needs none.
+    impacts = scene.outputs.impacts or shown is None
+    kept, take = _shown(scene, plan, shown), _both(totals, sink)
+    stream = Stream(prepared.engine, flight, kept, tallies, take, stop, threads, impacts=impacts)
     steps: list[Step] = []
     began, planned = time.perf_counter(), 0
     for first, last in plan:
@@ -273,7 +216,7 @@ def _check_all(prepared: Prepared, first_round: Round) -> None:
 
 
 def _shown(scene: Scene, plan: Sequence[Round], shown: int | None) -> Shown:
-    """The rocks to keep: of all, or of the first round where nobody knows how many there will be."""
+    """The rocks to keep: all (None), or some of them, of the first round where nobody knows how many there will be."""
     first, last = plan[0]
     return shown_of(sum(last) - sum(first), shown, scene.outputs.trajectories)
 

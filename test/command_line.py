@@ -17,10 +17,10 @@ def environment(**changes: str) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
 
 
-def rpf3d(*arguments: Any, cwd: Path | None = None) -> "subprocess.CompletedProcess[str]":
-    """Run `rpf3d` with these arguments to its end."""
+def rpf3d(*arguments: Any, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
+    """Run `rpf3d` with these arguments to its end, in this environment with some changes."""
     words = [*COMMAND, *map(str, arguments)]
-    return subprocess.run(words, cwd=cwd, env=environment(), capture_output=True, text=True, timeout=LONGEST)
+    return subprocess.run(words, cwd=cwd, env=environment(**changes), capture_output=True, text=True, timeout=LONGEST)
 
 
 def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":

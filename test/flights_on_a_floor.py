@@ -4,15 +4,29 @@ Bounces as in reference/validation.md 2.1 (R_n, R_t on a flat floor); the last b
 rest under Coulomb friction.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
 
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.ensemble.batches import Batch
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, Paths
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.totals import totals_of
+from rpf3d_core.hazard.areas import areas_of
+from rpf3d_core.hazard.bins import scales_of
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.raster import raster_over
+from rpf3d_core.hazard.tallies import tallies_over
+from rpf3d_core.hazard.walk import Ground
+from rpf3d_core.io.areas import local_outlines, read_areas
+from rpf3d_core.io.findings import Findings
+from rpf3d_core.io.observed import position_along
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.edges import edges_of
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport, fault_report
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.winding import repair_winding
@@ -105,6 +119,51 @@ def thrown(terrain: Terrain, rocks: int = 6) -> Flights:
 def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity of throw i."""
     return np.array([-10.0, -6.0 + 2.0 * i % 12, 5.0 + i % 7]), np.array([2.0 + 0.5 * (i % 9), 0.3, 1.0])
+
+
+def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Findings:
+    """What a run of the scene over the floor would have found, had these been its flights."""
+    rocks = len(flights.deposits.rock)
+    position = None if named.observed is None else position_along(named.observed, terrain.frame)
+    return Findings(
+        named, terrain, faults(terrain), flights, totals_of(flights.deposits, position),
+        maps_of(named, terrain, flights), rocks if planned is None else planned, tuple(steps),
+        {"read_s": 0.5, "wall_s": 2.0},
+    )  # fmt: skip
+
+
+def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
+    """The maps of flights whose paths are all there, by the tallies."""
+    facets = facets_of(terrain)
+    ground = Ground(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
+    outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
+    scales = scales_of(math.dist(facets.low, facets.high), G, 10.0, MASS, MASS)
+    tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, scales, 1e9, compiled=False)
+    deposits = flights.deposits
+    moved = np.zeros_like(deposits.x)
+    tallies(
+        batch_of(flights), Releases(deposits.source, deposits.rock, deposits.release, moved, deposits.mass, moved[:, 0])
+    )
+    return tallies.maps(len(deposits.rock), tuple(outlines))
+
+
+def batch_of(flights: Flights) -> Batch:
+    """Flights as the engine hands them to who watches: all impacts and paths, written down rock after rock."""
+    deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
+    edges = np.arange(len(deposits.rock) + 1)
+    events = np.bincount(paths.row, minlength=len(deposits.rock))
+    return Batch(
+        rows=edges[:-1],
+        finals=np.column_stack(
+            [deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.max_height, deposits.ground_speed]
+        ),
+        counts=np.column_stack([deposits.outcome, deposits.facet, deposits.impacts, events]),
+        impacts=np.column_stack([impacts.t, impacts.x, impacts.normal, impacts.speed_in, impacts.speed_out]),
+        facets=impacts.facet,
+        pieces=np.column_stack([paths.t, paths.x, paths.v, paths.v_end]),
+        modes=paths.mode,
+        first=np.column_stack([np.searchsorted(rows, edges) for rows in (impacts.row, paths.row)]),
+    )
 
 
 def none_thrown() -> Flights:

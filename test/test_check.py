@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import python, rpf3d
 from terrain_files import SLOPE, grid, write_binary_stl
 
 from rpf3d_core import cli
 from rpf3d_core.check import COMPILE_S, PILOT_ROCKS, check_scene
+from rpf3d_core.choices import chosen_scene
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
+from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.io.scene import read_scene
 
 ABOVE = "  - {name: above, points: [[1.3, 1.2, 9], [2.5, 2.5, 8]], rocks: 4}\n"
@@ -74,7 +78,69 @@ def test_many_rocks_are_judged_by_a_pilot_and_go_to_the_compiled_engine(folder: 
     pytest.importorskip("numba", reason="numba is not installed: `auto` never takes the compiled engine")
     many = REFERENCE_ROCKS + 1
     cost = checked(folder, SLOPE + ABOVE.replace("rocks: 4", f"rocks: {many}")).cost
-    assert (cost.rocks, cost.pilot, cost.engine, cost.compile_s) == (many, PILOT_ROCKS, "compiled", COMPILE_S)
+    assert (cost.rocks, cost.pilot, cost.engine) == (many, PILOT_ROCKS, "compiled")
+
+
+def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhere_else(folder: Path) -> None:
+    pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+    (folder / "scene.yaml").write_text(SLOPE + ABOVE)
+    home = folder / "home"
+    asked = ("check", "scene.yaml", "--engine", "compiled")
+    told = []
+    for _ in range(2):
+        done = rpf3d(*asked, cwd=folder, XDG_CACHE_HOME=str(home))
+        assert done.returncode == 0, done.stderr
+        told.append(" ".join(done.stdout.split()))
+        simulate = f"import rpf3d_core as r; r.simulate({str(folder / 'scene.yaml')!r}, engine='compiled')"
+        assert python(simulate, XDG_CACHE_HOME=str(home)).returncode == 0
+    assert f"and up to {COMPILE_S:.0f} s to compile, the first time" in told[0]
+    assert "with the compiled engine (from a pilot" in told[1] and "compile," not in told[1]
+    (folder / "scene.yaml").write_text(SLOPE + ABOVE + "ground: sliding\n")
+    done = rpf3d(*asked, cwd=folder, XDG_CACHE_HOME=str(home))
+    assert "the first time" in done.stdout, "other models have not been compiled yet"
+
+
+def test_rocks_and_engine_can_be_chosen_and_the_scenes_own_number_counts(folder: Path) -> None:
+    two = SLOPE + ABOVE + ABOVE.replace("above", "also").replace("rocks: 4", "rocks: 2")
+    (folder / "scene.yaml").write_text(two + "rocks: 30\n")
+    scene = read_scene(folder / "scene.yaml")
+    for rocks, expected in ((None, [20, 10]), (3, [2, 1]), ("auto", [668, 334])):
+        report = check_scene(chosen_scene(scene, rocks, "reference", None))
+        assert [source.rocks for source in report.sources] == expected
+        assert report.cost is not None and report.cost.engine == "reference"
+        assert report.cost.rocks == (scene.target.most_rocks if rocks == "auto" else sum(expected))
+
+
+def test_of_very_many_rocks_a_part_is_looked_at_and_said_to_be(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rpf3d_core.check.LOOKED_AT", 100)
+    (source,) = checked(folder, SLOPE + ABOVE.replace("rocks: 4", "rocks: 1001")).sources
+    assert (source.rocks, source.looked_at) == (1001, 91)
+    assert source.describe().startswith("1,001 rocks (91 looked at), ")
+
+
+def test_what_the_maps_need_is_told_and_too_much_is_refused_as_a_run_refuses_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    report = checked(folder, SLOPE + ABOVE + "hazard: {cell: 0.01, memory_gb: 0.2}\n")
+    raster = report.maps.raster
+    assert report.maps.least == pytest.approx((raster.nx * raster.ny + 40) * BYTES_PER_CELL / 1e9)
+    code, said, _ = shown(monkeypatch, capsys, folder)
+    assert code == 0
+    cells = f"hazard maps {raster.nx:,} x {raster.ny:,} cells of 0.01 m and 40 facets: {report.maps.least:.3f} GB"
+    assert f"{cells}, and percentiles in what is left of 0.2 GB" in said
+    checked_text = SLOPE + ABOVE + "hazard: {cell: 0.01, memory_gb: 0.001}\n"
+    with pytest.raises(InputError, match=r"memory_gb allows 0\.001 GB; a cell of 0\.25 m fits"):
+        checked(folder, checked_text)
+
+
+def test_the_compiled_engine_without_numba_is_refused_as_a_run_refuses_it(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rpf3d_core.prepared.HAS_NUMBA", False)
+    with pytest.raises(InputError, match="'compiled' cannot be used: numba is not installed"):
+        checked(folder, SLOPE + ABOVE + "engine: compiled\n")
 
 
 def test_checking_changes_nothing_on_disk(folder: Path) -> None:

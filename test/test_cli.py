@@ -1,18 +1,15 @@
 """The command line: bad input ends with one clear sentence, exit code 2 and nothing left behind; Ctrl-C too."""
 
+import importlib.metadata
 import json
-import os
-import pty
 import re
-import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import COMMAND, LONGEST, environment, python, rpf3d
+from command_line import python, rpf3d
 from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
 
 from rpf3d_core import cli
@@ -25,14 +22,12 @@ ground: sliding
 """
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd",
 }  # fmt: skip
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
 
 HELP_S = 2.0
 """Seconds for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s, a busy machine as much again."""
-PATIENCE = 5.0
-"""Seconds within which Ctrl-C must end a run, on a busy machine; it takes well below 1 s on an idle one."""
 
 
 @pytest.fixture
@@ -119,18 +114,23 @@ def test_a_bad_scene_is_refused_in_one_sentence_and_leaves_nothing(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("--rocks", 0), "the number of rocks is 0; it must be at least 1"),
-        (("--rocks", -5), "the number of rocks is -5; it must be at least 1"),
+        (("--rocks", 0), "the number of rocks is 0; it must be at least 1, or auto"),
+        (("--rocks", -5), "the number of rocks is -5; it must be at least 1, or auto"),
+        (("--rocks", "1e5"), "--rocks is '1e5'; it must be a whole number of at least 1, or auto"),
         (("--engine", "foo"), "the engine is 'foo'; it must be auto, reference or compiled"),
         (("--seed", -1), f"the seed is -1; it must be a whole number from 0 to {2**63 - 1}"),
         (("--seed", 2**63), f"the seed is {2**63}; it must be a whole number from 0 to {2**63 - 1}"),
     ],
 )
+@pytest.mark.parametrize("command", ["run", "check"])
 def test_a_bad_option_is_refused_in_one_sentence_and_leaves_nothing(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, words: tuple[object, ...],
-    sentence: str,
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, command: str,
+    words: tuple[object, ...], sentence: str,
 ) -> None:  # fmt: skip
-    assert refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out", *words) == sentence
+    if command == "check" and "--seed" in words:
+        pytest.skip("checking has no use for a seed")
+    out = ("--out", folder / "out") if command == "run" else ()
+    assert refused(monkeypatch, capsys, command, folder / "scene.yaml", *out, *words) == sentence
     assert not (folder / "out").exists()
 
 
@@ -153,7 +153,7 @@ def test_a_scene_that_is_not_there_or_is_a_folder_is_refused(
 def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.run.simulate", lambda *_: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("rpf3d_core.run.prepare", lambda *_: pytest.fail("it worked before it looked"))
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder)
     assert "holds files that are not rpf3d's; give the path of a new or empty folder" in said
     file = folder / "slope.stl"
@@ -175,15 +175,32 @@ def test_a_result_folder_that_turns_out_not_to_be_writable_is_refused_in_one_sen
     assert said.startswith("/proc/rpf3d: could not be written")
 
 
-def test_a_disk_that_fills_up_while_writing_leaves_nothing_and_no_traceback(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+@pytest.mark.parametrize("table", ["impacts_table", "write_trajectories"])
+def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, table: str
 ) -> None:
+    """While rocks fly, and after."""
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("rpf3d_core.io.tables.write_impacts", full)
+    monkeypatch.setattr(f"rpf3d_core.io.tables.{table}", full)
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out")
     assert said == f"{folder / 'out'}: could not be written (No space left on device)"
+    assert [path.name for path in folder.iterdir() if "out" in path.name] == []
+
+
+@pytest.mark.parametrize("largest", [100, 20_000, 60_000])
+def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(folder: Path, largest: int) -> None:
+    """As a full disk does: in the tables, or in one of the files that are written in the end."""
+    done = python(
+        f"import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest}))\n"
+        "from rpf3d_core import cli\n"
+        "sys.argv = ['rpf3d', 'run', 'scene.yaml', '--out', 'out', '--engine', 'reference']\ncli.main()",
+        cwd=folder,
+    )
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.splitlines()[-1].startswith("rpf3d: out: could not be written")
+    assert "Traceback" not in done.stderr
     assert [path.name for path in folder.iterdir() if "out" in path.name] == []
 
 
@@ -250,97 +267,26 @@ def test_both_engines_write_the_same_deposits_to_the_last_figure(
     assert both[0] == both[1] and both[0].count(b"\n") == 61
 
 
-# --- Ctrl-C -----------------------------------------------------------------------------------------------------------
-
-
-class OnATerminal:
-    """A command on a terminal of its own, so that it shows what it is doing."""
-
-    def __init__(self, *words: object, cwd: Path) -> None:
-        self.screen, other = pty.openpty()
-        self.process = subprocess.Popen(
-            [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS="100"),
-            stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
-        )  # fmt: skip
-        os.close(other)
-        self.shown = ""
-
-    def until(self, text: str) -> None:
-        """Wait for a text to appear on the screen."""
-        end = time.monotonic() + LONGEST
-        while text not in self.shown:
-            assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
-            if not self._read():
-                pytest.fail(f"{text!r} did not appear before the end: {self.shown[-500:]!r}")
-
-    def interrupt(self) -> tuple[int, float]:
-        """Press Ctrl-C; the exit code, and the seconds until the end."""
-        began = time.monotonic()
-        self.process.send_signal(signal.SIGINT)
-        while self._read():
-            pass
-        return self.process.wait(LONGEST), time.monotonic() - began
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        os.close(self.screen)
-
-    def _read(self) -> bool:
-        try:
-            more = os.read(self.screen, 65536)
-        except OSError:  # the other side is closed
-            return False
-        self.shown += more.decode(errors="replace")
-        return bool(more)
-
-
-@pytest.fixture
-def on_a_terminal(folder: Path, request: pytest.FixtureRequest):  # type: ignore[no-untyped-def]
-    started: list[OnATerminal] = []
-
-    def start(*words: object) -> OnATerminal:
-        started.append(OnATerminal(*words, cwd=folder))
-        return started[-1]
-
-    yield start
-    for one in started:
-        one.close()
-
-
-@pytest.mark.parametrize("moment", ["flying rocks", "writing results"])
-def test_an_interrupted_run_leaves_nothing_half_written(on_a_terminal, folder: Path, moment: str) -> None:  # type: ignore[no-untyped-def]
-    rocks = 2000 if moment == "flying rocks" else 3
-    before = sorted(path.name for path in folder.iterdir())
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", rocks, "--engine", "reference")
-    run.until(moment)
-    code, _ = run.interrupt()
-    assert code == 130
-    assert "rpf3d: interrupted; nothing was written" in run.shown and "Traceback" not in run.shown
-    assert sorted(path.name for path in folder.iterdir()) == before
-
-
-def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
-    assert rpf3d("run", "scene.yaml", "--out", "out", cwd=folder).returncode == 0
-    before = {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
-    run = on_a_terminal("run", "scene.yaml", "--out", "out")
-    run.until("writing results")
-    assert run.interrupt()[0] == 130
-    assert {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()} == before
-    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
-
-
-def test_an_interrupted_run_of_the_slow_engine_ends_soon(on_a_terminal) -> None:  # type: ignore[no-untyped-def]
-    demo = SCENES / "demo.yaml"
-    run = on_a_terminal("run", demo, "--out", "out", "--rocks", 6000, "--engine", "reference")
-    run.until("flying rocks")
-    time.sleep(1.0)  # well into the first batch
-    code, seconds = run.interrupt()
-    assert code == 130 and seconds < PATIENCE
+def test_what_a_run_prints_fits_a_terminal_of_80_columns(folder: Path) -> None:
+    words = ("run", SCENES / "demo.yaml", "--out", "out", "--rocks", 60, "--engine", "reference")
+    done = rpf3d(*words, cwd=folder, COLUMNS="80")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    header = next(i for i, line in enumerate(lines) if line.startswith("zone"))
+    end = next(i for i, line in enumerate(lines) if line.startswith("shares of all rocks"))
+    rows = lines[header + 1 : end]
+    assert len(rows) > 3 and all(re.match(r"\S+ +\d[\d.]* % \([\d.]+-[\d.]+\)  ", row) for row in rows), "a line a row"
+    assert max(map(len, lines[: end + 1])) <= 80
 
 
 # --- help, check, pit, replay -----------------------------------------------------------------------------------------
+
+
+def test_the_version_is_that_of_the_package(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert call(monkeypatch, "--version") == 0
+    assert capsys.readouterr().out == f"rpf3d {importlib.metadata.version('rpf3d')}\n"
 
 
 def test_help_is_quick_and_loads_neither_vtk_nor_numba() -> None:

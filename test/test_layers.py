@@ -18,6 +18,7 @@ LAYERS = (
     {"ensemble"},
     {"hazard"},
     {"io", "recordings"},
+    {"choices", "prepared"},
     {"run"},
     {"check"},
     {"cli"},

@@ -10,10 +10,10 @@ from command_line import python
 from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
+from rpf3d_core.choices import with_choices
 from rpf3d_core.io.scene_model import LARGEST_SEED, RockSpec
 from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.prepared import scene_flight
-from rpf3d_core.run import with_choices
 from rpf3d_core.values import Outcome
 
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
@@ -125,7 +125,7 @@ def test_progress_is_told_the_total_and_then_every_rock(scene: Path) -> None:
 def test_a_damaged_file_of_points_is_refused_before_the_terrain_is_read(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.run.read_terrain", lambda _: pytest.fail("it read the terrain first"))
+    monkeypatch.setattr("rpf3d_core.prepared.read_terrain", lambda _: pytest.fail("it read the terrain first"))
     (scene.parent / "points.xyz").write_text("1 2 3\n1 nan 3\n")
     scene.write_text(SCENE.replace("points: [[1.3, 1.2, 9]]", "points_file: points.xyz"))
     with pytest.raises(rpf3d.InputError, match=r"points\.xyz, line 2: must begin with three finite numbers"):

@@ -20,6 +20,7 @@ from rpf3d_core.materials.library import Materials
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Starts
 from rpf3d_core.simulation.record import Record, empty_record
 from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.values import Outcome
 
 LARGEST_BATCH = 4096
 """Rocks in a batch at most."""
@@ -77,10 +78,10 @@ Watch = Callable[[Batch, Releases], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """What is handed on of a batch: impacts, and of which rocks (R,) the path; `record` False: nothing is written."""
+    """What is handed on of a batch: paths and impacts (R,), of which rocks; `record` False: nothing is written down."""
 
     paths: NDArray[np.bool_]
-    impacts: bool = True
+    impacts: NDArray[np.bool_]
     record: bool = True
 
 
@@ -163,8 +164,12 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
 
 
 def _kept(batch: Batch, keep: Keep) -> Batch:
-    """A batch with copies of what is handed on, for the record is written over by the next rocks."""
-    return some_of(batch, np.full(len(batch.rows), keep.impacts), keep.paths[batch.rows])
+    """A batch with copies of what is handed on, for the record is written over by the next rocks.
+
+    The path of a rock that failed may hold anything, so it is not handed on: nothing could draw it.
+    """
+    drawable = batch.counts[:, 0] != Outcome.FAILED
+    return some_of(batch, keep.impacts[batch.rows], keep.paths[batch.rows] & drawable)
 
 
 def some_of(batch: Batch, impacts: NDArray[np.bool_], paths: NDArray[np.bool_]) -> Batch:

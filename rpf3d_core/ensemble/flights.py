@@ -14,14 +14,14 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Deposits:
-    """Where and how each of R rocks ended; every array has R rows, in order of source, then rock.
+    """Where and how each of R rocks ended; every array has R rows: block after block, by source, then rock.
 
     source : index into the scene's sources; rock : number within its source, from 0
     outcome : `values.Outcome`; facet : facet of the last contact, -1 if it never touched the ground
     release : (R, 3) m; x : (R, 3) m, the end; t : s; path : m flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
-    max_height : m, the largest vertical height above the facet straight below, exactly; NaN where nobody looked at the
-        paths (`hazard.tallies`)
+    max_height : m, vertical above the facet straight below, the largest on the whole path (`hazard.tallies` finds it);
+        NaN where nobody looked, and of a rock that failed
     ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
     mass : kg
     """

@@ -58,9 +58,10 @@ def fly_ensemble(
         The same bits whatever the engine, the number of threads and the size of batches.
     """
     compile_s = warm(engine, flight.models, flight.materials, flight.settings)
-    keep = Keep(spread_over(len(releases.x), paths), record, record)
+    rocks = len(releases.x)
+    keep = Keep(spread_over(rocks, paths), np.full(rocks, record), record)
     began = time.perf_counter()
-    advance = progress(len(releases.x)) if progress else None
+    advance = progress(rocks) if progress else None
     batches = []
     for batch in fly_batches(engine, flight, releases, keep, watch, threads):
         batches.append(batch)

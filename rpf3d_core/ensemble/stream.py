@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.batches import Batch, Flight, Keep, Watch, fly_batches, in_order, only
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
@@ -22,15 +23,17 @@ Advance = Callable[[int], None]
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The rows of the rocks to keep in memory: rocks (N,), and those of them whose paths are kept, paths (P,)."""
+    """The rows of the rocks to keep in memory, rocks (N,), None for all; and of those with their paths, paths (P,)."""
 
-    rocks: IntArray
+    rocks: IntArray | None
     paths: IntArray
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
     """Of R rocks, `shown` (None: all) that are evenly spread over them, and as many paths as asked for among them."""
-    some = _spread(rocks, rocks if shown is None else shown)
+    if shown is None:
+        return Shown(None, _spread(rocks, paths))
+    some = _spread(rocks, shown)
     return Shown(some, some[_spread(len(some), paths)])
 
 
@@ -58,6 +61,7 @@ class Stream:
     """Rocks in flight: what flies them, who looks at them, and those that are kept to be shown.
 
     watch, stop, threads : as of `fly_batches`; sink : takes what has flown; advance : told of progress
+    impacts : whether the sink wants those of all rocks; if not, it is given those of the rocks that are shown
     """
 
     engine: Engine
@@ -68,6 +72,7 @@ class Stream:
     stop: Callable[[], bool] | None = None
     threads: int | None = None
     advance: Advance | None = None
+    impacts: bool = True
 
     def __post_init__(self) -> None:
         """Nothing has flown yet."""
@@ -85,7 +90,8 @@ class Stream:
         return True
 
     def _fly_block(self, releases: Releases) -> int:
-        keep = Keep(self._chosen(self.shown.paths, len(releases.x)), impacts=True)
+        rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
+        keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
         batches = []
         for batch in fly_batches(
             self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop
@@ -104,9 +110,11 @@ class Stream:
         self._batches.append(only(replace(batch, rows=batch.rows + self.rows), shown))
         self._releases.append(taken(releases, batch.rows[shown]))
 
-    def _chosen(self, rows: IntArray, count: int) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
-        """Which of the next `count` rocks are among some rows of all: (count,)."""
-        chosen = np.zeros(count, dtype=bool)
+    def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:
+        """Which of the next `count` rocks are among some rows of all, None for every one: (count,)."""
+        chosen = np.full(count, rows is None)
+        if rows is None:
+            return chosen
         chosen[rows[(rows >= self.rows) & (rows < self.rows + count)] - self.rows] = True
         return chosen
 

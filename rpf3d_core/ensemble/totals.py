@@ -20,7 +20,7 @@ Position = Callable[[FloatArray], FloatArray]
 
 @dataclass(eq=False)
 class Totals:
-    """Counts and distributions over all rocks that have flown.
+    """Counts and distributions over all rocks that have flown; those that failed are counted, and in no distribution.
 
     position : where stops lie along the direction that field stops are compared along; None if none are
     path : of all rocks together, in PATH_UNITS; runout : m, of rocks at rest; the others as of `Deposits`
@@ -52,11 +52,12 @@ class Totals:
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.impacts += int(deposits.impacts.sum())
-        self.path += sum(np.rint(deposits.path * PATH_UNITS).astype(np.int64).tolist())
+        sound = deposits.outcome != Outcome.FAILED
+        self.path += sum(np.rint(deposits.path[sound] * PATH_UNITS).astype(np.int64).tolist())
         at_rest = np.isin(deposits.outcome, DEPOSITED)
         self.runout.add(runout(deposits)[at_rest])
         for name in ("max_speed", "max_energy", "max_height", "ground_speed"):
-            getattr(self, name).add(getattr(deposits, name))
+            getattr(self, name).add(getattr(deposits, name)[sound])
         if self.position is not None:
             self.stops.add(self.position(deposits.x[at_rest]))
 

@@ -13,11 +13,17 @@ from rpf3d_core.terrain.facets import Terrain
 SHOWN = 12
 """Rows of the printed table: more do not fit a screen."""
 
-TEXT_HEADER = ("zone", "reached", "stopped", "retained of reached", "p95 energy (kJ)")
-"""Of the printed table; `text_rows` has its columns."""
+TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
+"""Of the printed table, short so that it fits 80 columns; `text_rows` has its columns."""
+
+TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
+"""What the printed table leaves unsaid."""
 
 MOST_DECIMALS = 4
 """Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
+
+SHORT = 1
+"""Decimals that are enough otherwise: hazard/benches.csv has them all."""
 
 ZONE, AREA = "zone", "area"
 
@@ -89,15 +95,20 @@ def _text_row(bench: Bench) -> tuple[str, ...]:
 
 
 def _text(share: dict[str, Any]) -> str:
-    """A share in per cent with its interval."""
+    """A share in per cent with its interval, such as `84.5 % (79-89)`."""
     if share["share"] is None:
         return "-"
-    middle, low, high = (_percent(limit) for limit in (share["share"], *share["interval_95"]))
-    return f"{middle} % ({low} to {high})"
+    low, high = share["interval_95"]
+    decimals = min(_decimals(0.5 * (high - low)), SHORT)
+    return f"{_percent(share['share'], SHORT)} % ({_percent(low, decimals)}-{_percent(high, decimals)})"
 
 
-def _percent(share: float) -> str:
-    """With a decimal, or as many as keep a share that is not 0 or 1 from looking so."""
-    rest = 100.0 * min(share, 1.0 - share)
-    decimals = 1 if rest <= 0.0 else min(max(1, -math.floor(math.log10(rest))), MOST_DECIMALS)
-    return f"{100.0 * share:.{decimals}f}"
+def _percent(share: float, decimals: int) -> str:
+    """With so many decimals, or as many more as keep a share that is not 0 or 1 from looking so; those have none."""
+    rest = min(share, 1.0 - share)
+    return f"{100.0 * share:.{max(decimals, _decimals(rest)) if rest > 0.0 else 0}f}"
+
+
+def _decimals(share: float) -> int:
+    """Decimals of a share > 0 in per cent that show its first digit, MOST_DECIMALS at most."""
+    return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

@@ -19,8 +19,11 @@ DOUBLINGS = 2
 
 @dataclass(frozen=True)
 class Place:
-    """What is known of one place: share reached and share stopped (-), half-width of the wider of their intervals, and
-    p95 of energy (J), None below 20 rocks."""
+    """What is known of one place.
+
+    reached, stopped : shares of all rocks (-); half_width : of the wider of their 95 % intervals (-)
+    energy_p95 : J, None below 20 rocks
+    """
 
     reached: float
     stopped: float

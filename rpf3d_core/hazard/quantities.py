@@ -2,7 +2,15 @@
 
 from typing import NamedTuple
 
-from rpf3d_core.hazard.maps import PERCENTILES, CountArray, HazardMaps, Layers, Spread, reach_probability
+from rpf3d_core.hazard.maps import (
+    PERCENTILES,
+    CountArray,
+    HazardMaps,
+    Layers,
+    Spread,
+    StatisticArray,
+    reach_probability,
+)
 from rpf3d_core.terrain.frame import FloatArray
 
 STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
@@ -42,6 +50,6 @@ def spreads_of(layers: Layers) -> list[tuple[Quantity, Spread]]:
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 
-def statistics_of(spread: Spread) -> tuple[FloatArray, ...]:
+def statistics_of(spread: Spread) -> tuple[StatisticArray, ...]:
     """The arrays (C,) of a spread in the order of `STATISTICS`, in its own unit."""
     return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

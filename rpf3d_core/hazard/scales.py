@@ -4,7 +4,7 @@ Reach probability and energy span powers of ten, so their scales are logarithmic
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,10 @@ LEAST_SHARE, MOST_SHARE = 1.0, 99.5
 ROUND = (1.0, 2.0, 5.0, 10.0)
 
 
+Values = NDArray[np.floating[Any]]
+"""In single or double precision."""
+
+
 class Scale(NamedTuple):
     """From `low` to `high`, in the unit of the values; logarithmic or linear."""
 
@@ -38,7 +42,7 @@ def reach_scale(flown: int) -> Scale:
     return Scale(max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10))), 1.0, True)
 
 
-def scale_of_energy(energy: FloatArray) -> Scale:
+def scale_of_energy(energy: Values) -> Scale:
     """Of energies (C,), J, NaN where none is known: at least a power of ten from end to end."""
     low, high = _range(energy)
     if high <= 0.0:
@@ -47,13 +51,13 @@ def scale_of_energy(energy: FloatArray) -> Scale:
     return Scale(min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high, True)
 
 
-def scale_of_height(height: FloatArray) -> Scale:
+def scale_of_height(height: Values) -> Scale:
     """Of heights (C,), m, NaN where none is known: from the ground up."""
     _, high = _range(height)
     return Scale(0.0, _rounded_up(high) if high > 0.0 else 1.0, False)
 
 
-def places(scale: Scale, values: FloatArray) -> FloatArray:
+def places(scale: Scale, values: Values) -> FloatArray:
     """Where values (N,), in the scale's unit, lie on it, 0 to 1; NaN stays NaN."""
     if not scale.logarithmic:
         return np.clip((values - scale.low) / (scale.high - scale.low), 0.0, 1.0)
@@ -74,7 +78,7 @@ def value_at(scale: Scale, place: float) -> float:
     return scale.low + (scale.high - scale.low) * place
 
 
-def _range(values: FloatArray) -> tuple[float, float]:
+def _range(values: Values) -> tuple[float, float]:
     """Where nearly all known values (N,) lie, in their own unit; 0 to 0 if none is known."""
     known = values[np.isfinite(values)]
     if len(known) == 0:

@@ -139,7 +139,8 @@ def tallies_over(
     """Tallies over a ground of so many zones with nothing counted yet; `limit` : bytes that bins may take."""
     cells = (ground.raster.nx * ground.raster.ny, len(ground.facets.zone), zones, len(areas.boxes))
     shares = (0.5 * limit, 0.5 * limit, limit, limit)
-    squares, facets, places, inside = (Tally(n, scales, share, compiled) for n, share in zip(cells, shares, strict=True))
+    each = zip(cells, shares, strict=True)
+    squares, facets, places, inside = (Tally(n, scales, share, compiled) for n, share in each)
     return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())
 
 

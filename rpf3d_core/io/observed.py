@@ -78,7 +78,7 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
     values, counts = position.sorted()
     return {
         **shifted,
-        "min": float(values[0]) + origin if count else None,
+        "min": position.low + origin if count else None,
         "mean": position.mean() + origin if count else None,
         "sd": position.sd() if count > 1 else None,
         "sections": {

@@ -29,9 +29,9 @@ def write_convergence(path: Path, name: str, steps: Sequence[Step], target: Targ
     fall = [steps[-1].half_width * (rocks[-1] / n) ** 0.5 for n in rocks]
     upper.plot(rocks, fall, color="0.6", linestyle=":", label="as 1 / square root of rocks")
     upper.axhline(target.half_width, color="0.3", linestyle="--", label=f"target {target.half_width:g}")
-    upper.set(xscale="log", yscale="log")
     label(upper, "", "half-width of the 95 % interval (-)")
     label(lower, "rocks flown", "p95 of energy (kJ)")
+    upper.set(xscale="log", yscale="log")  # last, for `label` wants plain numbers, which only a linear axis has
     upper.legend(fontsize=8)
     upper.set_title(f"{name}: how sure the shares and energies are", loc="left")
     save(figure, path)

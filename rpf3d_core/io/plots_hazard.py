@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
-from rpf3d_core.hazard.scales import Scale, colours_at, reach_scale, scale_of_energy, scale_of_height
+from rpf3d_core.hazard.scales import Scale, Values, colours_at, reach_scale, scale_of_energy, scale_of_height
 from rpf3d_core.io.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.io.plots_profiles import save
 from rpf3d_core.io.plots_sheet import (
@@ -71,7 +71,7 @@ class Theme:
 
     title: str
     unit: str
-    values: FloatArray
+    values: Values
     scale: Scale
     per_unit: float = 1.0
 
@@ -237,7 +237,7 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
         colours.update_ticks()
 
 
-def _beyond(scale: Scale, known: FloatArray) -> str:
+def _beyond(scale: Scale, known: Values) -> str:
     """Which ends of the colour bar are pointed, for values (N,) in its unit lie beyond them."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]

@@ -22,6 +22,9 @@ Record = Callable[[Path, dict[str, Any]], None]
 """Writes a recording to a path, given the summary."""
 
 SUMMARY = "summary.json"
+MEGABYTE = 1_000_000
+LEAST_ROOM = 20 * MEGABYTE
+"""Bytes that must be free on the disk: what a few rocks over a small terrain leave behind, pictures and all."""
 
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
@@ -32,25 +35,34 @@ RESULT_NAMES = {
 
 @contextmanager
 def result_folder(folder: str | Path) -> Iterator[Path]:
-    """A hidden folder to write into, which takes the place of `folder` in the end: nothing half-written ever looks like
-    a result. If anything fails, the hidden folder goes and an earlier result stays.
+    """A hidden folder to write into, which takes the place of `folder` in the end.
+
+    Nothing half-written ever looks like a result: if anything fails, the hidden folder goes and an earlier one stays.
 
     Raises
     ------
     InputError
-        As `check_folder`, or the disk is full or may not be written to.
+        As `check_folder`, or the disk is full, before or while it is written to, or may not be written to.
     """
     target = check_folder(folder)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
     shutil.rmtree(part, ignore_errors=True)
     try:
         part.mkdir(parents=True)
+        _check_room(folder, part)
         yield part
         _replace(target, part)
     except OSError as fault:
         raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _check_room(folder: str | Path, part: Path) -> None:
+    """Refuse a disk that is as good as full before the rocks fly, not after."""
+    if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
+        needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
+        raise InputError(f"{folder}: the disk has no room: {needed}")
 
 
 def check_folder(folder: str | Path) -> Path:

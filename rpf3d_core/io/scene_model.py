@@ -4,6 +4,7 @@ Everything is in the input's own axes and coordinates, SI units; angles in degre
 of each field says what a right value is, and is what the error message for a wrong one quotes (`io.scene`).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields
 from fnmatch import fnmatchcase
@@ -14,7 +15,7 @@ import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed
+from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_values import (
     Count,
@@ -33,6 +34,8 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
 """Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
+FASTEST = 10_000.0
+"""m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
 
 
 def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -199,12 +202,21 @@ class SourceSpec(Part):
             raise refuse("is for points and lines; a polygon or zone spreads its rocks evenly by itself", "spread")
         return self
 
+    @property
+    def _fastest(self) -> float:
+        """No rock of the source starts faster than this (m/s)."""
+        speed = 0.0 if self.speed is None else distribution_of(self.speed).high
+        return speed + math.hypot(*self.velocity) + math.hypot(*self.velocity_spread)
+
     @model_validator(mode="after")
     def _one_velocity(self) -> Self:
         if self.speed is not None and any(self.velocity):
             raise refuse("must have velocity or speed, but has both")
         if self.speed is not None and self.azimuth_deg is None:
             raise refuse("has a speed and no `azimuth_deg`; it must say where to, in degrees clockwise from north")
+        if self._fastest > FASTEST:
+            key = "velocity" if self.speed is None else "speed"
+            raise refuse(f"lets a rock start at {self._fastest:g} m/s, but {FASTEST:g} m/s is the most", key)
         for name in ("azimuth_deg", "elevation_deg", "spread_deg"):
             if self.speed is None and getattr(self, name) is not None:
                 raise refuse("is the direction of a `speed`, and there is none", name)

@@ -130,9 +130,12 @@ def _speed(findings: Findings) -> dict[str, Any]:
 def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
     return {
         "runout_m": {"of": "rocks at rest, horizontal", **totals.runout.summary(PERCENTILES)},
-        "max_speed_m_s": {"of": "all rocks", **totals.max_speed.summary(PERCENTILES)},
-        "max_energy_j": {"of": "all rocks, translational", **totals.max_energy.summary(PERCENTILES)},
-        "max_height_m": {"of": "all rocks, vertical above the terrain", **totals.max_height.summary(PERCENTILES)},
+        "max_speed_m_s": {"of": "all rocks but failed ones", **totals.max_speed.summary(PERCENTILES)},
+        "max_energy_j": {"of": "all rocks but failed ones, translational", **totals.max_energy.summary(PERCENTILES)},
+        "max_height_m": {
+            "of": "all rocks but failed ones, vertical above the terrain",
+            **totals.max_height.summary(PERCENTILES),
+        },
         "entered_ground_at_speed_m_s": {
             "of": f"rocks whose bounces died out; ground model {scene.ground}",
             **totals.ground_speed.summary(PERCENTILES),

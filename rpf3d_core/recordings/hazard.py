@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.hazard.benches import TEXT_HEADER, bench_table, text_rows, three_figures
+from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
-from rpf3d_core.hazard.scales import Scale, colours_at, places, reach_scale, scale_of_energy, value_at
+from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at
 from rpf3d_core.recordings.shapes import ColouredMesh, parted_mesh
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray
 
 HAZARD, BENCHES = "world/hazard", "benches"
 REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
@@ -44,7 +43,7 @@ class Layer(NamedTuple):
 
     entity: str
     title: str
-    values: FloatArray
+    values: Values
     scale: Scale
     unit: str
     per_unit: float
@@ -93,7 +92,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
     """Markdown: the bench table with most rocks first met, and what the colours mean."""
     parts = [
-        f"# Benches\n{maps.flown:,} rocks; shares with 95 % Wilson intervals. p95 energy is translational, of each "
+        f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson). p95 energy is translational, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
         _table([TEXT_HEADER, *text_rows(bench_table(terrain, maps))]),
         "# Colours\nOf facets that rocks came to, under `world/hazard`, from little to much:",

@@ -104,6 +104,8 @@ def write_recording(
     ------
     InputError
         If rerun is not installed.
+    OSError
+        The file could not be written.
     """
     rr = import_rerun()
     names = [source.name for source in scene.sources]
@@ -125,7 +127,10 @@ def write_recording(
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
     log_outcomes(recording, names, terrain, flights.deposits)
-    recording.flush()
+    try:
+        recording.flush()
+    except RuntimeError as fault:  # all that rerun says where its file cannot be written, as on a full disk
+        raise OSError(f"{path}: the recording could not be written") from fault
     recording.disconnect()
 
 

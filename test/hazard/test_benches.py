@@ -102,17 +102,27 @@ def test_the_printed_table_has_the_rows_with_most_rocks_in_their_own_order_and_n
 @pytest.mark.parametrize(
     ("count", "total", "text"),
     [
-        (0, 40_000, "0.0 % (0.0 to 0.010)"),
-        (500, 1000, "50.0 % (46.9 to 53.1)"),
-        (39_998, 40_000, "99.995 % (99.98 to 99.999)"),
-        (40_000, 40_000, "100.0 % (99.990 to 100.0)"),
-        (1, 10_000_000, "0.0000 % (0.0000 to 0.0001)"),
+        (0, 40_000, "0 % (0-0.010)"),
+        (500, 1000, "50.0 % (47-53)"),
+        (50_000, 100_000, "50.0 % (49.7-50.3)"),
+        (84_500_000, 100_000_000, "84.5 % (84.5-84.5)"),
+        (39_998, 40_000, "99.995 % (99.98-99.999)"),
+        (40_000, 40_000, "100 % (99.990-100)"),
+        (1, 10_000_000, "0.0000 % (0.0000-0.0001)"),
     ],
 )
 def test_a_share_that_is_not_0_or_100_per_cent_does_not_look_so_while_four_decimals_can_tell(count, total, text):
     share = {"rocks": count, "share": count / total, "interval_95": list(wilson_interval(count, total))}
     row = text_rows([bench("a", 1)._replace(stopped=share)])[0]
     assert row[2] == text
+
+
+@pytest.mark.parametrize("flown", [20, 1000, 100_000, 10_000_000])
+def test_shares_of_any_number_of_rocks_leave_room_for_a_name_in_80_columns(flown):
+    for part in (0.9, 0.85, 0.15, 0.05):
+        row = text_rows([bench("bench_12", round(part * flown), flown)._replace(energy_p95=2.46e6)])[0]
+        assert sum(map(len, row)) + 2 * len(row) <= 80
+        assert row[1].startswith(f"{100 * part:.1f} % (")
 
 
 def test_figures_are_three_and_without_exponent():

@@ -4,15 +4,16 @@ import csv
 import json
 
 import pytest
-from flights_on_a_floor import SURVEY, faults, floor, none_thrown, scene, thrown
+from flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thrown
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.convergence import Place, Step
 from rpf3d_core.io import results
-from rpf3d_core.io.results import check_folder, write_results
+from rpf3d_core.io.results import check_folder, result_folder, write_all_tables, write_findings
 
 FILES = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "run.rrd",
+    "profiles", "map.png", "hazard", "run.rrd",
 }  # fmt: skip
 PROFILES = {"overview.png", "overview.csv", "sections.png", "sections.csv"}
 
@@ -21,10 +22,13 @@ def record(path, facts):
     path.write_text(f"recording of {facts['rocks']} rocks")
 
 
-def written(folder, tmp_path, flights=None, more="", record=record):
+def written(folder, tmp_path, flights=None, more="", record=record, **found):
     terrain = floor(SURVEY)
-    flights = flights or thrown(terrain)
-    return write_results(folder, scene(tmp_path, more), terrain, faults(terrain), flights, {"wall_s": 1.0}, record)
+    made = findings(scene(tmp_path, more), terrain, flights or thrown(terrain), **found)
+    with result_folder(folder) as part:
+        write_all_tables(part, made)
+        write_findings(part, made, record)
+    return folder
 
 
 @pytest.fixture
@@ -44,15 +48,15 @@ def names(folder):
 
 def test_a_run_leaves_all_files_of_the_design(tmp_path):
     folder = written(tmp_path / "out", tmp_path)
-    assert folder == tmp_path / "out"
     assert names(folder) == FILES and names(folder / "profiles") == PROFILES
+    assert {"zones.geojson", "benches.csv", "reach_probability.tif", "energy_p95.png"} <= names(folder / "hazard")
     assert names(tmp_path) == {"out", "floor.yaml"}
     assert all(path.stat().st_size > 0 for path in folder.rglob("*"))
 
 
 def test_the_summary_in_the_folder_says_how_long_writing_took(tmp_path, no_pictures):
     facts = json.loads((written(tmp_path / "out", tmp_path) / "summary.json").read_text())
-    assert facts["wall_s"] == 1.0 and facts["write_s"] > 0.0 and facts["rocks"] == 6
+    assert facts["wall_s"] == 2.0 and facts["write_s"] > 0.0 and facts["rocks"] == 6
     assert facts["total_s"] == facts["wall_s"] + facts["write_s"]
 
 
@@ -66,6 +70,34 @@ def test_only_as_many_trajectories_as_asked_for_are_written(tmp_path):
     folder = written(tmp_path / "out", tmp_path, more="outputs: {trajectories: 2}\n")
     with (folder / "profiles" / "overview.csv").open(newline="") as file:
         assert {(line["source"], line["rock"]) for line in csv.DictReader(file)} == {("crest", "0"), ("ledge", "2")}
+
+
+def test_a_run_without_impacts_leaves_no_table_of_them(tmp_path, no_pictures):
+    folder = written(tmp_path / "out", tmp_path, more="outputs: {impacts: false}\n")
+    assert names(folder) == FILES - {"impacts.parquet"}
+
+
+def test_a_run_that_doubled_its_rocks_leaves_a_picture_of_how_its_answer_settled(tmp_path):
+    steps = [Step(n, {"floor": Place(0.5, 0.4, 0.1, energy)}) for n, energy in ((1000, None), (2000, 5e3), (4000, 6e3))]
+    folder = written(tmp_path / "out", tmp_path, steps=steps)
+    assert names(folder) == FILES | {"convergence.png"}
+    assert (folder / "convergence.png").read_bytes().startswith(b"\x89PNG")
+    facts = json.loads((folder / "summary.json").read_text())["convergence"]
+    assert [step["rocks"] for step in facts["steps"]] == [1000, 2000, 4000]
+    assert facts["reached"] is False, "what was not known two doublings ago has not held still"
+
+
+def test_a_run_that_was_interrupted_says_so(tmp_path, no_pictures):
+    for planned, partial in ((6, False), (7, True)):
+        facts = json.loads((written(tmp_path / "out", tmp_path, planned=planned) / "summary.json").read_text())
+        assert (facts["partial"], facts["rocks"], facts["rocks_planned"]) == (partial, 6, planned)
+
+
+def test_a_disk_without_room_is_refused_before_anything_else_and_left_clean(tmp_path, monkeypatch):
+    monkeypatch.setattr(results, "LEAST_ROOM", 1 << 62)
+    with pytest.raises(InputError, match="has no room"), result_folder(tmp_path / "out"):
+        pytest.fail("it began to work")
+    assert names(tmp_path) == set()
 
 
 def test_a_run_of_no_rocks_leaves_all_files_too(tmp_path):
@@ -83,7 +115,7 @@ def test_an_empty_folder_is_filled(tmp_path, no_pictures):
 
 def test_an_earlier_result_is_replaced_whole(tmp_path, no_pictures):
     folder = written(tmp_path / "out", tmp_path)
-    (folder / "hazard").mkdir()
+    (folder / "convergence.png").write_text("of an earlier run with rocks: auto")
     (folder / "deposits.csv").write_text("old")
     written(folder, tmp_path)
     assert names(folder) == FILES and names(tmp_path) == {"out", "floor.yaml"}
@@ -129,9 +161,9 @@ def test_a_folder_below_a_file_is_refused(tmp_path):
 
 def test_a_failure_while_writing_leaves_nothing_behind(tmp_path, no_pictures):
     def fails(path, facts):
-        raise RuntimeError("disk full")
+        raise RuntimeError("a fault of the program")
 
-    with pytest.raises(RuntimeError, match="disk full"):
+    with pytest.raises(RuntimeError, match="a fault of the program"):
         written(tmp_path / "out", tmp_path, record=fails)
     assert names(tmp_path) == {"floor.yaml"}
 
@@ -158,7 +190,7 @@ def test_if_the_last_step_fails_the_earlier_result_returns(tmp_path, no_pictures
         return rename(path, target)
 
     monkeypatch.setattr(type(folder), "rename", refuses_the_new)
-    with pytest.raises(OSError, match="no"):
+    with pytest.raises(InputError, match=r"could not be written \(no\)"):
         written(folder, tmp_path)
     assert names(folder) == FILES and names(tmp_path) == {"out", "floor.yaml"}
 

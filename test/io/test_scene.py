@@ -182,6 +182,16 @@ def test_a_wrong_top_level_entry_is_refused_with_its_line_and_what_would_be_righ
                 'line 7: `sources[0].points[1]` is [1, "x", 2], but must be three numbers [x, y, z] (m)',
             ],
         ),
+        (
+            "[[0, 0, 1]]",
+            "[[0, 0, 1]], velocity: [0, 1.0e+200, 0]",
+            ["line 7: `sources[0].velocity` lets a rock start at 1e+200 m/s, but 10000 m/s is the most"],
+        ),
+        (
+            "[[0, 0, 1]]",
+            "[[0, 0, 1]], speed: {uniform: [2, 60000]}, azimuth_deg: 0",
+            ["line 7: `sources[0].speed` lets a rock start at 60000 m/s, but 10000 m/s is the most"],
+        ),
         ("[[0, 0, 1]]", "[]", ["line 7: `sources[0].points` is [], but must be a list of points [x, y, z] (m)"]),
         (
             "[[0, 0, 1]]",

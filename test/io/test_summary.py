@@ -5,11 +5,23 @@ import math
 
 import numpy as np
 import pytest
-from flights_on_a_floor import BOUNCES, FRAMES, SURVEY, SURVEY_Y_UP, UNMOVED, faults, floor, none_thrown, scene, thrown
+from flights_on_a_floor import (
+    BOUNCES,
+    FRAMES,
+    SURVEY,
+    SURVEY_Y_UP,
+    UNMOVED,
+    findings,
+    floor,
+    none_thrown,
+    scene,
+    thrown,
+)
 
-from rpf3d_core.ensemble.statistics import percentiles, share_of, wilson_interval
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.ensemble.statistics import PERCENTILES, share_of, wilson_interval
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.areas import local_outlines, plan_tracks, reached
+from rpf3d_core.io.areas import local_outlines
 from rpf3d_core.io.observed import horizontal_direction
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.polygons import read_polygons
@@ -34,9 +46,7 @@ def rectangle(folder, name, corners, frame=UNMOVED):
 
 def summarised(folder, frame=UNMOVED, more="", flights=None):
     terrain = floor(frame)
-    return summary(
-        scene(folder, more), terrain, faults(terrain), flights or thrown(terrain), {"read_s": 0.5, "wall_s": 2.0}
-    )
+    return summary(findings(scene(folder, more), terrain, flights or thrown(terrain)))
 
 
 @pytest.mark.parametrize(
@@ -53,10 +63,10 @@ def test_a_share_of_no_rocks_is_unknown():
 
 
 def test_percentiles_leave_out_what_is_not_known():
-    assert percentiles([1.0, 2.0, 3.0, np.nan]) == {
+    assert Sample([1.0, 2.0, 3.0, np.nan]).summary(PERCENTILES) == {
         "rocks": 3, "p5": 1.1, "p25": 1.5, "p50": 2.0, "p75": 2.5, "p95": 2.9, "max": 3.0,
     }  # fmt: skip
-    assert percentiles([])["p50"] is None
+    assert Sample().summary(PERCENTILES)["p50"] is None
 
 
 def test_the_summary_is_json_and_says_what_was_run(tmp_path):
@@ -116,9 +126,9 @@ def test_an_area_is_reached_by_flying_over_it_and_kept_by_stopping_in_it(frame, 
     more = "areas_of_interest: [{name: gate, polygons: gate.json}, {name: end, polygons: end.json}]\n"
     facts = summarised(tmp_path, frame, more)
     areas = facts["areas_of_interest"]
-    assert areas["gate"]["reached"]["rocks"] == 6 and areas["gate"]["stopped_inside"]["rocks"] == 0
-    assert areas["end"]["reached"]["rocks"] == 1 and areas["end"]["stopped_inside"]["rocks"] == 1
-    assert areas["end"]["stopped_inside"]["interval_95"] == pytest.approx(wilson_interval(1, 6))
+    assert areas["gate"]["reached"]["rocks"] == 6 and areas["gate"]["stopped"]["rocks"] == 0
+    assert areas["end"]["reached"]["rocks"] == 1 and areas["end"]["stopped"]["rocks"] == 1
+    assert areas["end"]["stopped"]["interval_95"] == pytest.approx(wilson_interval(1, 6))
     assert "in plan" in facts["areas_reached_by"]
 
 
@@ -127,15 +137,21 @@ def test_a_rock_that_left_the_terrain_over_an_area_has_not_stopped_in_it(tmp_pat
     rectangle(tmp_path, "end.json", ((x - 0.1, y - 0.1), (x + 0.1, y + 0.1)))
     facts = summarised(tmp_path, more="areas_of_interest: [{name: end, polygons: end.json}]\n")
     end = facts["areas_of_interest"]["end"]
-    assert end["reached"]["rocks"] == 1 and end["stopped_inside"]["rocks"] == 0
+    assert end["reached"]["rocks"] == 1 and end["stopped"]["rocks"] == 0
 
 
-def test_areas_are_reached_without_paths_too(tmp_path):
-    flights, none = thrown(floor()), none_thrown()
-    rectangle(tmp_path, "gate.json", ((-9.5, -20), (-9.4, 20)))
-    bare = type(flights)(flights.deposits, flights.impacts, none.paths, "compiled", 0.0, 1.0)
-    tracks = plan_tracks(UNMOVED, bare)
-    assert reached(tracks, read_polygons(tmp_path / "gate.json"), 6).all()
+@pytest.mark.parametrize("frame", FRAMES)
+def test_of_those_that_came_into_an_area_the_share_that_stayed_and_the_energy_are_told(frame, tmp_path):
+    flights = thrown(floor(frame), rocks=60)
+    stopped = flights.deposits.outcome == Outcome.STOPPED
+    rectangle(tmp_path, "east.json", ((0, -20), (20, 20)), frame)
+    more = "areas_of_interest: [{name: east, polygons: east.json}]\n"
+    east = summarised(tmp_path, frame, more, flights)["areas_of_interest"]["east"]
+    came = flights.deposits.x[:, 0] >= 0.0  # they only ever move eastwards, from -10
+    assert 20 <= came.sum() < 60
+    assert east["retained"]["share"] == pytest.approx((came & stopped).sum() / came.sum())
+    assert east["retained"]["interval_95"] == pytest.approx(wilson_interval((came & stopped).sum(), came.sum()))
+    assert 0.0 < east["energy_p95_j"] < flights.deposits.max_energy.max()
 
 
 @pytest.mark.parametrize("frame", FRAMES)

@@ -9,7 +9,7 @@ import pytest
 from flights_on_a_floor import BOUNCES, FRAMES, MASS, SOURCES, floor, none_thrown, thrown
 
 from rpf3d_core.ensemble.paths import sample_paths
-from rpf3d_core.io.tables import write_deposits, write_impacts, write_trajectories
+from rpf3d_core.io.tables import open_tables, write_trajectories
 
 DEPOSIT_COLUMNS = [
     "source", "rock", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed", "max_energy_j",
@@ -20,6 +20,18 @@ IMPACT_COLUMNS = [
     "speed_in", "speed_out", "energy_in_j",
 ]  # fmt: skip
 TRAJECTORY_COLUMNS = ["source", "rock", "t", "x", "y", "z", "speed", "mode"]
+
+
+def write_tables(folder, sources, terrain, *blocks, impacts=True):
+    """deposits.csv and impacts.parquet of flights, block after block."""
+    with open_tables(folder, sources, terrain, impacts) as write:
+        for flights in blocks:
+            write(flights.deposits, flights.impacts)
+
+
+def deposit_lines_of(folder):
+    with (folder / "deposits.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def in_input_axes(frame, x):
@@ -35,9 +47,8 @@ def terrain(request):
 
 @pytest.fixture
 def deposit_lines(terrain, tmp_path):
-    write_deposits(tmp_path / "deposits.csv", SOURCES, terrain, thrown(terrain).deposits)
-    with (tmp_path / "deposits.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+    write_tables(tmp_path, SOURCES, terrain, thrown(terrain))
+    return deposit_lines_of(tmp_path)
 
 
 def test_deposits_have_the_columns_of_the_design_and_a_line_a_rock(deposit_lines):
@@ -67,19 +78,18 @@ def test_deposits_say_how_each_rock_ended(terrain, deposit_lines):
 
 
 def test_a_value_that_does_not_exist_is_left_empty(terrain, tmp_path):
-    deposits = thrown(terrain).deposits
-    deposits.ground_speed[1], deposits.facet[1] = np.nan, -1
-    write_deposits(tmp_path / "d.csv", SOURCES, terrain, deposits)
-    with (tmp_path / "d.csv").open(newline="") as file:
-        lines = list(csv.DictReader(file))
+    flights = thrown(terrain)
+    flights.deposits.ground_speed[1], flights.deposits.facet[1] = np.nan, -1
+    write_tables(tmp_path, SOURCES, terrain, flights)
+    lines = deposit_lines_of(tmp_path)
     assert lines[0]["max_height"] == "" and lines[1]["max_height"] == "5"
     assert lines[1]["entered_ground_at_speed"] == "" and lines[1]["zone"] == ""
 
 
 def test_impacts_are_written_one_a_line(terrain, tmp_path):
     flights = thrown(terrain)
-    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, flights)
-    table = parquet.read_table(tmp_path / "i.parquet")
+    write_tables(tmp_path, SOURCES, terrain, flights)
+    table = parquet.read_table(tmp_path / "impacts.parquet")
     rows, impacts = table.to_pylist(), flights.impacts
     assert table.column_names == IMPACT_COLUMNS
     assert [row["index"] for row in rows] == list(range(BOUNCES)) * 6
@@ -109,25 +119,39 @@ def test_trajectories_are_written_one_point_a_line(terrain, tmp_path):
 
 
 def test_the_schema_states_the_units(terrain, tmp_path):
-    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, thrown(terrain))
-    schema = parquet.read_schema(tmp_path / "i.parquet")
+    write_tables(tmp_path, SOURCES, terrain, thrown(terrain))
+    schema = parquet.read_schema(tmp_path / "impacts.parquet")
     assert schema.field("energy_in_j").metadata[b"unit"] == b"J"
     assert schema.field("speed_in").metadata[b"unit"] == b"m/s"
 
 
 def test_no_rocks_are_tables_without_lines(tmp_path):
     terrain, flights = floor(), none_thrown()
-    write_deposits(tmp_path / "d.csv", SOURCES, terrain, flights.deposits)
-    write_impacts(tmp_path / "i.parquet", SOURCES, terrain, flights)
+    write_tables(tmp_path, SOURCES, terrain, flights)
     write_trajectories(tmp_path / "t.parquet", SOURCES, terrain, flights.deposits, sample_paths(flights.paths))
-    assert (tmp_path / "d.csv").read_text() == ",".join(DEPOSIT_COLUMNS) + "\n"
-    assert parquet.read_table(tmp_path / "i.parquet").shape == (0, len(IMPACT_COLUMNS))
+    assert (tmp_path / "deposits.csv").read_text() == ",".join(DEPOSIT_COLUMNS) + "\n"
+    assert parquet.read_table(tmp_path / "impacts.parquet").shape == (0, len(IMPACT_COLUMNS))
     assert parquet.read_table(tmp_path / "t.parquet").shape == (0, len(TRAJECTORY_COLUMNS))
 
 
 def test_a_source_name_with_a_comma_and_a_quote_survives(tmp_path):
     terrain = floor()
     names = ['crest, "north"', json.dumps("ledge")]
-    write_deposits(tmp_path / "d.csv", names, terrain, thrown(terrain).deposits)
-    with (tmp_path / "d.csv").open(newline="") as file:
-        assert {line["source"] for line in csv.DictReader(file)} == set(names)
+    write_tables(tmp_path, names, terrain, thrown(terrain))
+    assert {line["source"] for line in deposit_lines_of(tmp_path)} == set(names)
+
+
+def test_blocks_follow_one_another_under_one_header(tmp_path):
+    terrain = floor()
+    one, other, whole = tmp_path / "one", tmp_path / "other", tmp_path / "whole"
+    for folder, blocks in ((one, (6,)), (other, (9,)), (whole, (6, 9))):
+        folder.mkdir()
+        write_tables(folder, SOURCES, terrain, *(thrown(terrain, rocks) for rocks in blocks))
+    assert deposit_lines_of(whole) == deposit_lines_of(one) + deposit_lines_of(other)
+    rows = [parquet.read_table(folder / "impacts.parquet").to_pylist() for folder in (one, other, whole)]
+    assert rows[2] == rows[0] + rows[1], "rows of the impacts count from the first rock of their block"
+
+
+def test_without_impacts_there_is_no_table_of_them(tmp_path):
+    write_tables(tmp_path, SOURCES, floor(), thrown(floor()), impacts=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["deposits.csv"]

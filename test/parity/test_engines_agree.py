@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import rpf3d_core as rpf3d
+from rpf3d_core.choices import with_choices
 from rpf3d_core.ensemble import batches
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
@@ -15,7 +16,6 @@ from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of, scene_sources
 from rpf3d_core.prepared import scene_flight
-from rpf3d_core.run import with_choices
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 

@@ -1,0 +1,60 @@
+"""The program as a user runs it at a terminal: it shows what it is doing, and may be interrupted."""
+
+import os
+import pty
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from command_line import COMMAND, LONGEST, environment
+
+WIDTH = 100
+"""Columns of the terminal."""
+
+
+class OnATerminal:
+    """A command on a terminal of its own, so that it shows what it is doing."""
+
+    def __init__(self, *words: object, cwd: Path, width: int = WIDTH) -> None:
+        self.screen, other = pty.openpty()
+        self.process = subprocess.Popen(
+            [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS=str(width)),
+            stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
+        )  # fmt: skip
+        os.close(other)
+        self.shown = ""
+
+    def until(self, text: str) -> None:
+        """Wait for a text to appear on the screen."""
+        end = time.monotonic() + LONGEST
+        while text not in self.shown:
+            assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
+            if not self._read():
+                pytest.fail(f"{text!r} did not appear before the end: {self.shown[-500:]!r}")
+
+    def send(self, number: int) -> None:
+        """Send a signal: SIGINT is what Ctrl-C sends."""
+        self.process.send_signal(number)
+
+    def end(self) -> int:
+        """Wait for the end; the exit code."""
+        while self._read():
+            pass
+        return self.process.wait(LONGEST)
+
+    def close(self) -> None:
+        """Leave nothing running."""
+        self.process.kill()
+        self.process.wait()
+        os.close(self.screen)
+
+    def _read(self) -> bool:
+        try:
+            more = os.read(self.screen, 65536)
+        except OSError:  # the other side is closed
+            return False
+        self.shown += more.decode(errors="replace")
+        return bool(more)

@@ -1,0 +1,140 @@
+"""Ctrl-C and SIGTERM through a real process on a terminal: while rocks fly they leave a result marked partial."""
+
+import csv
+import json
+import signal
+import time
+from collections import Counter
+from pathlib import Path
+
+import pyarrow.parquet as parquet
+import pytest
+import rasterio
+from command_line import rpf3d
+from on_a_terminal import OnATerminal
+from terrain_files import SLOPE, grid, write_binary_stl
+
+RESULTS = {
+    "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
+    "profiles", "map.png", "hazard", "run.rrd",
+}  # fmt: skip
+SCENE = f"""\
+{SLOPE}  - {{name: top, points: [[8.3, 7.2, 9]], rocks: 3, spread: [0.5, 0.5, 0.5]}}
+  - {{name: other, points: [[9.3, 7.2, 9]], rocks: 1, spread: [0.5, 0.5, 0.5]}}
+ground: sliding
+"""
+DEMO = Path(__file__).parents[1] / "config" / "scenes" / "demo.yaml"
+INTERRUPTED = 130
+PATIENCE = 5.0
+"""Seconds within which Ctrl-C must end the flight, on a busy machine; it takes well below 1 s on an idle one."""
+MANY = {"reference": 60_000, "compiled": 6_000_000}
+"""Rocks that no machine has flown within the second after which the flight is interrupted."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    vertices, triangles = grid(16, 18)
+    write_binary_stl(tmp_path / "slope.stl", vertices[triangles])
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.fixture
+def on_a_terminal(folder: Path):  # type: ignore[no-untyped-def]
+    started: list[OnATerminal] = []
+
+    def start(*words: object) -> OnATerminal:
+        started.append(OnATerminal(*words, cwd=folder))
+        return started[-1]
+
+    yield start
+    for one in started:
+        one.close()
+
+
+def left_behind(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("engine", "number"), [("reference", signal.SIGINT), ("compiled", signal.SIGTERM)], ids=["Ctrl-C", "SIGTERM"]
+)
+def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
+    on_a_terminal, folder: Path, engine: str, number: int
+) -> None:  # type: ignore[no-untyped-def]
+    if engine == "compiled":
+        pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine")
+    before = left_behind(folder)
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", MANY[engine], "--engine", engine)
+    run.until("flying rocks")
+    time.sleep(1.0)
+    run.send(number)
+    assert run.end() == INTERRUPTED, run.shown[-500:]
+    assert "Traceback" not in run.shown
+    assert left_behind(folder) == sorted([*before, "out"])
+    out = folder / "out"
+    assert {path.name for path in out.iterdir()} == RESULTS
+    facts = json.loads((out / "summary.json").read_text())
+    assert facts["partial"] is True and facts["rocks_planned"] == MANY[engine]
+    assert 0 < facts["rocks"] < MANY[engine]
+    assert f"interrupted; {facts['rocks']:,} of {MANY[engine]:,} rocks have flown" in " ".join(run.shown.split())
+    with (out / "deposits.csv").open(newline="") as file:
+        lines = [(line["source"], line["rock"], line["outcome"]) for line in csv.DictReader(file)]
+    assert len(lines) == len({line[:2] for line in lines}) == facts["rocks"], "each rock once, and no other"
+    assert Counter(outcome for *_, outcome in lines) == {
+        name: told["rocks"] for name, told in facts["outcomes"].items()
+    }  # fmt: skip
+    # Batches take every n-th rock: each has its share of every source, to within a rock.
+    assert sum(source == "top" for source, *_ in lines) / len(lines) == pytest.approx(0.75, abs=0.05)
+    assert parquet.read_metadata(out / "impacts.parquet").num_rows == facts["impacts"]
+    with rasterio.open(out / "hazard" / "deposits.tif") as raster:
+        counts = raster.read(1, masked=True)
+    assert counts.sum() == facts["outcomes"]["stopped"]["rocks"], "the maps hold what has flown, too"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+@pytest.mark.parametrize("moment", ["preparing", "writing results"])
+def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
+    on_a_terminal, folder: Path, moment: str, number: int
+) -> None:  # type: ignore[no-untyped-def]
+    before = left_behind(folder)
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference")
+    run.until(moment)
+    run.send(number)
+    assert run.end() == INTERRUPTED
+    assert "rpf3d: interrupted; nothing was written" in run.shown and "Traceback" not in run.shown
+    assert left_behind(folder) == before
+
+
+def test_ctrl_c_a_second_time_ends_at_once_and_leaves_nothing(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
+    before = left_behind(folder)
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", MANY["reference"], "--engine", "reference")
+    run.until("flying rocks")
+    run.send(signal.SIGINT)
+    run.until("writing results")
+    run.send(signal.SIGINT)
+    assert run.end() == INTERRUPTED
+    assert "nothing was written" in run.shown and "Traceback" not in run.shown
+    assert left_behind(folder) == before
+
+
+def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
+    assert rpf3d("run", "scene.yaml", "--out", "out", cwd=folder).returncode == 0
+    before = {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
+    run = on_a_terminal("run", "scene.yaml", "--out", "out")
+    run.until("writing results")
+    run.send(signal.SIGINT)
+    assert run.end() == INTERRUPTED
+    assert {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()} == before
+    assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+
+
+def test_the_slow_engine_stops_flying_soon(on_a_terminal) -> None:  # type: ignore[no-untyped-def]
+    run = on_a_terminal("run", DEMO, "--out", "out", "--rocks", 6000, "--engine", "reference")
+    run.until("flying rocks")
+    time.sleep(1.0)  # well into the first batch
+    run.send(signal.SIGINT)
+    began = time.monotonic()
+    run.until("writing results")
+    assert time.monotonic() - began < PATIENCE
+    assert run.end() == INTERRUPTED
