@@ -208,7 +208,7 @@ def _notes(comparison: Comparison) -> Iterator[str]:
     rows, chance = comparison.differences, LEVEL * len(comparison.differences)
     found, kept = sum(row.significant for row in rows), sum(row.p_holm < LEVEL for row in rows)
     yield (
-        f"{found} of {len(rows)} differences are significant; between equal runs about {chance:.0f} of {len(rows)} would "
+        f"{found} of {len(rows)} differences are significant; between equal runs about {chance:.0f} would "
         f"be, by chance. {kept} stay below p = {LEVEL} after Holm's correction for their number"
     )
     within = max(facts["hazard"].get("percentiles_within") or 0.0 for facts in (comparison.a, comparison.b))
