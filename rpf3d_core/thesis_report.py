@@ -127,9 +127,9 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """The highest bench that does not lie above an altitude (m)."""
+    """The highest bench that does not lie above an altitude (m); bench_1 is the first below the crest."""
     depths = pit.levels[-1] - pit.levels[-2:0:-1]
-    return f"bench_{max(1, int((depths < pit.crest_altitude - altitude + ON_A_BENCH).sum()))}"
+    return f"bench_{1 + int((depths < pit.crest_altitude - altitude - ON_A_BENCH).sum())}"
 
 
 def _stopped_in(printed: Printed, stops: Counter[str]) -> Counted:
@@ -160,7 +160,9 @@ def verdict_of(report: Report) -> str:
     return (
         f"With {ROCKS_OF_THESIS} rocks a share is known to within {100 * widest:.0f} points: of the thesis' "
         f"{len(report.findings)} differences {', '.join(known) if known else 'none'} stood out from chance. "
-        f"With {rocks} rocks a run on the synthetic pit: {'; '.join(map(_sentence, report.findings))}."
+        f"With {rocks} rocks a run on the synthetic pit: {'; '.join(map(_sentence, report.findings))}. "
+        "The intervals are those of chance on this one relief: other reliefs of the same pit differ by more "
+        "(docs/studies.md)."
     )
 
 
