@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.compare import Comparison, Counted, compare_runs, comparison_section, counted_section
 from rpf3d_core.compare_tables import markdown_of, markdown_table, p_text, percent, points
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
-from rpf3d_core.ensemble.two_shares import newcombe_interval, p_value
+from rpf3d_core.ensemble.two_shares import fisher_p, newcombe_interval, p_value
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.earlier_results import stops_by_zone
 from rpf3d_core.io.scene import read_scene
@@ -172,7 +172,7 @@ def half_width(counted: Counted) -> float:
 
 
 FINDINGS_HEADER = (
-    "stopped in", "thesis A", "thesis B", "thesis B - A in points", "thesis p", "here A", "here B",
+    "stopped in", "thesis A", "thesis B", "thesis B - A in points", "thesis p (Fisher)", "here A", "here B",
     "here B - A in points", "here p", "21 rocks would know it to", "verdict", "spills alone - A",
 )  # fmt: skip
 
@@ -238,7 +238,7 @@ def _finding_row(found: Finding) -> Iterator[str]:
     yield found.printed.area
     yield from (f"{one.rocks} of {one.of}" for one in (found.thesis_a, found.thesis_b))
     yield points(found.thesis_change, found.thesis_interval)
-    yield p_text(p_value(*found.thesis_a, *found.thesis_b))
+    yield p_text(fisher_p(*found.thesis_a, *found.thesis_b))
     yield from (percent(one) for one in (found.a, found.b))
     yield points(found.change, found.interval)
     yield p_text(p_value(*found.a, *found.b))
@@ -258,7 +258,7 @@ def _finding_section(found: Finding) -> dict[str, Any]:
         **{name: counted_section(one) for name, one in counted.items()},
         **part,
         "thesis_difference": {"share": found.thesis_change, "interval_95": list(found.thesis_interval),
-                              "p": p_value(*found.thesis_a, *found.thesis_b)},
+                              "p": fisher_p(*found.thesis_a, *found.thesis_b)},
         "difference": {"share": found.change, "interval_95": list(found.interval),
                        "p": p_value(*found.a, *found.b)},
         "half_width_of_21_rocks": found.half_width_of_21,
