@@ -1,13 +1,14 @@
-"""The command line: `rpf3d run | check | pit | replay`.
+"""The command line: `rpf3d run | check | pit | replay | compare | study`.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130.
 """
 
 import importlib.metadata
+import json
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -39,6 +40,9 @@ GAP = (0, 2, 0, 0)
 """Two blanks to the right of each column of a table."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it: 128 and the number of SIGINT."""
+
+PIPE_WIDTH = 240
+"""Columns of a table that goes to a file or another program."""
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
 RocksOption = Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")]
@@ -307,6 +311,60 @@ def _describe_cost(cost: "Cost") -> str:
 def _rocks(number: int) -> str:
     """So many rocks, or one."""
     return f"{number:,} {'rock' if number == 1 else 'rocks'}"
+
+
+@app.command()
+def compare(
+    run_a: Annotated[Path, typer.Argument(help="The folder of a result, A.", show_default=False)],
+    run_b: Annotated[Path, typer.Argument(help="The folder of another, B.", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+) -> None:
+    """Compare two results: shares of each zone and area side by side, and which differences are significant."""
+    from rpf3d_core.compare import compare_runs, comparison_section
+    from rpf3d_core.compare_tables import ENERGIES_HEADER, SHARES_HEADER, energy_rows, lines_of, share_rows
+
+    comparison = compare_runs(run_a, run_b)
+    if as_json:
+        print(json.dumps(comparison_section(comparison), indent=2, allow_nan=False))
+        return
+    for line in lines_of(comparison):
+        screen.print(line, soft_wrap=True)
+    for header, rows in ((SHARES_HEADER, share_rows(comparison)), (ENERGIES_HEADER, energy_rows(comparison))):
+        _print_table(header, rows)
+
+
+@app.command()
+def study(
+    name: Annotated[str, typer.Argument(help="resolution or localised.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Folder to write the runs and the comparison to.", show_default=False)],
+    rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
+) -> None:
+    """Make one of the thesis' studies: resolution of the terrain, or localised coefficients of restitution."""
+    from rpf3d_core.run import run_scene
+    from rpf3d_core.thesis import runs_of, study_named
+    from rpf3d_core.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report
+
+    chosen = study_named(name)
+    runs = runs_of(chosen, out)
+    for scene, folder in runs:
+        with _progress() as (begin, writing):
+            result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+        screen.print(f"{scene.stem}: {_rocks(result.totals.rocks)} in {folder.resolve()}", soft_wrap=True)
+    report = report_of(chosen, [folder for _, folder in runs])
+    write_report(report, out)
+    screen.print(chosen.title, soft_wrap=True)
+    _print_table(finding_header(report), finding_rows(report))
+    screen.print(verdict_of(report), soft_wrap=True)
+    screen.print(f"comparison in {(out / 'comparison.md').resolve()}", soft_wrap=True)
+
+
+def _print_table(header: Sequence[str], rows: Iterable[tuple[str, ...]]) -> None:
+    """A table without lines."""
+    table = Table(*header, box=None, padding=(0, 2, 0, 0))
+    for row in rows:
+        table.add_row(*row)
+    # A pipe has no width; tables that are read on there are not folded.
+    (screen if screen.is_terminal else Console(markup=False, width=PIPE_WIDTH)).print(table)
 
 
 if __name__ == "__main__":

@@ -96,6 +96,7 @@ def run_scene(
     progress: Progress | None = None,
     stop: Stop | None = None,
     writing: Callable[[], None] | None = None,
+    recording: bool = True,
 ) -> Run:
     """Fly all rocks of a scene and write everything into a folder while they fly: any number, in bounded memory.
 
@@ -104,6 +105,7 @@ def run_scene(
     folder : new, empty, or an earlier result, which is replaced at the end
     stop : asked while rocks fly; once it says True, what has flown is written, marked as partial
     writing : called once no rock flies any more and the rest is written
+    recording : False to leave run.rrd out, whatever the scene says
     scene, rocks, engine, seed, progress : as `simulate`
 
     Raises
@@ -119,7 +121,7 @@ def run_scene(
             run = _fly(prepared, SHOWN, sink, progress, stop)
         if writing:
             writing()
-        write_findings(part, findings_of(run), _recorder(run) if outputs.recording else None)
+        write_findings(part, findings_of(run), _recorder(run) if recording and outputs.recording else None)
     return run
 
 
@@ -149,8 +151,10 @@ def replay(
     return _fly(prepare(chosen), None, rounds=[(first, [n + (i == place) for i, n in enumerate(first)])])
 
 
-def write_run(run: Run, folder: str | Path) -> Path:
+def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
     """Write everything that a run leaves behind (docs/outputs.md) and return the folder.
+
+    recording : False to leave run.rrd out, whatever the scene says
 
     Raises
     ------
@@ -159,7 +163,7 @@ def write_run(run: Run, folder: str | Path) -> Path:
     """
     with result_folder(folder) as part:
         write_all_tables(part, findings_of(run))
-        write_findings(part, findings_of(run), _recorder(run) if run.scene.outputs.recording else None)
+        write_findings(part, findings_of(run), _recorder(run) if recording and run.scene.outputs.recording else None)
     return Path(folder).resolve()
 
 

@@ -129,7 +129,7 @@ def test_the_bench_table_is_a_page_that_tells_what_the_colours_mean(recorded, ma
     terrain = floor(SURVEY, cells=40)
     for row in text_rows(bench_table(terrain, maps)):
         assert f"| {' | '.join(row)} |" in text
-    assert "300 rocks" in text and "95 % Wilson" in text
+    assert "300 rocks" in text and "95 % intervals (Wilson)" in text
     assert "| Reach probability | 0.2 % |" in text and "| 100 % |" in text and "kJ |" in text
     assert text == bench_document(terrain, maps, hazard_layers(maps))
 

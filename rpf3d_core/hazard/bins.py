@@ -55,7 +55,7 @@ def bin_of(value: float, top: float, bins: int) -> int:
 
 
 def bin_edges(top: float, bins: int) -> FloatArray:
-    """Edges (bins + 1,) of bins that reach up to top, from below."""
+    """Edges (B + 1,) of B bins that reach up to top, from below, in its unit: J, m/s or m."""
     octave, part = np.divmod(np.arange(bins + 1), PER_OCTAVE)
     even = part / PER_OCTAVE
     c = 1.0 + BEND
@@ -70,7 +70,7 @@ def bin_values(edges: FloatArray) -> FloatArray:
 
 
 def relative_error(edges: FloatArray) -> float:
-    """Bound of the relative error of a value told as its bin's middle (-)."""
+    """Bound (-) of the relative error of a value told as the middle of its bin, from edges (B + 1,) of any unit."""
     return float(np.sqrt((edges[1:] / edges[:-1]).max()) - 1.0)
 
 

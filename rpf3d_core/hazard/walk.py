@@ -38,8 +38,10 @@ class Ground(NamedTuple):
 
 
 class Spans(NamedTuple):
-    """Scratch: facets under a stretch of track (M,), and of each from when to when, and how high above it the track is
-    at most: (M, 3) s, s, m."""
+    """Scratch: facets under a stretch of track.
+
+    facet : (M,); times : (M, 3) from when to when it is over each (s into the track), and how high above it at most (m)
+    """
 
     facet: Any
     times: Any

@@ -1,0 +1,44 @@
+"""Flights of several parts of an ensemble as one."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from typing import TypeVar
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray, Paths
+
+Rows = TypeVar("Rows", Impacts, Paths)
+
+
+def joined(parts: Sequence[Flights]) -> Flights:
+    """The flights of at least one part as one: rows (R,) in order of source, then rock, whatever the order of parts.
+
+    compile_s is the longest of any part; fly_s the seconds of all together, as if one had flown after the other.
+    """
+    deposits = [part.deposits for part in parts]
+    source, rock = (np.concatenate([getattr(some, name) for some in deposits]) for name in ("source", "rock"))
+    order = np.lexsort((rock, source))
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return Flights(
+        Deposits(*(column[order] for column in _columns(deposits))),
+        _in_place([part.impacts for part in parts], deposits, place),
+        _in_place([part.paths for part in parts], deposits, place),
+        parts[0].engine,
+        max(part.compile_s for part in parts),
+        sum(part.fly_s for part in parts),
+    )
+
+
+def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
+    """Tables of rocks as one, in the order of the rocks: rock r of all parts together goes to place (R,)[r]."""
+    before = np.cumsum([0, *(len(some.rock) for some in deposits)])
+    moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]
+    order = np.argsort(np.concatenate([table.row for table in moved]), kind="stable")
+    return type(tables[0])(*(column[order] for column in _columns(moved)))
+
+
+def _columns(tables: Sequence[Deposits] | Sequence[Impacts] | Sequence[Paths]) -> list[np.ndarray]:
+    """The columns of tables, each of all tables together."""
+    return [np.concatenate([getattr(table, field.name) for table in tables]) for field in fields(tables[0])]

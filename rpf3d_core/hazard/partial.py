@@ -1,0 +1,82 @@
+"""What a part of an ensemble has counted, in a form that travels between processes and machines.
+
+Only cells that rocks came to are kept, and of their bins only those that hold a rock: a rock fills one bin of energy,
+one of speed and one of height in each cell, out of several hundred. Joining parts gives the bits of one run
+(`hazard.tally`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.hazard.tally import Slots, Tally
+
+
+@dataclass(frozen=True, eq=False)
+class PackedTally:
+    """A tally of C cells, of which rocks came to S.
+
+    cells : C; scales, limit, merges : as of `Tally`; width : bins of a cell (B)
+    slots : what is kept of the S cells in order of cell, its bins left empty (S, 0)
+    filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) how many
+    """
+
+    cells: int
+    scales: Scales
+    limit: float
+    merges: int
+    width: int
+    slots: Slots
+    filled: IntArray
+    rocks: np.ndarray[tuple[int], np.dtype[np.uint32]]
+
+
+def packed(tally: Tally) -> PackedTally:
+    """A tally, packed."""
+    slots = tally.found()
+    filled = np.flatnonzero(slots.bins)
+    none = slots.bins[:, :0].copy()
+    width = slots.bins.shape[1]
+    return PackedTally(
+        len(tally.slot), tally.scales, tally.limit, tally.merges, width, slots._replace(bins=none), filled,
+        slots.bins.ravel()[filled],
+    )  # fmt: skip
+
+
+def unpacked(packed: PackedTally) -> Tally:
+    """The tally that was packed: more can be counted in it."""
+    tally = Tally(packed.cells, packed.scales, packed.limit)
+    used = len(packed.slots.cell)
+    bins = np.zeros((used, packed.width), dtype=np.uint32)
+    bins.ravel()[packed.filled] = packed.rocks
+    tally.slots = Slots(*(column.copy() for column in packed.slots))._replace(bins=bins)
+    tally.used, tally.merges = used, packed.merges
+    tally.slot[packed.slots.cell] = np.arange(used)
+    return tally
+
+
+def packed_tallies(tallies: Tallies) -> tuple[PackedTally, ...]:
+    """Everything that the tallies of a part have counted, packed."""
+    return tuple(packed(tally) for tally in _four(tallies))
+
+
+def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
+    """Count in what a part of the same ensemble has counted.
+
+    Raises
+    ------
+    ValueError
+        The part is of another ensemble: other cells, other scales or another limit of memory.
+    """
+    for tally, other in zip(_four(tallies), part, strict=True):
+        if (other.cells, other.scales, other.limit) != (len(tally.slot), tally.scales, tally.limit):
+            raise ValueError("a part of another ensemble cannot be counted in: its cells, scales or memory differ")
+        tally.add(unpacked(other))
+
+
+def _four(tallies: Tallies) -> tuple[Tally, Tally, Tally, Tally]:
+    return tallies.squares, tallies.facets, tallies.zones, tallies.inside
