@@ -15,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+from rpf3d_core.choices import Round, chosen_scene
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.joined import joined
 from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of
@@ -33,7 +34,7 @@ from rpf3d_core.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.run import SHOWN, Round, Run, chosen_scene, findings_of, run_scene, simulate
+from rpf3d_core.run import SHOWN, Run, findings_of, run_scene, simulate
 from rpf3d_core.simulation.engines import Compiled, warm
 
 Flown = TypeVar("Flown")

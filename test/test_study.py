@@ -94,7 +94,7 @@ def test_parts_join_to_the_same_bits_in_any_order(scene):
 
 def test_distributions_that_are_rounded_and_bins_that_are_merged_join_to_the_same_bits(tmp_path, monkeypatch):
     monkeypatch.setattr(samples, "EXACT", 45)  # a part has fewer rocks, all together have more
-    scene = scene_file(tmp_path, more="").read_text().replace("cell: 10", "cell: 10, memory_gb: 0.0025")
+    scene = scene_file(tmp_path, more="").read_text().replace("cell: 10", "cell: 10, memory_gb: 0.0016")
     (tmp_path / "tight.yaml").write_text(scene)
     whole = rpf3d.simulate(tmp_path / "tight.yaml")
     assert len(whole.totals.max_speed.sorted()[0]) < whole.totals.rocks, "values were rounded"

@@ -12,6 +12,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.carries import FULL, Carries
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.tally import Slots, Tally
 
@@ -51,9 +52,11 @@ def unpacked(packed: PackedTally) -> Tally:
     """The tally that was packed: more can be counted in it."""
     tally = Tally(packed.cells, packed.scales, packed.limit)
     used = len(packed.slots.cell)
-    bins = np.zeros((used, packed.width), dtype=np.uint32)
-    bins.ravel()[packed.filled] = packed.rocks
+    bins = np.zeros((used, packed.width), dtype=np.uint8)
+    bins.ravel()[packed.filled] = packed.rocks % FULL
+    full = packed.rocks >= FULL
     tally.slots = Slots(*(column.copy() for column in packed.slots))._replace(bins=bins)
+    tally.carries = Carries(packed.width, packed.filled[full], (packed.rocks[full] // FULL).astype(np.int64))
     tally.used, tally.merges = used, packed.merges
     tally.slot[packed.slots.cell] = np.arange(used)
     return tally

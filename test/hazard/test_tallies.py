@@ -13,6 +13,7 @@ from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, Raster
+from rpf3d_core.hazard.partial import add_packed, packed, packed_tallies, unpacked
 from rpf3d_core.hazard.tallies import tallies_over
 from rpf3d_core.hazard.walk import Ground
 from rpf3d_core.terrain.facets import facets_of
@@ -168,6 +169,23 @@ def test_eight_parts_together_are_the_same_bits_as_one_run(limit):
         joined.add(mine)
     assert_same(joined.maps(160, ()), whole.maps(160, ()))
     assert (whole.maps(160, ()).cells.percentiles_within > 0.05) == (limit < MEMORY), "less memory, wider bins"
+
+
+@pytest.mark.parametrize("limit", [MEMORY, 600.0])
+def test_more_rocks_than_a_byte_holds_are_counted_in_parts_and_packed(limit):
+    """A thousand like rocks in one bin: bytes are full several times, in each part and when parts are joined."""
+    terrain, one = made.floor(10.0, cells=2), np.array([[1.3, 2.1, 4.0]])
+    engine, physics = made.engine_over("compiled", terrain), made.flight(made.surface(0.3, 0.5), "none")
+    whole, joined = over(terrain, limit=limit), over(terrain, limit=limit)
+    made.fly(engine, physics, np.repeat(one, 1000, axis=0), watch=whole)
+    for rocks in (300, 5, 695):
+        part = over(terrain, limit=limit)
+        made.fly(engine, physics, np.repeat(one, rocks, axis=0), watch=part)
+        add_packed(joined, packed_tallies(part))
+    for tally in (whole.squares, joined.squares, unpacked(packed(whole.squares))):
+        bins = tally.found().bins
+        assert bins.max() == 1000 and bins.sum() == 3000 * tally.used
+    assert_same(joined.maps(1000, ()), whole.maps(1000, ()))
 
 
 def test_bins_merged_for_want_of_memory_still_keep_their_promise():
