@@ -94,7 +94,7 @@ def fly_batches(
     threads: int | None = None,
     stop: Callable[[], bool] | None = None,
 ) -> Iterator[Batch]:
-    """Fly R rocks, batch after batch, in the same order on any number of threads; on threads where the engine allows.
+    """Fly R rocks, batch after batch; on threads where the engine allows.
 
     Parameters
     ----------
@@ -102,12 +102,8 @@ def fly_batches(
     threads : for the compiled engine; None for one a core
     stop : asked between batches; once it says True, what flies comes to its end and nothing more takes off
     """
-    rocks = len(releases.x)
     workers = (threads or os.cpu_count() or 1) if isinstance(engine, Compiled) else 1
-    largest = LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH
-    size = max(1, min(largest, -(-rocks // (workers * BATCHES_A_THREAD))))
-    batches = -(-rocks // size)
-    shares = (side_by_side(releases, np.arange(k, rocks, batches)) for k in range(batches))
+    shares = flight_order(releases, workers, LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH)
     running: deque[Future[list[Batch]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
 
@@ -120,6 +116,14 @@ def fly_batches(
             yield from running.popleft().result()
             if stop is None or not stop():
                 start(1)
+
+
+def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[IntArray]:
+    """The rows (N,) of the releases that each batch flies, in the order in which it does; at most `largest` a batch."""
+    rocks = len(releases.x)
+    size = max(1, min(largest, -(-rocks // (workers * BATCHES_A_THREAD))))
+    batches = -(-rocks // size)
+    return (side_by_side(releases, np.arange(k, rocks, batches)) for k in range(batches))
 
 
 def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
