@@ -199,7 +199,8 @@ def _fly(
     for first, last in plan:
         planned = sum(last)
         stream.advance = progress(sum(last) - sum(first)) if progress else None
-        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last)):
+        blocks = blocks_of(first, last, stream.most_rocks)
+        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks):
             break
         if scene.rocks == "auto":
             steps.append(step_of(tallies.places(totals.rocks, prepared.area_names), prepared.terrain.zones))

@@ -109,6 +109,20 @@ def test_blocks_do_not_change_the_answer(folder: Path, monkeypatch: pytest.Monke
     assert keys[0] == keys[1] and len(keys[0]) > 60
 
 
+def test_blocks_are_smaller_where_rocks_have_many_impacts(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = rpf3d.simulate(folder / "scene.yaml", rocks=60, engine="reference")
+    mean = whole.totals.impacts / 60
+    for name, value in (("FIRST_BLOCK", 12), ("BLOCK_IMPACTS", int(7.5 * mean)), ("SMALLEST_BLOCK", 2)):
+        monkeypatch.setattr(stream, name, value)
+    sizes: list[int] = []
+    hand_on = stream.Stream._hand_on
+    monkeypatch.setattr(stream.Stream, "_hand_on", lambda s, b, r: (sizes.append(len(r.x)), hand_on(s, b, r)))
+    parted = rpf3d.simulate(folder / "scene.yaml", rocks=60, engine="reference")
+    assert sizes[0] == 12 and all(4 <= size <= 11 for size in sizes[1:]) and sum(sizes) == 60
+    assert_same_layers(whole, parted)
+    assert parted.totals.impacts == whole.totals.impacts
+
+
 def test_the_rocks_that_are_shown_are_spread_over_all_blocks(
     folder: Path, monkeypatch: pytest.MonkeyPatch, no_pictures: None
 ) -> None:
