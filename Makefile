@@ -43,7 +43,7 @@ demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
 test: venv
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: venv
 	$(BIN)/ruff check .

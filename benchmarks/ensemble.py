@@ -21,7 +21,7 @@ from flight import BENCH, CONE, LONG, TRIANGLES, Case, ground_of
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.walk import Ground
@@ -49,14 +49,14 @@ class Mapped:
         terrain = ground_of(case.falls, TRIANGLES)
         facets = case.engine.facets
         self.ground = Ground(facets, case.engine.locator, raster_over(terrain, CELL))
-        extent = float(np.linalg.norm(np.subtract(facets.high, facets.low)))
-        self.scales = scales_of(extent, 9.81, case.falls.speed, 1000.0, 1000.0)
+        drop = facets.high[2] - facets.low[2]
+        self.scales = [scales_of(drop, 9.81, case.falls.speed, 1e3, 1e3, bins) for bins in (PER_OCTAVE, FINE)]
         self.cpu: dict[str, list[float]] = {}
         self.wall: dict[str, list[float]] = {}
 
     def tallies(self) -> Tallies:
         """Nothing counted yet."""
-        return tallies_over(self.ground, areas_of({}), 1, 9.81, self.scales, MEMORY, True)
+        return tallies_over(self.ground, areas_of({}), 1, 9.81, *self.scales, MEMORY, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
         """Fly all rocks once more, by so many threads."""

@@ -18,7 +18,7 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.prepared import Prepared, check_engine, prepare, releases_in_ranges
+from rpf3d_core.prepared import Prepared, check_engine, places_of, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.values import Outcome
@@ -133,7 +133,7 @@ def check_scene(scene: Scene) -> Check:
     check_engine(scene)
     prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # there is nothing to compile for a pilot
     engine, sources = prepared.engine, prepared.sources
-    _, rocks = next(rounds_of(scene))
+    _, rocks = next(rounds_of(scene, places_of(prepared)))
     every = -(-sum(rocks) // LOOKED_AT)
     releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
     below = engine.ground_below(releases.x)

@@ -54,14 +54,19 @@ def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | Non
     return scene.model_copy(update=changes)
 
 
-def rounds_of(scene: Scene) -> Iterator[Round]:
-    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`."""
+def rounds_of(scene: Scene, points: Sequence[int]) -> Iterator[Round]:
+    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`.
+
+    points : how many places each source deals its rocks to in turn: the first round reaches all of them, or what it
+        says would be of the first places only
+    """
     counts = [source.rocks for source in scene.sources]
     done = [0] * len(counts)
     if scene.rocks != "auto":
         yield done, counts
         return
-    first, most = [n * -(-FIRST_ROUND // sum(counts)) for n in counts], scene.target.most_rocks
+    times = max(-(-FIRST_ROUND // sum(counts)), *(-(-p // n) for p, n in zip(points, counts, strict=True) if n))
+    first, most = [n * times for n in counts], scene.target.most_rocks
     counts = first if sum(first) <= most else share_out(first, most)
     while sum(counts) <= most:
         yield done, counts

@@ -16,7 +16,7 @@ from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, r
 from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.areas import Areas, areas_of
-from rpf3d_core.hazard.bins import Scales, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales, scales_of
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE, check_memory, raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
@@ -37,6 +37,9 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.values import Rock
+
+LEAST_DROP = 1e-3
+"""Of the diagonal, that maps tell heights over even where the terrain is level and rocks lie on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,6 +179,12 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
         raise InputError(f"{scene.path}: {fault}") from fault
 
 
+def places_of(prepared: Prepared) -> list[int]:
+    """How many places each source deals its rocks to in turn; 1 for one that draws them."""
+    drawn = [source.line or source.patches is not None for source in prepared.sources]
+    return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
+
+
 def check_releases(prepared: Prepared, releases: Releases) -> None:
     """Refuse rocks that start under the ground or beside the terrain.
 
@@ -202,15 +211,26 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     cells = len(facets.zone) + prepared.raster.nx * prepared.raster.ny
     allowed = scene.hazard.memory_gb * GIGABYTE
     limit = max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
-    return tallies_over(ground, prepared.areas, zones, scene.gravity, _scales(prepared), limit, compiled)
+    scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
+    return tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
 
 
-def _scales(prepared: Prepared) -> Scales:
+def _scales(prepared: Prepared, per_octave: int) -> Scales:
     """Scales that hold whatever the scene can produce; a function of the scene alone, so that parts can be merged."""
-    facets = prepared.engine.facets
-    fastest = max((_fastest(source) for source in prepared.sources), default=0.0)
+    facets, sources = prepared.engine.facets, prepared.sources
+    fastest = max((_fastest(source) for source in sources), default=0.0)
+    highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
+    drop = max(highest, facets.high[2]) - facets.low[2]
     lightest, heaviest = mass_range(prepared.rock)
-    return scales_of(math.dist(facets.low, facets.high), prepared.scene.gravity, fastest, lightest, heaviest)
+    least = LEAST_DROP * math.dist(facets.low, facets.high)
+    return scales_of(max(drop, least), prepared.scene.gravity, fastest, lightest, heaviest, per_octave)
+
+
+def _highest(source: Source, top: float) -> float:
+    """No rock of a source is released higher than this (m), over a terrain that reaches up to `top` (m)."""
+    above = source.spread[2] + (source.above_ground or 0.0)
+    on_ground = source.above_ground is not None or source.patches is not None
+    return (top if on_ground else float(source.points[:, 2].max())) + above
 
 
 def _fastest(source: Source) -> float:

@@ -22,6 +22,7 @@ from rpf3d_core.prepared import (
     Prepared,
     check_releases,
     empty_tallies,
+    places_of,
     position_of_stops,
     prepare,
     releases_in_ranges,
@@ -187,7 +188,7 @@ def _fly(
     """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
     scene, flight = prepared.scene, prepared.flight
     tallies, totals = empty_tallies(prepared), Totals(position_of_stops(prepared))
-    plan = list(rounds_of(scene)) if rounds is None else list(rounds)
+    plan = list(rounds_of(scene, places_of(prepared))) if rounds is None else list(rounds)
     _check_all(prepared, plan[0])
     compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
     # What stays in memory keeps all impacts; a table that is not written needs none.
@@ -198,9 +199,10 @@ def _fly(
     began, planned = time.perf_counter(), 0
     for first, last in plan:
         planned = sum(last)
+        if steps:
+            _check_all(prepared, (first, last))
         stream.advance = progress(sum(last) - sum(first)) if progress else None
-        blocks = blocks_of(first, last, stream.most_rocks)
-        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks):
+        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last)):
             break
         if scene.rocks == "auto":
             steps.append(step_of(tallies.places(totals.rocks, prepared.area_names), prepared.terrain.zones))
@@ -214,9 +216,9 @@ def _fly(
     )  # fmt: skip
 
 
-def _check_all(prepared: Prepared, first_round: Round) -> None:
-    """Refuse sources with a rock under the ground before the first one flies, block by block."""
-    for ranges in blocks_of(*first_round):
+def _check_all(prepared: Prepared, rocks: Round) -> None:
+    """Refuse sources with a rock under the ground before the first rock of a round flies, block by block."""
+    for ranges in blocks_of(*rocks):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
 
 

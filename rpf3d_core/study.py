@@ -139,7 +139,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
         lambda deposits, _: totals.add(deposits), None, threads,
     )  # fmt: skip
     began = time.perf_counter()
-    stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last, stream.most_rocks))
+    stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last))
     flights = stream.flights(compile_s, time.perf_counter() - began)
     return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights)
 

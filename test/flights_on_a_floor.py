@@ -138,7 +138,7 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
     ground = Ground(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
     outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
     scales = scales_of(math.dist(facets.low, facets.high), G, 10.0, MASS, MASS)
-    tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, scales, 1e9, compiled=False)
+    tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, scales, scales, 1e9, compiled=False)
     deposits = flights.deposits
     moved = np.zeros_like(deposits.x)
     tallies(

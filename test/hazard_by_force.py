@@ -43,7 +43,9 @@ def straight_pieces(flights: Flights):
         if p.mode[i] == Mode.FLIGHT:
             yield p.row[i], p.t[i], p.x[i], p.v[i], duration, G, None, None
             continue
-        count = CHORDS if p.v[i, 0] * p.v_end[i, 1] != p.v[i, 1] * p.v_end[i, 0] else 1
+        way, begin = p.x[i + 1, :2] - p.x[i, :2], p.v[i, :2]
+        bent = abs(begin[0] * way[1] - begin[1] * way[0]) > 1e-6 * np.abs(begin).sum() * np.abs(way).sum()
+        count = CHORDS if bent else 1
         points = [along_pieces(p, np.array([i]), np.array([k / count]), G)[0][0] for k in range(count + 1)]
         step = duration / count
         begin, end = np.linalg.norm(p.v[i]), np.linalg.norm(p.v_end[i])

@@ -1,8 +1,10 @@
 """Fly rocks in batches over threads: each into room of a fixed size, looked at, and handed on.
 
-A batch takes every n-th rock, so whatever has flown when a run is interrupted stands for all: no source comes first.
+A batch takes rocks from all over the releases, so whatever has flown when a run is interrupted stands for all: no
+source and no place comes first.
 """
 
+import math
 import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +26,7 @@ from rpf3d_core.values import Outcome
 
 LARGEST_BATCH = 4096
 """Rocks in a batch at most."""
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 STRIPS = 0.25
 """Strips across the places of R rocks, over the square root of R: rocks that fly one after another start side by side
 and look at the same facets, which are then in the cache."""
@@ -123,7 +126,19 @@ def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[Int
     rocks = len(releases.x)
     size = max(1, min(largest, -(-rocks // (workers * BATCHES_A_THREAD))))
     batches = -(-rocks // size)
-    return (side_by_side(releases, np.arange(k, rocks, batches)) for k in range(batches))
+    spread = np.arange(rocks) * _golden_step(rocks) % max(rocks, 1)
+    return (side_by_side(releases, spread[k::batches]) for k in range(batches))
+
+
+def _golden_step(rocks: int) -> int:
+    """A step through R rows, round and round, that comes to each once and leaves no gap for long.
+
+    Every n-th row would not do: where rocks are dealt to n places in turn, a batch would have those of one place.
+    """
+    step = max(round(GOLDEN * rocks), 1)
+    while math.gcd(step, rocks) > 1:
+        step += 1
+    return step
 
 
 def side_by_side(releases: Releases, rows: IntArray) -> IntArray:

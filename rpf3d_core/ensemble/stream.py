@@ -12,13 +12,8 @@ from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Engine
 
-BLOCK = 65_536
-"""Rocks in a block at most."""
-FIRST_BLOCK = 8192
-"""Rocks in the first block, which tells how many impacts a rock has."""
-BLOCK_IMPACTS = 2_000_000
-"""Impacts that a block should hold at most: some hundreds of megabytes while they are put in order and written."""
-SMALLEST_BLOCK = 512
+BLOCK = 16_384
+"""Rocks in a block at most: where each has 200 impacts, some hundreds of megabytes while these are put in order."""
 
 Sink = Callable[[Deposits, Impacts], None]
 """Takes the rocks of one block, in order; rows of the impacts count from the block's first rock."""
@@ -47,24 +42,21 @@ def _spread(rocks: int, some: int) -> IntArray:
     return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
 
 
-def blocks_of(
-    first: Sequence[int], last: Sequence[int], most: Callable[[], int] | None = None
-) -> Iterator[list[range]]:
-    """Ranges of rocks of each source that together go from its `first` to before its `last`.
+def blocks_of(first: Sequence[int], last: Sequence[int]) -> Iterator[list[range]]:
+    """Ranges of rocks of each source that together go from its `first` to before its `last`, about BLOCK a time.
 
-    Each block takes its share of every source, so that the blocks flown so far stand for all.
-
-    most : asked before each block how many rocks it may have; BLOCK if not given
+    Each block takes every n-th rock of every source, so that the blocks flown so far stand for all of its places.
     """
-    rocks, done = sum(last) - sum(first), 0
-    while done < rocks:
-        left = rocks - done
-        more = done + -(-left // -(-left // (most() if most else BLOCK)))  # the rest in blocks of about the same size
-        yield [
-            range(low + done * (high - low) // rocks, low + more * (high - low) // rocks)
-            for low, high in zip(first, last, strict=True)
-        ]
-        done = more
+    blocks = -(-(sum(last) - sum(first)) // BLOCK)
+    for b in range(blocks):
+        yield [_share(low, high, b, blocks) for low, high in zip(first, last, strict=True)]
+
+
+def _share(low: int, high: int, b: int, blocks: int) -> range:
+    """The rocks of one source, from low to before high, that fly in block b."""
+    if high - low >= blocks:
+        return range(low + b, high, blocks)
+    return range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
 
 
 @dataclass(eq=False)
@@ -87,18 +79,9 @@ class Stream:
 
     def __post_init__(self) -> None:
         """Nothing has flown yet."""
-        self.rows = self._struck = 0
+        self.rows = 0
         self._batches: list[Batch] = []
         self._releases: list[Releases] = []
-
-    def most_rocks(self) -> int:
-        """How many rocks the next block may have, by the impacts of those that have flown."""
-        if not self.impacts and self.shown.rocks is not None:
-            return BLOCK
-        if self.rows == 0:
-            return min(FIRST_BLOCK, BLOCK)
-        few = int(BLOCK_IMPACTS * self.rows / max(self._struck, 1))
-        return min(max(few, SMALLEST_BLOCK), BLOCK)
 
     def fly(self, blocks: Iterable[Releases]) -> bool:
         """Fly blocks of rocks; False where it was stopped before all had flown."""
@@ -124,7 +107,6 @@ class Stream:
         return sum(len(batch.rows) for batch in batches)
 
     def _hand_on(self, batch: Batch, releases: Releases) -> None:
-        self._struck += int(batch.counts[:, 2].sum())
         if self.sink:
             self.sink(deposits_of(batch.finals, batch.counts, taken(releases, batch.rows)), impacts_of(batch))
         shown = self._chosen(self.shown.rocks, len(releases.x))[batch.rows]

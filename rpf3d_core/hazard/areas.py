@@ -1,7 +1,7 @@
 """Areas of interest in plan, and the stretches of a track that lie inside them: exact, without cells.
 
-A track is a straight line in plan. It crosses the outline of an area at exact times; between an odd and the next
-crossing it is inside. Outlines that are holes count the same way.
+A track is a straight line in plan. It crosses the outlines of an area, holes among them, at exact times; between two
+crossings it is inside or outside all the time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.arc import position
 from rpf3d_core.compiling import kernel
 from rpf3d_core.hazard.tracks import Track, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_stay, visit
@@ -78,24 +79,20 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 
 @kernel
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
-    """Visit area a during each stretch of the track inside it."""
-    crossings = _sorted_crossings(areas, a, track)
-    inside, begin = contains_point(areas, a, track.arc.x), 0.0
+    """Visit area a during each stretch of the track inside it: what is inside is asked at the middle of each."""
+    crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):
         end = areas.crossings[k] if k < crossings else track.duration
-        if inside:
+        if end > begin and contains_point(areas, a, position(track.arc, 0.5 * (begin + end))):
             t = time_at(track, begin)
             stay = visit(visits, a, t, mass)
             note_stay(visits, stay, t, time_at(track, end), top_speed2(track, begin, end))
-        inside, begin = not inside, end
+        begin = end
 
 
 @kernel
 def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
-    """Times at which the track crosses the outlines of area a, in order; how many.
-
-    A point on the line of the track counts as to its left, so that a track through a corner crosses once or twice.
-    """
+    """Times at which the track crosses the outlines of area a, in order; how many."""
     x, v, used = track.arc.x, track.arc.v, 0
     for e in range(areas.first[a], areas.first[a + 1]):
         before = v[0] * (areas.edges[e, 1] - x[1]) - v[1] * (areas.edges[e, 0] - x[0]) >= 0.0

@@ -14,6 +14,8 @@ from rpf3d_core.terrain.frame import FloatArray
 
 PER_OCTAVE = 8
 """Bins an octave: the geometric middle of the widest lies 4.7 % from its ends."""
+FINE = 128
+"""Bins an octave for zones and areas, which are few: percentiles that are to hold still must be told finely."""
 BEND = math.sqrt(2.0) / 4.0
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """In a pit 1 km across rocks are told apart from 0.06 m/s and 8 mm on; slower and lower ones count as at most that."""
@@ -24,43 +26,49 @@ QUANTITIES = 3
 
 
 class Scales(NamedTuple):
-    """The largest energy (J), speed (m/s) and height (m) that bins tell apart, and how many bins each has.
+    """The largest energy (J), speed (m/s) and height (m) that bins tell apart, how many bins each has, and an octave.
 
     Powers of two (the energy apart from the factor mass / 2), so that scaling rounds nothing.
     """
 
     top: tuple[float, float, float]
     bins: tuple[int, int, int]
+    per_octave: int
 
 
-def scales_of(extent: float, gravity: float, fastest: float, lightest: float, heaviest: float) -> Scales:
-    """Scales for a terrain of some diagonal (m), releases no faster than `fastest` (m/s), masses between two (kg)."""
-    height = _power_of_two(2.0 * extent)
-    speed = _power_of_two(math.sqrt(2.0 * gravity * height) + fastest)
+def scales_of(
+    drop: float, gravity: float, fastest: float, lightest: float, heaviest: float, per_octave: int = PER_OCTAVE
+) -> Scales:
+    """Scales for rocks that fall no deeper than `drop` (m) from where they are released, no faster than `fastest`.
+
+    fastest : m/s; lightest, heaviest : bounds of their masses (kg); per_octave : bins
+    """
+    height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
+    speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))
     masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
     octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES, HEIGHT_OCTAVES)
-    bins = (PER_OCTAVE * octaves[0], PER_OCTAVE * octaves[1], PER_OCTAVE * octaves[2])
-    return Scales((0.5 * heaviest * speed * speed, speed, height), bins)
+    bins = (per_octave * octaves[0], per_octave * octaves[1], per_octave * octaves[2])
+    return Scales((0.5 * heaviest * speed * speed, speed, height), bins, per_octave)
 
 
 @kernel
-def bin_of(value: float, top: float, bins: int) -> int:
+def bin_of(value: float, top: float, bins: int, per_octave: int) -> int:
     """The bin of a value >= 0, of `bins` that reach up to `top`: 0 holds what is lower, the last what is higher."""
     mantissa, exponent = math.frexp(value / top)
     x = 2.0 * mantissa - 1.0
     if x < 0.0:
         return 0
-    place = bins + (exponent - 1) * PER_OCTAVE + math.floor(PER_OCTAVE * (x + BEND * x * (1.0 - x)))
+    place = bins + (exponent - 1) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
     return int(min(max(place, 0), bins - 1))
 
 
-def bin_edges(top: float, bins: int) -> FloatArray:
+def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
     """Edges (B + 1,) of B bins that reach up to top, from below, in its unit: J, m/s or m."""
-    octave, part = np.divmod(np.arange(bins + 1), PER_OCTAVE)
-    even = part / PER_OCTAVE
+    octave, part = np.divmod(np.arange(bins + 1), per_octave)
+    even = part / per_octave
     c = 1.0 + BEND
     x = (c - np.sqrt(c * c - 4.0 * BEND * even)) / (2.0 * BEND)
-    edges: FloatArray = top * np.exp2(octave - bins / PER_OCTAVE) * (1.0 + x)
+    edges: FloatArray = top * np.exp2(octave - bins / per_octave) * (1.0 + x)
     return edges
 
 

@@ -63,7 +63,8 @@ class Carries:
         slot, b = np.divmod(places, self.bins)
         row = np.full(len(bins), -1, dtype=np.int64)
         row[order] = np.arange(len(order))
-        wide[row[slot], b] += (FULL * counts).astype(np.uint32)
+        asked = row[slot] >= 0
+        wide[row[slot[asked]], b[asked]] += (FULL * counts[asked]).astype(np.uint32)
         return wide
 
     def _add(self, places: Places, counts: Places) -> None:

@@ -1,5 +1,6 @@
 """From a tally to layers: shares, means and percentiles of every cell."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,15 @@ def layers_of(tally: Tally) -> Layers:
     rocks, passages, impacts, deposits = (_counted(cells, found, k) for k in range(4))
     first = _everywhere(cells, found.cell, found.most[:, 3])
     edges = [_edges(tally, q) for q in range(3)]
-    energy, speed, height = (_spread(tally, found, q, edges[q]) for q in range(3))
+    percentiles = _percentiles_of(tally, found, edges)
+    energy, speed, height = (_spread(tally, found, q, percentiles[q]) for q in range(3))
     within = max(relative_error(some) for some in edges)
     return Layers(rocks, passages, impacts, deposits, first, energy, speed, height, within)
+
+
+def without_passages(layers: Layers) -> Layers:
+    """The layers of zones and areas, arrays (C,): a rock goes from facet to facet of a zone without leaving it."""
+    return replace(layers, passages=np.zeros_like(layers.passages))
 
 
 def _counted(cells: int, found: Slots, k: int) -> CountArray:
@@ -34,24 +41,38 @@ def _counted(cells: int, found: Slots, k: int) -> CountArray:
 
 def _edges(tally: Tally, q: int) -> FloatArray:
     """Edges of the bins of a quantity, as they are after merging."""
-    return bin_edges(tally.scales.top[q], tally.scales.bins[q])[:: 2**tally.merges]
+    return bin_edges(tally.scales.top[q], tally.scales.bins[q], tally.scales.per_octave)[:: 2**tally.merges]
 
 
-def _spread(tally: Tally, found: Slots, q: int, edges: FloatArray) -> Spread:
-    """The spread of one quantity over the rocks of each cell."""
-    rocks = found.counts[:, ROCKS]
-    begin = sum(tally.scales.bins[:q]) >> tally.merges
-    bins = found.bins[:, begin : begin + len(edges) - 1]
-    percentiles = np.full((len(rocks), len(PERCENTILES)), np.nan)
-    many = np.flatnonzero(rocks >= FEWEST_ROCKS)
-    if len(many):
-        tell = _percentiles if len(many) > FEW else _percentiles.py_func  # type: ignore[attr-defined]
-        told = np.empty((len(many), len(PERCENTILES)))
-        tell(bins[many], rocks[many], bin_values(edges), np.array(PERCENTILES), told)
-        percentiles[many] = told
+def _percentiles_of(tally: Tally, found: Slots, edges: list[FloatArray]) -> FloatArray:
+    """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
+    told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan)
+    first = 0
+    for bins in tally.bins_found():
+        rocks = found.counts[first : first + len(bins), ROCKS]
+        many, column = np.flatnonzero(rocks >= FEWEST_ROCKS), 0
+        for q in range(3):
+            width = len(edges[q]) - 1
+            some = bins[many, column : column + width]
+            told[q, first + many] = _told(some, rocks[many], bin_values(edges[q]))
+            column += width
+        first += len(bins)
+    return told
+
+
+def _told(bins: NDArray[np.uint32], rocks: CountArray, values: FloatArray) -> FloatArray:
+    """Percentiles (N, P) of cells with bins (N, B), which stand for values (B,)."""
+    told = np.empty((len(rocks), len(PERCENTILES)))
+    tell = _percentiles if len(rocks) > FEW else _percentiles.py_func  # type: ignore[attr-defined]
+    tell(np.ascontiguousarray(bins), rocks, values, np.array(PERCENTILES), told)
+    return told
+
+
+def _spread(tally: Tally, found: Slots, q: int, percentiles: FloatArray) -> Spread:
+    """The spread of one quantity over the rocks of each cell, from its percentiles (S, P)."""
     largest = found.most[:, q]
-    np.minimum(percentiles, largest[:, None], out=percentiles)
-    mean = found.counts[:, SUMS + q] * (tally.scales.top[q] / SUM_UNITS) / rocks
+    percentiles = np.minimum(percentiles, largest[:, None])
+    mean = found.counts[:, SUMS + q] * (tally.scales.top[q] / SUM_UNITS) / found.counts[:, ROCKS]
     columns = (largest, mean, *percentiles.T)
     return Spread(*(_everywhere(len(tally.slot), found.cell, column) for column in columns))
 

@@ -25,7 +25,7 @@ FEWEST_ROCKS = 20
 class Spread:
     """Of each rock's maximum in a cell, over the rocks that came there; every array (C,), NaN where none came.
 
-    largest, mean : exact, to float32
+    largest : exact, to float32; mean : to 2^-35 of the largest value that the scene can produce, and float32
     p50, p90, p95, p99 : to within `Layers.percentiles_within`; NaN below `FEWEST_ROCKS` rocks
     """
 

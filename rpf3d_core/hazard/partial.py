@@ -38,13 +38,16 @@ class PackedTally:
 
 def packed(tally: Tally) -> PackedTally:
     """A tally, packed."""
-    slots = tally.found()
-    filled = np.flatnonzero(slots.bins)
-    none = slots.bins[:, :0].copy()
-    width = slots.bins.shape[1]
+    width, first = tally.slots.bins.shape[1], 0
+    filled, rocks = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.uint32)]
+    for bins in tally.bins_found():
+        some = np.flatnonzero(bins)
+        filled.append(some + first * width)
+        rocks.append(bins.ravel()[some])
+        first += len(bins)
     return PackedTally(
-        len(tally.slot), tally.scales, tally.limit, tally.merges, width, slots._replace(bins=none), filled,
-        slots.bins.ravel()[filled],
+        len(tally.slot), tally.scales, tally.limit, tally.merges, width, tally.found(), np.concatenate(filled),
+        np.concatenate(rocks),
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.areas import Areas, contains_point, walk_areas
 from rpf3d_core.hazard.bins import Scales
-from rpf3d_core.hazard.layers import layers_of
+from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps, Raster
 from rpf3d_core.hazard.tally import Tally
 from rpf3d_core.hazard.tracks import square_at, track_of, tracks_of
@@ -101,12 +101,15 @@ class Tallies:
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
-        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names)
+        return HazardMaps(
+            flown, self.ground.raster, squares, facets, without_passages(zones), without_passages(inside), area_names
+        )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
-        nothing = layers_of(Tally(0, self.squares.scales, 0.0))
+        nothing = layers_of(Tally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
+        zones, inside = without_passages(zones), without_passages(inside)
         return HazardMaps(flown, self.ground.raster, nothing, nothing, zones, inside, area_names)
 
     @property
@@ -134,13 +137,17 @@ class Tallies:
 
 
 def tallies_over(
-    ground: Ground, areas: Areas, zones: int, gravity: float, scales: Scales, limit: float, compiled: bool
+    ground: Ground, areas: Areas, zones: int, gravity: float, scales: Scales, fine: Scales, limit: float, compiled: bool
 ) -> Tallies:
-    """Tallies over a ground of so many zones with nothing counted yet; `limit` : bytes that bins may take."""
-    cells = (ground.raster.nx * ground.raster.ny, len(ground.facets.zone), zones, len(areas.boxes))
-    shares = (0.5 * limit, 0.5 * limit, limit, limit)
-    each = zip(cells, shares, strict=True)
-    squares, facets, places, inside = (Tally(n, scales, share, compiled) for n, share in each)
+    """Tallies over a ground of so many zones with nothing counted yet.
+
+    scales : of squares and facets; fine : of zones and areas; limit : bytes that the bins of the former may take
+    """
+    squares, facets = (
+        Tally(n, scales, 0.5 * limit, compiled)
+        for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
+    )
+    places, inside = (Tally(n, fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
     return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())
 
 
@@ -191,7 +198,8 @@ def _next_rock(scratch: Scratch) -> None:
 @kernel
 def _fits(scratch: Scratch) -> bool:
     """Whether the rock at hand found room everywhere; if not, it has been nowhere yet."""
-    if scratch.squares.state[FULL] + scratch.facets.state[FULL] + scratch.zones.state[FULL] == 0:
+    full = scratch.squares.state[FULL] + scratch.facets.state[FULL]
+    if full + scratch.zones.state[FULL] + scratch.areas.state[FULL] == 0:
         return True
     take_back(scratch.squares)
     take_back(scratch.facets)
@@ -228,6 +236,7 @@ def _note_impact(
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
+    note_stay(scratch.squares, k, t, t, speed2)
     note_count(scratch.squares, k, IMPACTS)
     k = visit(scratch.facets, facet, t, mass)
     note_stay(scratch.facets, k, t, t, speed2)
@@ -237,7 +246,9 @@ def _note_impact(
     note_count(scratch.zones, k, IMPACTS)
     for a in range(len(areas.boxes)):
         if contains_point(areas, a, x):
-            note_count(scratch.areas, visit(scratch.areas, a, t, mass), IMPACTS)
+            k = visit(scratch.areas, a, t, mass)
+            note_stay(scratch.areas, k, t, t, speed2)
+            note_count(scratch.areas, k, IMPACTS)
 
 
 @kernel
@@ -247,6 +258,7 @@ def _come_to_rest(
     """Count a rock that has stopped, where it lies; and one that never moved, where it was released."""
     t, x = final[0], (final[1], final[2], final[3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
+    note_stay(scratch.squares, k, t, t, 0.0)
     if outcome != STOPPED and outcome != CAUGHT:
         return
     note_count(scratch.squares, k, DEPOSITS)

@@ -9,6 +9,7 @@ are bytes. What a byte cannot hold is carried (`carries.py`).
 
 import math
 import threading
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
-from rpf3d_core.hazard.carries import Carries, in_pairs
+from rpf3d_core.hazard.carries import AT_ONCE, Carries, in_pairs
 from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits
 
 FEWEST_SLOTS = 1024
@@ -24,6 +25,8 @@ MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """After so many mergings in pairs a bin is an octave wide."""
 BYTES_PER_CELL = 128
 """That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, and in layers."""
+BYTES_PER_SLOT = 84
+"""That a cell needs beside its bins once rocks have come to it."""
 LEAST_SHARE = 0.2
 """Of the memory for maps that bins may take, however little the cells leave."""
 SUM_UNITS = 2.0**34
@@ -91,16 +94,25 @@ class Tally:
             self.carries.add_bins(mine.bins, place, bins)
 
     def found(self) -> Slots:
-        """What is kept of the cells that rocks came to, in order of cell; its bins hold what was carried as well."""
-        order = np.argsort(self.slots.cell[: self.used], kind="stable")
-        cell, counts, most, _ = (column[order] for column in self.slots)
-        return Slots(cell, counts, most, self.carries.whole(self.slots.bins, order))
+        """What is kept of the S cells that rocks came to, in order of cell, without bins (S, 0): see `bins_found`."""
+        order = self._order()
+        none = np.empty((len(order), 0), dtype=np.uint8)
+        return Slots(self.slots.cell[order], self.slots.counts[order], self.slots.most[order], none)
+
+    def bins_found(self) -> Iterator[NDArray[np.uint32]]:
+        """The bins of the same cells with all that was carried, (N, B) at a time: all at once would fill memory."""
+        order = self._order()
+        for begin in range(0, len(order), AT_ONCE):
+            yield self.carries.whole(self.slots.bins, order[begin : begin + AT_ONCE])
+
+    def _order(self) -> NDArray[np.int64]:
+        return np.argsort(self.slots.cell[: self.used], kind="stable")
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
         """Give a slot to each cell that has none."""
         new = np.unique(cells[self.slot[cells] < 0])
         first, self.used = self.used, self.used + len(new)
-        while self.merges < MOST_MERGES and self.used * self.slots.bins.shape[1] > self.limit:
+        while self.merges < MOST_MERGES and self.used * (self.slots.bins.shape[1] + BYTES_PER_SLOT) > self.limit:
             self._merge_bins()
         if self.used > len(self.slots.cell):
             self._grow(max(FEWEST_SLOTS, self.used + self.used // 2))
@@ -156,8 +168,8 @@ def _fold(
         for q in range(3):
             value, top = values[q], scales.top[q]
             slots.most[s, q] = max(slots.most[s, q], np.float32(value))
-            slots.counts[s, SUMS + q] += np.int64(value / top * SUM_UNITS)
-            b = (offsets[q] + bin_of(value, top, scales.bins[q])) >> merges
+            slots.counts[s, SUMS + q] += np.int64(value / top * SUM_UNITS + 0.5)
+            b = (offsets[q] + bin_of(value, top, scales.bins[q], scales.per_octave)) >> merges
             if slots.bins[s, b] == 255:
                 slots.bins[s, b] = 0
                 full[carried] = s * slots.bins.shape[1] + b

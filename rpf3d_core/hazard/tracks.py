@@ -16,6 +16,8 @@ from rpf3d_core.vectors import norm
 FLIGHT = int(Mode.FLIGHT)
 CHORDS = 8
 """Chords that a slide which bends is walked as; it leaves the curve by at most 1/128 of its bend."""
+STRAIGHT = 1e-6
+"""Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
 
 
 class Track(NamedTuple):
@@ -41,8 +43,10 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
         return 0
     if modes[p] == FLIGHT:
         return 1
-    turn = pieces[p, 4] * pieces[p, 8] - pieces[p, 5] * pieces[p, 7]
-    return CHORDS if turn != 0.0 else 1
+    x, y = pieces[p + 1, 1] - pieces[p, 1], pieces[p + 1, 2] - pieces[p, 2]
+    aside = pieces[p, 4] * y - pieces[p, 5] * x
+    straight = abs(aside) <= STRAIGHT * (abs(pieces[p, 4]) + abs(pieces[p, 5])) * (abs(x) + abs(y))
+    return 1 if straight else CHORDS
 
 
 @kernel

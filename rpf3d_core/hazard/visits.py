@@ -97,6 +97,7 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
         return
     if begin > visits.times[k, UNTIL] + JOINED:
         visits.counts[k, PASSAGES] += 1
+    visits.times[k, FIRST] = min(visits.times[k, FIRST], begin)
     visits.times[k, UNTIL] = max(visits.times[k, UNTIL], end)
     visits.most[k, SPEED2] = max(visits.most[k, SPEED2], speed2)
 

@@ -23,10 +23,13 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
-OVERLAP = 1e-6
-"""Share by which the facets under a stretch of track may seem longer than it, before they are taken to overlap."""
+OVERLAP = 1e-9
+"""Share of a stretch of track that two facets may seem to have in common by rounding."""
+VERTICAL = 1e-7
+"""Cosine of the angle to the vertical below which a facet has no plan: 20 m of wall would be 2 um wide there, and the
+height above its plane nothing but rounding."""
 ROOM = 4096
-"""Facets under one stretch of track at most; more (never seen on survey terrain) are looked at one by one as well."""
+"""Facets under one stretch of track at most: a bucket of survey terrain has a dozen."""
 
 
 class Ground(NamedTuple):
@@ -41,15 +44,17 @@ class Spans(NamedTuple):
     """Scratch: facets under a stretch of track.
 
     facet : (M,); times : (M, 3) from when to when it is over each (s into the track), and how high above it at most (m)
+    cuts : (2 M,) these times in order
     """
 
     facet: Any
     times: Any
+    cuts: Any
 
 
 def empty_spans() -> Spans:
     """Room for the facets under a stretch of track."""
-    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 3)))
+    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 3)), np.empty(2 * ROOM))
 
 
 @kernel
@@ -58,18 +63,18 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
-    begin, pace_x, pace_y = 0.0, pace_of(v[0]), pace_of(v[1])
+    begin, pace_x, pace_y, here = 0.0, pace_of(v[0]), pace_of(v[1]), True
     while True:
         leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
         leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, track.duration)
-        if leave > begin or begin == 0.0:
+        if leave > begin or here:
             t = time_at(track, begin)
             k = visit(visits, j * raster.nx + i, t, mass)
-            note_stay(visits, k, t, time_at(track, leave), top_speed2(track, begin, leave))
+            note_stay(visits, k, t, time_at(track, max(begin, leave)), top_speed2(track, begin, leave))
         if leave >= track.duration:
             return
-        begin = max(begin, leave)
+        begin, here = max(begin, leave), False
         if leave_i <= leave_j:
             i += 1 if v[0] > 0.0 else -1
         else:
@@ -89,7 +94,7 @@ def walk_facets(
         leave_i = leaving_time(i, locator.nx, locator.x, locator.cell, x[0], pace_x)
         leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, track.duration)
-        if leave > begin or begin == 0.0:
+        if leave > begin:
             _visit_bucket(ground, spans, squares, facets, zones, track, mass, i, j, begin, leave)
         if leave >= track.duration:
             return
@@ -105,49 +110,94 @@ def _visit_bucket(
     ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     i: int, j: int, begin: float, leave: float,
 ) -> None:  # fmt: skip
-    """Visit the facets under the stretch of track that lies over the bucket in column i and row j.
-
-    Where they overlap in plan (an overhang, two terrains, a track along an edge), only what is straight below counts.
-    """
-    used, covered = _spans_over(ground, spans, track, i, j, begin, leave)
-    overlap = covered > (leave - begin) * (1.0 + OVERLAP) or (leave == begin and used > 1)
+    """Visit the facets under the stretch of track that lies over the bucket in column i and row j."""
+    used = _spans_over(ground, spans, track, i, j, begin, leave)
+    if _overlapping(spans, used, OVERLAP * (leave - begin)):
+        _visit_what_is_below(ground, spans, used, squares, facets, zones, track, mass)
+        return
     for s in range(used):
-        f, low, high = spans.facet[s], spans.times[s, 0], spans.times[s, 1]
-        if overlap and not _is_below(ground, track.arc, 0.5 * (low + high), f):
-            continue
-        height = max(spans.times[s, 2], 0.0)
-        speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-        k = visit(facets, f, t, mass)
-        note_stay(facets, k, t, until, speed2)
-        note_height(facets, k, height)
-        k = visit(zones, ground.facets.zone[f], t, mass)
-        note_stay(zones, k, t, until, speed2)
-        note_height(zones, k, height)
-        _note_heights(ground, squares, track, f, low, high, height)
+        low, high, height = spans.times[s, 0], spans.times[s, 1], spans.times[s, 2]
+        _visit_span(ground, squares, facets, zones, track, mass, spans.facet[s], low, high, height)
+
+
+@kernel
+def _visit_what_is_below(
+    ground: Ground, spans: Spans, used: int, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float
+) -> None:
+    """Where facets overlap in plan (an overhang, two terrains, a track on an edge) only what is straight below counts.
+
+    That changes only where one of them begins or ends: in between it is asked once.
+    """
+    cuts = _sorted_cuts(spans, used)
+    for c in range(cuts - 1):
+        low, high = spans.cuts[c], spans.cuts[c + 1]
+        if high > low:
+            f = ground_below(ground.locator, ground.facets, position(track.arc, 0.5 * (low + high)))[1].facet
+            if f >= 0 and abs(stored_normal(ground.facets, f)[2]) > VERTICAL:
+                height = largest_height(ground.facets, f, track.arc, low, high)
+                _visit_span(ground, squares, facets, zones, track, mass, f, low, high, height)
+
+
+@kernel
+def _sorted_cuts(spans: Spans, used: int) -> int:
+    """Put the times at which spans begin and end in order; how many."""
+    for s in range(2 * used):
+        time, k = spans.times[s // 2, s % 2], s
+        while k > 0 and spans.cuts[k - 1] > time:
+            spans.cuts[k] = spans.cuts[k - 1]
+            k -= 1
+        spans.cuts[k] = time
+    return 2 * used
+
+
+@kernel
+def _overlapping(spans: Spans, used: int, slack: float) -> bool:
+    """Whether two of the spans have more than `slack` (s) in common."""
+    for s in range(used):
+        for r in range(s):
+            if min(spans.times[s, 1], spans.times[r, 1]) - max(spans.times[s, 0], spans.times[r, 0]) > slack:
+                return True
+    return False
+
+
+@kernel
+def _visit_span(
+    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    f: int, low: float, high: float, height: float,
+) -> None:  # fmt: skip
+    """Visit facet f and its zone between two times of a track (s), in which it is `height` (m) above f at most."""
+    speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
+    k = visit(facets, f, t, mass)
+    note_stay(facets, k, t, until, speed2)
+    note_height(facets, k, height)
+    k = visit(zones, ground.facets.zone[f], t, mass)
+    note_stay(zones, k, t, until, speed2)
+    note_height(zones, k, height)
+    _note_heights(ground, squares, track, f, low, high, height)
 
 
 @kernel
 def _spans_over(
     ground: Ground, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float
-) -> tuple[int, float]:
-    """Find the facets of a bucket that lie under a stretch of track; how many, and how long they are all together."""
+) -> int:
+    """Find the facets of a bucket that lie under a stretch of track, and are not above it as a roof is; how many."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
     probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
-    used, covered = 0, 0.0
+    used = 0
     for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
         if not overlap(locator.boxes[np.uintp(entry)], probe):
             continue
         f: Any = np.int64(locator.ids[np.uintp(entry)])
         low, high = under(facets, f, arc, begin, leave)
-        if high < low or (high == low and leave > begin) or used == len(spans.facet):
+        if high <= low or used == len(spans.facet):
             continue
         height = largest_height(facets, f, arc, low, high)
-        if height < -REACH * facets.tolerance:  # it is below that facet, as under a roof
+        if height < -REACH * facets.tolerance:
             continue
         spans.facet[used], spans.times[used, 0], spans.times[used, 1], spans.times[used, 2] = f, low, high, height
-        used, covered = used + 1, covered + (high - low)
-    return used, covered
+        used += 1
+    return used
 
 
 @kernel
@@ -157,7 +207,7 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
     The straight line that the arc is in plan enters and leaves a triangle through those edges whose ends lie on either
     side of it; where it does is told from the places of the two ends along and across the line.
     """
-    if stored_normal(facets, f)[2] == 0.0:
+    if abs(stored_normal(facets, f)[2]) <= VERTICAL:
         return math.inf, -math.inf
     speed2 = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]
     if speed2 < SLOWEST:
@@ -201,12 +251,6 @@ def _holds(facets: Facets, f: int, x: Vec) -> bool:
         if side * ((b[0] - a[0]) * (x[1] - a[1]) - (b[1] - a[1]) * (x[0] - a[0])) < 0.0:
             return False
     return True
-
-
-@kernel
-def _is_below(ground: Ground, arc: Arc, t: float, f: int) -> bool:
-    """Whether facet f is the one straight below the rock."""
-    return ground_below(ground.locator, ground.facets, position(arc, t))[1].facet == f
 
 
 @kernel

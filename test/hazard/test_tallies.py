@@ -1,5 +1,6 @@
 """Tallies while flying: every cell and every statistic against hazard recomputed by force from stored paths."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -11,7 +12,7 @@ from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble import batches
 from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, bin_edges, bin_of, relative_error, scales_of
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, Raster
 from rpf3d_core.hazard.partial import add_packed, packed, packed_tallies, unpacked
 from rpf3d_core.hazard.tallies import tallies_over
@@ -32,10 +33,9 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
     facets = facets_of(terrain)
     low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
     raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
-    extent = math.dist(facets.low, facets.high)
-    scales = scales_of(extent, 9.81, 12.0, MASS, MASS)
+    scales, fine = (scales_of(30.0, 9.81, 12.0, MASS, MASS, per_octave) for per_octave in (PER_OCTAVE, FINE))
     ground = Ground(facets, bucket_locator(facets), raster)
-    return tallies_over(ground, areas_of(areas or {}), len(terrain.zones), 9.81, scales, limit, compiled)
+    return tallies_over(ground, areas_of(areas or {}), len(terrain.zones), 9.81, scales, fine, limit, compiled)
 
 
 def rocks_above(count, size=18.0, seed=3):
@@ -183,7 +183,7 @@ def test_more_rocks_than_a_byte_holds_are_counted_in_parts_and_packed(limit):
         made.fly(engine, physics, np.repeat(one, rocks, axis=0), watch=part)
         add_packed(joined, packed_tallies(part))
     for tally in (whole.squares, joined.squares, unpacked(packed(whole.squares))):
-        bins = tally.found().bins
+        bins = np.concatenate(list(tally.bins_found()))
         assert bins.max() == 1000 and bins.sum() == 3000 * tally.used
     assert_same(joined.maps(1000, ()), whole.maps(1000, ()))
 
@@ -212,6 +212,89 @@ def test_under_a_roof_a_rock_passes_the_floor_and_over_it_the_roof(engine):
     assert zones.deposits.tolist() == [1, 1]
 
 
+@pytest.mark.parametrize(("edge", "highest"), [(2.0, 12.0), (4.0, 12.0)])
+def test_over_a_step_in_what_is_below_each_part_of_an_arc_counts_above_its_own_ground(edge, highest):
+    floor, slab = made.floor(20.0), made.floor(20.0, z=10.0)
+    slab.vertices[:, 0] += edge + 20.0
+    terrain = made.joined(floor, slab)
+    tallies = over(terrain)
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    engine = made.engine_over("compiled", terrain)
+    flights = made.fly(engine, physics, (0.5, 1.0, 12.0), (10.0, 0.0, 0.0), watch=tallies)
+    assert flights.deposits.max_height == pytest.approx([highest], rel=EXACT), "it begins 12 m above the floor"
+    maps = tallies.maps(1, ())
+    fallen = 0.5 * 9.81 * ((edge - 0.5) / 10.0) ** 2
+    assert maps.zones.height.largest == pytest.approx([highest, 2.0 - fallen], rel=FLOAT32)
+    assert maps.zones.first_arrival == pytest.approx([0.0, (edge - 0.5) / 10.0], rel=FLOAT32, abs=EXACT)
+
+
+def test_a_wall_that_leans_by_rounding_only_tells_no_height():
+    walls = made.terrain_of(
+        [(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0), (3, 0.1, 0), (3 + 1e-9, 4.7, 0), (3, 2.2, 30)],
+        [(0, 1, 2), (0, 2, 3), (4, 5, 6)],
+    )
+    tallies = over(walls)
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    x = [(3.0 + 1e-10, y, 29.0) for y in (1.0, 2.0, 3.0)]
+    flights = made.fly(made.engine_over("compiled", walls), physics, x, (0.0, 0.3, 0.0), watch=tallies)
+    assert (flights.deposits.max_height <= 29.0 + 1e-6).all()
+
+
+def test_a_release_on_a_corner_of_squares_visits_none_that_it_only_touches():
+    terrain = made.floor(8.0, cells=4)
+    tallies = over(terrain, cell=1.0)
+    raster = tallies.ground.raster._replace(x=-8.0, y=-8.0, nx=16, ny=16)
+    tallies = dataclasses.replace(tallies, ground=tallies.ground._replace(raster=raster))
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    made.fly(made.engine_over("compiled", terrain), physics, (2.0, 2.0, 5.0), (-0.3, -0.7, 0.0), watch=tallies)
+    row, column = np.divmod(np.flatnonzero(tallies.maps(1, ()).cells.rocks), raster.nx)
+    visited = set(zip((column - 8).tolist(), (row - 8).tolist(), strict=True))
+    assert visited == {(2, 2), (1, 1)}, "(1, 2) is touched at its corner only"
+
+
+@pytest.mark.parametrize(
+    ("x", "v", "inside_s"),
+    [
+        ((0.0, 5.0), (-4.0, 0.0), None),
+        ((5.0, 0.0), (0.0, -4.0), None),
+        ((10.0, 5.0), (-4.0, 0.0), 0.0),
+        ((5.0, 5.0), (4.0, 0.0), 0.0),
+    ],
+)
+def test_a_track_that_begins_on_the_outline_of_an_area_is_in_it_only_where_it_is(x, v, inside_s):
+    terrain = made.floor(40.0)
+    square = {"square": [np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])]}
+    tallies = over(terrain, areas=square)
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    made.fly(made.engine_over("compiled", terrain), physics, (*x, 20.0), (*v, 0.0), watch=tallies)
+    areas = tallies.maps(1, ("square",)).areas
+    assert areas.rocks[0] == (inside_s is not None)
+    if inside_s is not None:
+        assert areas.first_arrival[0] == pytest.approx(inside_s, abs=EXACT)
+
+
+def test_rocks_that_find_no_room_among_the_areas_are_counted_in_them_all_the_same(monkeypatch):
+    monkeypatch.setattr(tallies_module, "ROOM", 64)
+    ring = np.array([[-20.0, -20.0], [40.0, -20.0], [40.0, 40.0], [-20.0, 40.0]])
+    tallies = over(rough(), areas={f"area_{k}": [ring] for k in range(6)})
+    flights = flown(rough(), tallies, count=128)
+    stopped = int((flights.deposits.outcome == 0).sum())
+    areas = tallies.maps(128, tuple(f"area_{k}" for k in range(6))).areas
+    assert areas.rocks.tolist() == [128] * 6 and areas.deposits.tolist() == [stopped] * 6
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_the_first_arrival_in_a_zone_does_not_depend_on_the_order_of_its_facets(flipped):
+    terrain = made.floor(10.0)
+    if flipped:
+        terrain.triangles[:] = terrain.triangles[::-1].copy()
+    tallies = over(terrain)
+    physics = made.flight(made.surface(0.0, 0.0), "none")
+    made.fly(made.engine_over("compiled", terrain), physics, (-5.0, 3.0, 8.0), (6.0, -1.0, 0.0), watch=tallies)
+    zones = tallies.maps(1, ()).zones
+    assert zones.first_arrival[0] == 0.0 and zones.passages[0] == 0
+
+
 def test_a_vertical_wall_is_visited_by_what_strikes_it():
     box = made.box()
     tallies = over(box)
@@ -237,7 +320,7 @@ def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
     raster = Raster(0.0, -size / 2, 2.0, cells, cells)
     scales = scales_of(100.0, 9.81, 12.0, MASS, MASS)
     ground = Ground(facets, bucket_locator(facets), raster)
-    tallies = tallies_over(ground, areas_of({}), 2, 9.81, scales, MEMORY, True)
+    tallies = tallies_over(ground, areas_of({}), 2, 9.81, scales, scales, MEMORY, True)
     random = np.random.default_rng(11)
     rocks = 4000
     x = np.stack([random.uniform(1.0, 3.0, rocks), random.uniform(-3.0, 3.0, rocks), np.full(rocks, 3.0)], 1)
@@ -254,9 +337,9 @@ def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
 
 def test_bins_hold_their_values_and_no_bin_is_wider_than_promised():
     top, bins = 64.0, 96
-    edges = bin_edges(top, bins)
+    edges = bin_edges(top, bins, 8)
     assert relative_error(edges) < 0.05 and edges[-1] == top
     for value in np.exp(np.random.default_rng(1).uniform(math.log(edges[0]), math.log(top), 2000)):
-        b = bin_of(float(value), top, bins)
+        b = bin_of(float(value), top, bins, 8)
         assert edges[b] * (1 - 1e-12) <= value <= edges[b + 1] * (1 + 1e-12)
-    assert [bin_of(v, top, bins) for v in (0.0, edges[0] / 2, 10 * top)] == [0, 0, bins - 1]
+    assert [bin_of(v, top, bins, 8) for v in (0.0, edges[0] / 2, 10 * top)] == [0, 0, bins - 1]
