@@ -212,7 +212,7 @@ def in_order(batches: Sequence[Batch]) -> Batch:
     """All rocks of at least one batch as one, in order of their rows."""
     rows = np.concatenate([batch.rows for batch in batches])
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
-    order = np.argsort(rows, kind="stable")
+    order = np.argsort(rows)  # each row is there once, so this need not be stable
     struck, moved = (_gathered(lengths[:, k], order) for k in range(2))
     impacts, pieces = (np.concatenate([getattr(batch, name) for batch in batches]) for name in ("impacts", "pieces"))
     facets, modes = (np.concatenate([getattr(batch, name) for batch in batches]) for name in ("facets", "modes"))
@@ -228,9 +228,11 @@ def _firsts(lengths: IntArray) -> IntArray:
 
 def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
     """Indices that put runs of rows, of given lengths (N,), in another order (N,)."""
+    if not lengths.any():
+        return np.empty(0, dtype=np.int64)
     begins = (np.cumsum(lengths) - lengths)[order]
     ends = np.cumsum(lengths[order])
-    within = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - lengths[order], lengths[order])
+    within = np.arange(ends[-1]) - np.repeat(ends - lengths[order], lengths[order])
     return np.asarray(np.repeat(begins, lengths[order]) + within)
 
 
