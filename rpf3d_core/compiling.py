@@ -129,11 +129,6 @@ def guarded(instead: F) -> Callable[[F], F]:
     return mark
 
 
-def compiled_signatures(function: Any) -> int:
-    """How many argument types a `loop` function has been compiled (or loaded from the cache) for."""
-    return len(getattr(function, "signatures", ()))
-
-
 def cache_folder() -> Path:
     """Where these sources keep what has been compiled of them."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d" / source_digest()

@@ -1,10 +1,14 @@
-"""The program as a user runs it: in a process of its own."""
+"""The program as a user runs it: in a process of its own, or, quicker, in this one."""
 
 import os
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+
+import pytest
+
+from rpf3d_core import cli
 
 ROOT = Path(__file__).parents[1]
 COMMAND = [sys.executable, "-m", "rpf3d_core.cli"]
@@ -29,3 +33,23 @@ def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess
         [sys.executable, "-c", program], cwd=cwd, env=environment(**changes), capture_output=True, text=True,
         timeout=LONGEST,
     )  # fmt: skip
+
+
+def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    """The exit code of a command that runs in this process: what it raises is a traceback, and fails the test."""
+    monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
+    try:
+        cli.main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
+    """What a command that is refused says; it must be one line, and the exit code 2."""
+    assert call(monkeypatch, *words) == 2
+    printed = capsys.readouterr()
+    assert printed.out == "", "nothing but the complaint is said"
+    (line,) = printed.err.splitlines()
+    assert line.startswith("rpf3d: ")
+    return line.removeprefix("rpf3d: ")

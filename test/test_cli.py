@@ -3,16 +3,14 @@
 import importlib.metadata
 import json
 import re
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import python, rpf3d
+from command_line import call, python, refused, rpf3d
 from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
 
-from rpf3d_core import cli
 from rpf3d_core.io.terrain import read_surface
 from rpf3d_core.terrain.pit_parameters import Pit
 
@@ -53,26 +51,6 @@ def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
     monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
     monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
-
-
-def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """The exit code of a command that runs in this process: what it raises is a traceback, and fails the test."""
-    monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
-    try:
-        cli.main()
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
-def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """What a command that is refused says; it must be one line, and the exit code 2."""
-    assert call(monkeypatch, *words) == 2
-    printed = capsys.readouterr()
-    assert printed.out == "", "nothing but the complaint is said"
-    (line,) = printed.err.splitlines()
-    assert line.startswith("rpf3d: ")
-    return line.removeprefix("rpf3d: ")
 
 
 BAD_SCENES = [

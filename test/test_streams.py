@@ -10,10 +10,10 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import scenes_of_facets as made
+from command_line import call, refused
 from terrain_files import SLOPE, grid, write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core import cli
 from rpf3d_core import run as run_module
 from rpf3d_core.choices import FIRST_ROUND, rounds_of
 from rpf3d_core.ensemble import samples, stream
@@ -199,23 +199,6 @@ def test_maps_that_need_too_much_memory_are_refused_before_a_rock_flies(
         assert call(monkeypatch, "check", folder / "more.yaml") == 0
         capsys.readouterr()
     assert not (folder / "out").exists()
-
-
-def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """The exit code of a command that runs in this process."""
-    monkeypatch.setattr("sys.argv", ["rpf3d", *map(str, words)])
-    try:
-        cli.main()
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
-def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """What a command that is refused says, in one line, with exit code 2."""
-    assert call(monkeypatch, *words) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    return str(line)
 
 
 # --- how many rocks ---------------------------------------------------------------------------------------------------

@@ -21,8 +21,6 @@ SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """In a pit 1 km across rocks are told apart from 0.06 m/s and 8 mm on; slower and lower ones count as at most that."""
 MOST_MASS_OCTAVES = 20
 """Energies are told apart over twice the octaves of speed, and over those of the masses, at most a million to one."""
-QUANTITIES = 3
-"""Energy, speed and height, in this order."""
 
 
 class Scales(NamedTuple):

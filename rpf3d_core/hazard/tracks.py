@@ -125,3 +125,11 @@ def leaving_time(index: int, count: int, origin: float, side: float, x: float, p
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace
+
+
+@kernel
+def next_square(i: int, j: int, leave_i: float, leave_j: float, v: Vec) -> tuple[int, int]:
+    """The column and row that a track of velocity v (m/s) comes to next, from when it leaves its own (s)."""
+    if leave_i <= leave_j:
+        return (i + 1 if v[0] > 0.0 else i - 1), j
+    return i, (j + 1 if v[1] > 0.0 else j - 1)

@@ -15,7 +15,7 @@ from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.stretch import SLOWEST, probe_of
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.tracks import Track, leaving_time, pace_of, square_at, time_at, top_speed2
+from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_height, note_stay, visit, visited
 from rpf3d_core.simulation.march import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
@@ -75,10 +75,7 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
         if leave >= track.duration:
             return
         begin, here = max(begin, leave), False
-        if leave_i <= leave_j:
-            i += 1 if v[0] > 0.0 else -1
-        else:
-            j += 1 if v[1] > 0.0 else -1
+        i, j = next_square(i, j, leave_i, leave_j, v)
 
 
 @kernel
@@ -99,10 +96,7 @@ def walk_facets(
         if leave >= track.duration:
             return
         begin = max(begin, leave)
-        if leave_i <= leave_j:
-            i += 1 if v[0] > 0.0 else -1
-        else:
-            j += 1 if v[1] > 0.0 else -1
+        i, j = next_square(i, j, leave_i, leave_j, v)
 
 
 @kernel
@@ -291,7 +285,4 @@ def _note_heights(ground: Ground, squares: Visits, track: Track, f: int, low: fl
         if leave >= high:
             return
         begin = max(begin, leave)
-        if leave_i <= leave_j:
-            i += 1 if v[0] > 0.0 else -1
-        else:
-            j += 1 if v[1] > 0.0 else -1
+        i, j = next_square(i, j, leave_i, leave_j, v)

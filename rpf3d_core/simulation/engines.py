@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import HAS_NUMBA, compiled_signatures, loop
+from rpf3d_core.compiling import HAS_NUMBA, loop
 from rpf3d_core.materials.library import key_of, keys_of
 from rpf3d_core.simulation.march import follow, ground_below
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
@@ -130,11 +130,6 @@ def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> 
         engine.follow(models, materials, settings, starts, empty_record(0, 0), first, 0, finals, none)
         engine.ground_below(nothing)
     return time.perf_counter() - began
-
-
-def kernels_compiled() -> int:
-    """How many combinations of models this process has compiled or loaded."""
-    return compiled_signatures(_follow_all)
 
 
 @loop
