@@ -22,9 +22,9 @@ from flight import BENCH, CONE, LONG, TRIANGLES, Case, ground_of
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
+from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
-from rpf3d_core.hazard.walk import Ground
 from rpf3d_core.io.mesh_writer import write_mesh
 from rpf3d_core.terrain.pit import Pit, pit_terrain
 
@@ -48,7 +48,7 @@ class Mapped:
         self.case = case
         terrain = ground_of(case.falls, TRIANGLES)
         facets = case.engine.facets
-        self.ground = Ground(facets, case.engine.locator, raster_over(terrain, CELL))
+        self.ground = ground_over(facets, case.engine.locator, raster_over(terrain, CELL))
         drop = facets.high[2] - facets.low[2]
         self.scales = [scales_of(drop, 9.81, case.falls.speed, 1e3, 1e3, bins) for bins in (PER_OCTAVE, FINE)]
         self.cpu: dict[str, list[float]] = {}

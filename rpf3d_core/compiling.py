@@ -16,6 +16,8 @@ numba: ModuleType | None
 try:
     import numba
     import numba.extending
+    from llvmlite import ir
+    from numba.core import cgutils, types
 except ImportError:
     numba = None
 
@@ -100,6 +102,37 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
     call.rule = rule  # type: ignore[attr-defined]
     call.__doc__, call.__name__, call.__module__ = stub.__doc__, stub.__name__, stub.__module__
     return call  # type: ignore[return-value]
+
+
+def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba wants the parameters of both alike
+    """Ask for the line of the cache that holds an element (row, column), to be written soon; nothing but a hint."""
+
+
+prefetch: Callable[[Any, Any, Any], None] = _ask_for
+
+if numba is not None:
+
+    @numba.extending.intrinsic
+    def _prefetch(typing_context, array, row, column):  # type: ignore[no-untyped-def]
+        """What LLVM has for it: https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
+
+        def build(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            word, kind = cgutils.int32_t, signature.args[0]
+            parts = context.make_array(kind)(context, builder, args[0])
+            place = [context.cast(builder, args[k], signature.args[k], types.intp) for k in (1, 2)]
+            at = cgutils.get_item_pointer(context, builder, kind, parts, place, wraparound=False)
+            at = builder.bitcast(at, cgutils.voidptr_t)
+            hint = ir.FunctionType(ir.VoidType(), [at.type, word, word, word])
+            to_write, keep_everywhere, data = (word(value) for value in (1, 3, 1))
+            ask = builder.module.declare_intrinsic("llvm.prefetch", [at.type], hint)
+            builder.call(ask, [at, to_write, keep_everywhere, data])
+            return context.get_dummy_value()
+
+        return types.none(array, row, column), build
+
+    @numba.extending.overload(_ask_for)
+    def _compiled_prefetch(array, row, column):  # type: ignore[no-untyped-def]
+        return lambda array, row, column: _prefetch(array, row, column)
 
 
 def guarded(instead: F) -> Callable[[F], F]:

@@ -17,11 +17,11 @@ from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.areas import Areas, areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales, scales_of
+from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE, check_memory, raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import BYTES_PER_CELL, LEAST_SHARE
-from rpf3d_core.hazard.walk import Ground
 from rpf3d_core.io.areas import local_outlines, read_areas
 from rpf3d_core.io.observed import position_along
 from rpf3d_core.io.point_files import read_points
@@ -206,7 +206,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     compiled = isinstance(engine, Compiled)
     facets = engine.facets if compiled else facets_of(prepared.terrain)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(facets)
-    ground = Ground(facets, locator, prepared.raster)
+    ground = ground_over(facets, locator, prepared.raster)
     zones = len(prepared.terrain.zones)
     cells = len(facets.zone) + prepared.raster.nx * prepared.raster.ny
     allowed = scene.hazard.memory_gb * GIGABYTE

@@ -16,10 +16,10 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.totals import totals_of
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import scales_of
+from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import tallies_over
-from rpf3d_core.hazard.walk import Ground
 from rpf3d_core.io.areas import local_outlines, read_areas
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.observed import position_along
@@ -135,7 +135,7 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
 def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
     """The maps of flights whose paths are all there, by the tallies."""
     facets = facets_of(terrain)
-    ground = Ground(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
+    ground = ground_over(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
     outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
     scales = scales_of(math.dist(facets.low, facets.high), G, 10.0, MASS, MASS)
     tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, scales, scales, 1e9, compiled=False)

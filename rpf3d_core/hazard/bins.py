@@ -17,6 +17,8 @@ PER_OCTAVE = 8
 FINE = 128
 """Bins an octave for zones and areas, which are few: percentiles that are to hold still must be told finely."""
 BEND = math.sqrt(2.0) / 4.0
+MANTISSA = 2**52 - 1
+"""Its bits in a number of double precision; the exponent stands above them."""
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
 """In a pit 1 km across rocks are told apart from 0.06 m/s and 8 mm on; slower and lower ones count as at most that."""
 MOST_MASS_OCTAVES = 20
@@ -26,7 +28,8 @@ MOST_MASS_OCTAVES = 20
 class Scales(NamedTuple):
     """The largest energy (J), speed (m/s) and height (m) that bins tell apart, how many bins each has, and an octave.
 
-    Powers of two (the energy apart from the factor mass / 2), so that scaling rounds nothing.
+    Powers of two (the energy apart from the factor mass / 2), so that scaling rounds nothing. Where all rocks have one
+    mass, speed has no bins: its percentiles are told from those of the energy.
     """
 
     top: tuple[float, float, float]
@@ -44,19 +47,19 @@ def scales_of(
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
     speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))
     masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
-    octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES, HEIGHT_OCTAVES)
+    octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES if masses else 0, HEIGHT_OCTAVES)
     bins = (per_octave * octaves[0], per_octave * octaves[1], per_octave * octaves[2])
     return Scales((0.5 * heaviest * speed * speed, speed, height), bins, per_octave)
 
 
 @kernel
-def bin_of(value: float, top: float, bins: int, per_octave: int) -> int:
-    """The bin of a value >= 0, of `bins` that reach up to `top`: 0 holds what is lower, the last what is higher."""
-    mantissa, exponent = math.frexp(value / top)
-    x = 2.0 * mantissa - 1.0
-    if x < 0.0:
-        return 0
-    place = bins + (exponent - 1) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
+def bin_of(bits: int, bins: int, per_octave: int) -> int:
+    """The bin of a value >= 0 over the largest that `bins` reach up to: 0 holds what is lower, the last what is higher.
+
+    bits : of the value in double precision, as a whole number: its exponent and its mantissa are read off
+    """
+    x = (bits & MANTISSA) * 2.0**-52
+    place = bins + ((bits >> 52) - 1023) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
     return int(min(max(place, 0), bins - 1))
 
 

@@ -7,11 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
+from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
+from rpf3d_core.hazard.lines import Found
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
-from rpf3d_core.hazard.tally import ROCKS, SUM_UNITS, SUMS, Slots, Tally
+from rpf3d_core.hazard.tally import SUM_UNITS, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
+ENERGY = 0
+"""The first of the three quantities that have bins: energy, speed, height."""
 FEW = 500
 """Cells up to which plain Python tells the percentiles: it is done before the loop has been compiled."""
 
@@ -19,8 +23,10 @@ FEW = 500
 def layers_of(tally: Tally) -> Layers:
     """The layers of all C cells of a tally."""
     found, cells = tally.found(), len(tally.slot)
-    rocks, passages, impacts, deposits = (_counted(cells, found, k) for k in range(4))
-    first = _everywhere(cells, found.cell, found.most[:, 3])
+    rocks, passages, impacts, deposits = (
+        _counted(cells, found.cell, some) for some in (found.rocks, found.passages, found.impacts, found.deposits)
+    )
+    first = _everywhere(cells, found.cell, found.first)
     edges = [_edges(tally, q) for q in range(3)]
     percentiles = _percentiles_of(tally, found, edges)
     energy, speed, height = (_spread(tally, found, q, percentiles[q]) for q in range(3))
@@ -33,31 +39,40 @@ def without_passages(layers: Layers) -> Layers:
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
-def _counted(cells: int, found: Slots, k: int) -> CountArray:
-    counts = np.zeros(cells, dtype=np.int64)
-    counts[found.cell] = found.counts[:, k]
-    return counts
+def _counted(cells: int, some: IntArray, counts: CountArray) -> CountArray:
+    """Counts of some cells among all (C,), 0 elsewhere."""
+    everywhere = np.zeros(cells, dtype=np.int64)
+    everywhere[some] = counts
+    return everywhere
 
 
 def _edges(tally: Tally, q: int) -> FloatArray:
-    """Edges of the bins of a quantity, as they are after merging."""
-    return bin_edges(tally.scales.top[q], tally.scales.bins[q], tally.scales.per_octave)[:: 2**tally.merges]
+    """Edges of the bins of a quantity, as they are after merging; of speeds without bins, what energies stand for."""
+    top, bins, per_octave = tally.scales
+    if bins[q] == 0:
+        return top[q] * np.sqrt(_edges(tally, ENERGY) / top[ENERGY])
+    return bin_edges(top[q], bins[q], per_octave)[:: 2**tally.merges]
 
 
-def _percentiles_of(tally: Tally, found: Slots, edges: list[FloatArray]) -> FloatArray:
+def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> FloatArray:
     """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
     told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan)
     first = 0
     for bins in tally.bins_found():
-        rocks = found.counts[first : first + len(bins), ROCKS]
-        many, column = np.flatnonzero(rocks >= FEWEST_ROCKS), 0
+        rocks = found.rocks[first : first + len(bins)]
+        many = np.flatnonzero(rocks >= FEWEST_ROCKS)
         for q in range(3):
-            width = len(edges[q]) - 1
-            some = bins[many, column : column + width]
-            told[q, first + many] = _told(some, rocks[many], bin_values(edges[q]))
-            column += width
+            told[q, first + many] = _told(bins[many, _columns(tally, q)], rocks[many], bin_values(edges[q]))
         first += len(bins)
     return told
+
+
+def _columns(tally: Tally, q: int) -> slice:
+    """Where the bins of a quantity stand, as they are after merging."""
+    bins = tally.scales.bins
+    if bins[q] == 0:
+        return _columns(tally, ENERGY)
+    return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
 
 def _told(bins: NDArray[np.uint32], rocks: CountArray, values: FloatArray) -> FloatArray:
@@ -68,16 +83,16 @@ def _told(bins: NDArray[np.uint32], rocks: CountArray, values: FloatArray) -> Fl
     return told
 
 
-def _spread(tally: Tally, found: Slots, q: int, percentiles: FloatArray) -> Spread:
+def _spread(tally: Tally, found: Found, q: int, percentiles: FloatArray) -> Spread:
     """The spread of one quantity over the rocks of each cell, from its percentiles (S, P)."""
     largest = found.most[:, q]
     percentiles = np.minimum(percentiles, largest[:, None])
-    mean = found.counts[:, SUMS + q] * (tally.scales.top[q] / SUM_UNITS) / found.counts[:, ROCKS]
+    mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
     columns = (largest, mean, *percentiles.T)
     return Spread(*(_everywhere(len(tally.slot), found.cell, column) for column in columns))
 
 
-def _everywhere(cells: int, some: NDArray[np.int32], values: FloatArray) -> StatisticArray:
+def _everywhere(cells: int, some: IntArray, values: FloatArray) -> StatisticArray:
     """Values of some cells among all (C,), NaN elsewhere."""
     everywhere = np.full(cells, np.nan, dtype=np.float32)
     everywhere[some] = values

@@ -13,8 +13,9 @@ import numpy as np
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.carries import FULL, Carries
+from rpf3d_core.hazard.lines import Found, add_found
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.tally import Slots, Tally
+from rpf3d_core.hazard.tally import Tally, empty_slots
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +23,7 @@ class PackedTally:
     """A tally of C cells, of which rocks came to S.
 
     cells : C; scales, limit, merges : as of `Tally`; width : bins of a cell (B)
-    slots : what is kept of the S cells in order of cell, its bins left empty (S, 0)
+    found : what is kept of the S cells beside their bins, in order of cell
     filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) how many
     """
 
@@ -31,7 +32,7 @@ class PackedTally:
     limit: float
     merges: int
     width: int
-    slots: Slots
+    found: Found
     filled: IntArray
     rocks: np.ndarray[tuple[int], np.dtype[np.uint32]]
 
@@ -54,14 +55,15 @@ def packed(tally: Tally) -> PackedTally:
 def unpacked(packed: PackedTally) -> Tally:
     """The tally that was packed: more can be counted in it."""
     tally = Tally(packed.cells, packed.scales, packed.limit)
-    used = len(packed.slots.cell)
-    bins = np.zeros((used, packed.width), dtype=np.uint8)
-    bins.ravel()[packed.filled] = packed.rocks % FULL
+    used = len(packed.found.cell)
+    tally.slots = empty_slots(used, packed.width)
+    tally.slots.cell[:] = packed.found.cell
+    tally.slots.bins.ravel()[packed.filled] = packed.rocks % FULL
+    add_found(tally.slots.lines, np.arange(used), packed.found)
     full = packed.rocks >= FULL
-    tally.slots = Slots(*(column.copy() for column in packed.slots))._replace(bins=bins)
     tally.carries = Carries(packed.width, packed.filled[full], (packed.rocks[full] // FULL).astype(np.int64))
     tally.used, tally.merges = used, packed.merges
-    tally.slot[packed.slots.cell] = np.arange(used)
+    tally.slot[packed.found.cell] = np.arange(used)
     return tally
 
 

@@ -18,10 +18,11 @@ from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.areas import Areas, contains_point, walk_areas
 from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.ground import Ground, plain_ground
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps, Raster
 from rpf3d_core.hazard.tally import Tally
-from rpf3d_core.hazard.tracks import square_at, track_of, tracks_of
+from rpf3d_core.hazard.tracks import Track, square_at, track_of, tracks_of
 from rpf3d_core.hazard.visits import (
     DEPOSITS,
     FULL,
@@ -37,8 +38,9 @@ from rpf3d_core.hazard.visits import (
     take_back,
     visit,
 )
-from rpf3d_core.hazard.walk import Ground, Spans, empty_spans, walk_facets, walk_raster
-from rpf3d_core.terrain.facets import plain
+from rpf3d_core.hazard.walk_buckets import Spans, empty_spans, walk_buckets
+from rpf3d_core.hazard.walk_raster import walk_raster
+from rpf3d_core.hazard.walk_sheet import NOWHERE, walk_sheet
 from rpf3d_core.values import Outcome
 
 STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome.FAILED)
@@ -132,7 +134,7 @@ class Tallies:
         written = (batch.counts, batch.finals, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
         visit_all = _visit_all if self.compiled else _visit_all.py_func  # type: ignore[attr-defined]
-        ground = self.ground if self.compiled else self.ground._replace(facets=plain(self.ground.facets))
+        ground = self.ground if self.compiled else plain_ground(self.ground)
         return int(visit_all(ground, areas, scratch, self.gravity, *written, mass, begin, heights))
 
 
@@ -174,9 +176,9 @@ def _visit_all(
         if counts[r, 0] == FAILED:
             heights[r] = math.nan  # and nothing of it in any map
             continue
-        q = first[r, 0]
+        q, at = first[r, 0], NOWHERE
         for p in range(first[r, 1], first[r + 1, 1] - 1):
-            _walk_piece(ground, areas, scratch, pieces, modes, p, gravity, mass[r])
+            at = _walk_piece(ground, areas, scratch, pieces, modes, p, gravity, mass[r], at)
             while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
                 _note_impact(ground, areas, scratch, impacts, q, facets[q], mass[r])
                 q += 1
@@ -210,15 +212,27 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _walk_piece(
-    ground: Ground, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, p: int, gravity: float, mass: float
-) -> None:
-    """Visit all that one piece of path passes over."""
+    ground: Ground, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, p: int, gravity: float, mass: float,
+    at: int,
+) -> int:  # fmt: skip
+    """Visit all that one piece of path passes over; the facet it ends over, from the one it may begin over."""
     count = tracks_of(pieces, modes, p)
     for k in range(count):
         track = track_of(pieces, modes, p, k, count, gravity)
         walk_raster(ground.raster, scratch.squares, track, mass)
-        walk_facets(ground, scratch.spans, scratch.squares, scratch.facets, scratch.zones, track, mass)
+        at = _walk_facets(ground, scratch, track, mass, at)
         walk_areas(areas, scratch.areas, track, mass)
+    return at
+
+
+@kernel
+def _walk_facets(ground: Ground, scratch: Scratch, track: Track, mass: float, at: int) -> int:
+    """Visit all facets that a track passes over: over their sides as far as that goes, then bucket by bucket."""
+    squares, facets, zones = scratch.squares, scratch.facets, scratch.zones
+    at, walked = walk_sheet(ground, squares, facets, zones, track, mass, at)
+    if at == NOWHERE:
+        walk_buckets(ground, scratch.spans, squares, facets, zones, track, mass, walked)
+    return at
 
 
 @kernel

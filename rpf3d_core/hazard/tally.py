@@ -3,8 +3,8 @@
 Everything that is kept is a count, a largest or smallest value, or a sum of whole numbers, so the order of folding
 changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
 
-A visit costs as much as the memory it touches: so each cell's counts and sums fill one line of the cache, and its bins
-are bytes. What a byte cannot hold is carried (`carries.py`).
+A visit costs as much as the memory it touches: so each cell's counts and sums fill one line of the cache (`lines.py`),
+its bins are bytes, and lines are asked for ahead of their use. What a byte cannot hold is carried (`carries.py`).
 """
 
 import math
@@ -15,37 +15,66 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import loop
+from rpf3d_core.compiling import kernel, loop, prefetch
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
 from rpf3d_core.hazard.carries import AT_ONCE, Carries, in_pairs
+from rpf3d_core.hazard.lines import (
+    LINE,
+    LINE_DEPOSITS,
+    LINE_FIRST,
+    LINE_IMPACTS,
+    LINE_MOST,
+    LINE_PASSAGES,
+    LINE_ROCKS,
+    LINE_SUMS,
+    Found,
+    Lines,
+    add_found,
+    empty_lines,
+    found_in,
+)
 from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits
 
 FEWEST_SLOTS = 1024
+GROWTH = 4
+"""Times as many slots once they are full: what is copied then stays a small part of all that was written."""
+AHEAD = 32
+"""Visits whose memory is asked for before the first of them is folded: more than the processor looks ahead."""
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """After so many mergings in pairs a bin is an octave wide."""
-BYTES_PER_CELL = 128
-"""That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, and in layers."""
-BYTES_PER_SLOT = 84
+BYTES_PER_CELL = 132
+"""That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, in the sheet of
+facets, and in layers."""
+BYTES_PER_SLOT = LINE + 4
 """That a cell needs beside its bins once rocks have come to it."""
 LEAST_SHARE = 0.2
 """Of the memory for maps that bins may take, however little the cells leave."""
 SUM_UNITS = 2.0**34
 """A sum counts in units of the largest value over 2^34, so that 2^29 rocks fit in 64 bits."""
-ROCKS, SUMS = 0, 4
-"""Columns of counts: rocks, passages, impacts, deposits; then the sums of energy, speed and height."""
 
 
 class Slots(NamedTuple):
     """What is kept of S cells that rocks came to.
 
-    cell : (S,); counts : (S, 8) rocks, passages, impacts, deposits, and sums in units of `Scales.top` over SUM_UNITS
-    most : (S, 4) float32, largest energy (J), speed (m/s) and height (m), and earliest arrival (s)
+    cell : (S,); lines : of each, its sums in units of `Scales.top` over SUM_UNITS
     bins : (S, B) rocks in each bin of energy, then of speed, then of height, less what was carried
     """
 
     cell: Any
-    counts: Any
-    most: Any
+    lines: Lines
+    bins: Any
+
+
+class Ahead(NamedTuple):
+    """Scratch: where the visits at hand will be folded in.
+
+    slot : (A,); values : (A, 3) energy, speed and height over `Scales.top`; bits : the same memory as whole numbers
+    bins : (A, 3) the bin of each value
+    """
+
+    slot: Any
+    values: Any
+    bits: Any
     bins: Any
 
 
@@ -62,8 +91,9 @@ class Tally:
         self.compiled = compiled
         self.slot = np.full(cells, -1, dtype=np.int32)
         self.used = 0
-        self.slots = _empty_slots(0, sum(scales.bins))
+        self.slots = empty_slots(0, sum(scales.bins))
         self.carries = Carries(sum(scales.bins))
+        self._ahead, self._fresh = _nothing_ahead(), np.empty(0, dtype=np.int32)
         self._lock = threading.Lock()
 
     def fold(self, visits: Visits) -> None:
@@ -73,7 +103,7 @@ class Tally:
             self._take_in(visits.cell[:used])
             full = self.carries.room_for(3 * used)
             fold = _fold if self.compiled else _fold.py_func  # type: ignore[attr-defined]
-            carried = fold(self.slot, self.slots, visits, used, self.scales, self.merges, full)
+            carried = fold(self.slot, self.slots, visits, used, self.scales, self.merges, self._ahead, full)
             self.carries.take(carried)
         visits.state[:] = 0
 
@@ -84,20 +114,18 @@ class Tally:
             while self.merges < other.merges:
                 self._merge_bins()
             place = self.slot[other.slots.cell[: other.used]]
-            mine, theirs = self.slots, Slots(*(column[: other.used] for column in other.slots))
-            mine.counts[place] += theirs.counts
-            mine.most[place] = _joined(mine.most[place], theirs.most)
-            bins, carries = theirs.bins, other.carries
+            theirs = found_in(other.slots.lines, other.slots.cell[: other.used], np.arange(other.used))
+            add_found(self.slots.lines, place, theirs)
+            bins, carries = other.slots.bins[: other.used], other.carries
             for _ in range(self.merges - other.merges):
                 bins, carries = in_pairs(bins, carries)
             self.carries.join(carries, place)
-            self.carries.add_bins(mine.bins, place, bins)
+            self.carries.add_bins(self.slots.bins, place, bins)
 
-    def found(self) -> Slots:
-        """What is kept of the S cells that rocks came to, in order of cell, without bins (S, 0): see `bins_found`."""
+    def found(self) -> Found:
+        """What is kept of the S cells that rocks came to, in order of cell; for their bins see `bins_found`."""
         order = self._order()
-        none = np.empty((len(order), 0), dtype=np.uint8)
-        return Slots(self.slots.cell[order], self.slots.counts[order], self.slots.most[order], none)
+        return found_in(self.slots.lines, self.slots.cell[order], order)
 
     def bins_found(self) -> Iterator[NDArray[np.uint32]]:
         """The bins of the same cells with all that was carried, (N, B) at a time: all at once would fill memory."""
@@ -110,19 +138,25 @@ class Tally:
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
         """Give a slot to each cell that has none."""
-        new = np.unique(cells[self.slot[cells] < 0])
-        first, self.used = self.used, self.used + len(new)
+        first, new = self.used, self._new_cells(cells)
+        self.used += new
         while self.merges < MOST_MERGES and self.used * (self.slots.bins.shape[1] + BYTES_PER_SLOT) > self.limit:
             self._merge_bins()
         if self.used > len(self.slots.cell):
-            self._grow(max(FEWEST_SLOTS, self.used + self.used // 2))
-        self.slot[new] = np.arange(first, self.used)
-        self.slots.cell[first : self.used] = new
+            self._grow(min(max(FEWEST_SLOTS, GROWTH * self.used), len(self.slot)))
+        self.slots.cell[first : self.used] = self._fresh[:new]
+
+    def _new_cells(self, cells: NDArray[np.int32]) -> int:
+        """Number the cells that have no slot yet, which are then the first of `_fresh`; how many."""
+        if len(self._fresh) < len(cells):
+            self._fresh = np.empty(len(cells), dtype=np.int32)
+        number = _number if self.compiled else _number.py_func  # type: ignore[attr-defined]
+        return int(number(self.slot, cells, self.used, self._fresh))
 
     def _grow(self, room: int) -> None:
-        grown, used = _empty_slots(room, self.slots.bins.shape[1]), len(self.slots.cell)
-        for column, before in zip(grown, self.slots, strict=True):
-            column[:used] = before
+        grown, used = empty_slots(room, self.slots.bins.shape[1]), len(self.slots.cell)
+        grown.cell[:used], grown.bins[:used] = self.slots.cell, self.slots.bins
+        grown.lines.long[:used] = self.slots.lines.long
         self.slots = grown
 
     def _merge_bins(self) -> None:
@@ -131,49 +165,91 @@ class Tally:
         self.slots = self.slots._replace(bins=bins)
 
 
-def _empty_slots(room: int, bins: int) -> Slots:
+def empty_slots(room: int, bins: int) -> Slots:
     """Room for S cells with B bins each; what is not used yet takes no memory."""
-    most = np.zeros((room, 4), dtype=np.float32)
-    most[:, 3] = np.inf
-    return Slots(
-        np.empty(room, dtype=np.int32), np.zeros((room, 8), dtype=np.int64), most,
-        np.zeros((room, bins), dtype=np.uint8),
-    )  # fmt: skip
+    return Slots(np.empty(room, dtype=np.int32), empty_lines(room), np.zeros((room, bins), dtype=np.uint8))
 
 
-def _joined(mine: NDArray[np.float32], theirs: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The larger of two largest (S, 3) and the earlier of two arrivals."""
-    return np.concatenate([np.maximum(mine[:, :3], theirs[:, :3]), np.minimum(mine[:, 3:], theirs[:, 3:])], axis=1)
+def _nothing_ahead() -> Ahead:
+    values = np.empty((AHEAD, 3))
+    return Ahead(np.empty(AHEAD, dtype=np.int32), values, values.view(np.int64), np.empty((AHEAD, 3), dtype=np.int32))
+
+
+@loop
+def _number(slot: Any, cells: Any, used: int, fresh: Any) -> int:
+    """Give the slots from `used` on to cells that have none, as they come, and write them to fresh; how many."""
+    new = 0
+    for k in range(len(cells)):
+        if slot[cells[k]] < 0:
+            slot[cells[k]] = used + new
+            fresh[new] = cells[k]
+            new += 1
+    return new
 
 
 @loop
 def _fold(
-    slot: Any, slots: Slots, visits: Visits, used: int, scales: Scales, merges: int, full: Any
+    slot: Any, slots: Slots, visits: Visits, used: int, scales: Scales, merges: int, ahead: Ahead, full: Any
 ) -> int:  # fmt: skip
     """Add up the first `used` visits, each one rock's to one cell; how many bins came full, whose places are in full.
 
     A place is that of a byte in `bins`: slot times bins plus bin. A byte that would reach 256 begins again at 0.
     """
-    offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
     carried = 0
-    for k in range(used):
-        s = slot[visits.cell[k]]
-        slots.counts[s, ROCKS] += 1
-        slots.counts[s, 1] += visits.counts[k, PASSAGES]
-        slots.counts[s, 2] += visits.counts[k, IMPACTS]
-        slots.counts[s, 3] += visits.counts[k, DEPOSITS]
-        slots.most[s, 3] = min(slots.most[s, 3], np.float32(visits.times[k, FIRST]))
-        speed2 = visits.most[k, SPEED2]
-        values = (0.5 * visits.mass[k] * speed2, math.sqrt(speed2), visits.most[k, HEIGHT])
-        for q in range(3):
-            value, top = values[q], scales.top[q]
-            slots.most[s, q] = max(slots.most[s, q], np.float32(value))
-            slots.counts[s, SUMS + q] += np.int64(value / top * SUM_UNITS + 0.5)
-            b = (offsets[q] + bin_of(value, top, scales.bins[q], scales.per_octave)) >> merges
-            if slots.bins[s, b] == 255:
-                slots.bins[s, b] = 0
-                full[carried] = s * slots.bins.shape[1] + b
-                carried += 1
-            else:
-                slots.bins[s, b] += 1
+    for first in range(0, used, AHEAD):
+        count = min(AHEAD, used - first)
+        _look_ahead(slot, slots, visits, first, count, scales, merges, ahead)
+        for a in range(count):
+            _add_to_line(slots.lines, ahead.slot[a], visits, first + a, ahead.values, a)
+            s = ahead.slot[a]
+            for q in range(3):
+                b = ahead.bins[a, q]
+                if b < 0:
+                    continue
+                if slots.bins[s, b] == 255:
+                    slots.bins[s, b] = 0
+                    full[carried] = np.int64(s) * slots.bins.shape[1] + b
+                    carried += 1
+                else:
+                    slots.bins[s, b] += 1
     return carried
+
+
+@kernel
+def _look_ahead(
+    slot: Any, slots: Slots, visits: Visits, first: int, count: int, scales: Scales, merges: int, ahead: Ahead
+) -> None:
+    """Find where the next visits will be folded in, and ask for that memory, so that all of it comes together."""
+    offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
+    per_top = (1.0 / scales.top[0], 1.0 / scales.top[1], 1.0 / scales.top[2])
+    for a in range(count):
+        ahead.slot[a] = slot[visits.cell[first + a]]
+        prefetch(slots.lines.long, ahead.slot[a], 0)
+    for a in range(count):
+        k = first + a
+        speed2 = visits.most[k, SPEED2]
+        ahead.values[a, 0] = 0.5 * visits.mass[k] * speed2 * per_top[0]
+        ahead.values[a, 1] = math.sqrt(speed2) * per_top[1]
+        ahead.values[a, 2] = visits.most[k, HEIGHT] * per_top[2]
+        for q in range(3):
+            b = -1
+            if scales.bins[q] > 0:
+                b = (offsets[q] + bin_of(ahead.bits[a, q], scales.bins[q], scales.per_octave)) >> merges
+                prefetch(slots.bins, ahead.slot[a], b)
+            ahead.bins[a, q] = b
+
+
+@kernel
+def _add_to_line(lines: Lines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
+    """Add visit k to line s; values : (A, 3) its energy, speed and height over `Scales.top`, in row a."""
+    t, speed2 = np.float32(visits.times[k, FIRST]), visits.most[k, SPEED2]
+    if lines.short[s, LINE_ROCKS] == 0 or t < lines.single[s, LINE_FIRST]:
+        lines.single[s, LINE_FIRST] = t
+    lines.short[s, LINE_ROCKS] += 1
+    lines.short[s, LINE_DEPOSITS] += visits.counts[k, DEPOSITS]
+    lines.long[s, LINE_PASSAGES] += visits.counts[k, PASSAGES]
+    lines.long[s, LINE_IMPACTS] += visits.counts[k, IMPACTS]
+    most = (0.5 * visits.mass[k] * speed2, math.sqrt(speed2), visits.most[k, HEIGHT])
+    for q in range(3):
+        lines.single[s, LINE_MOST + q] = max(lines.single[s, LINE_MOST + q], np.float32(most[q]))
+        lines.long[s, LINE_SUMS + q] += np.int64(values[a, q] * SUM_UNITS + 0.5)

@@ -1,0 +1,83 @@
+"""What is kept of a cell beside its bins: one line of the cache, 64 bytes that are fetched and written back as one.
+
+Counts that may exceed 2^32 and sums have 64 bits; distinct rocks and deposits, of which there are no more than rocks,
+have 32, and largest values single precision. So the same memory is looked at as three arrays.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+
+LINE = 64
+"""Bytes."""
+LINE_ROCKS, LINE_DEPOSITS = 0, 1
+"""Columns of `Lines.short`."""
+LINE_PASSAGES, LINE_IMPACTS, LINE_SUMS = 1, 2, 3
+"""Columns of `Lines.long`: two counts, then the sums of energy, speed and height."""
+LINE_MOST, LINE_FIRST = 12, 15
+"""Columns of `Lines.single`: the largest energy, speed and height, and the earliest arrival."""
+
+
+class Lines(NamedTuple):
+    """S lines, seen as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as single precision (S, 16)."""
+
+    long: Any
+    short: Any
+    single: Any
+
+
+class Found(NamedTuple):
+    """What is kept of S cells, column by column.
+
+    cell : (S,); rocks, passages, impacts, deposits : (S,) counts
+    sums : (S, 3) of energy, speed and height, in the tally's units; most : (S, 3) float32, the largest of each, J, m/s
+    and m; first : (S,) float32, earliest arrival, s
+    """
+
+    cell: IntArray
+    rocks: IntArray
+    passages: IntArray
+    impacts: IntArray
+    deposits: IntArray
+    sums: IntArray
+    most: FloatArray
+    first: FloatArray
+
+
+def empty_lines(room: int) -> Lines:
+    """Lines of cells that no rock has come to; what is not used yet takes no memory."""
+    words = LINE // 8
+    memory = np.zeros((room + 1) * words, dtype=np.int64)
+    ahead = -memory.ctypes.data % LINE // 8  # a line that began elsewhere would lie on two lines of the cache
+    long = memory[ahead : ahead + room * words].reshape(room, words)
+    return Lines(long, long.view(np.uint32), long.view(np.float32))
+
+
+def found_in(lines: Lines, cell: IntArray, place: IntArray) -> Found:
+    """What lines at some places (N,) hold of their cells (N,)."""
+    long, short, single = (view[place] for view in lines)
+    return Found(
+        cell, short[:, LINE_ROCKS].astype(np.int64), long[:, LINE_PASSAGES], long[:, LINE_IMPACTS],
+        short[:, LINE_DEPOSITS].astype(np.int64), long[:, LINE_SUMS : LINE_SUMS + 3],
+        single[:, LINE_MOST : LINE_MOST + 3], single[:, LINE_FIRST],
+    )  # fmt: skip
+
+
+def add_found(lines: Lines, place: IntArray, found: Found) -> None:
+    """Add what was found of N cells to the lines at distinct places (N,).
+
+    Counts and sums add up; the largest values and the earliest arrival stay.
+    """
+    single = lines.single[place]
+    fresh = lines.short[place, LINE_ROCKS] == 0
+    first = np.where(fresh, found.first, np.minimum(single[:, LINE_FIRST], found.first))
+    most = np.maximum(single[:, LINE_MOST : LINE_MOST + 3], found.most)
+    lines.short[place, LINE_ROCKS] += found.rocks.astype(np.uint32)
+    lines.short[place, LINE_DEPOSITS] += found.deposits.astype(np.uint32)
+    lines.long[place, LINE_PASSAGES] += found.passages
+    lines.long[place, LINE_IMPACTS] += found.impacts
+    lines.long[place, LINE_SUMS : LINE_SUMS + 3] += found.sums
+    lines.single[place, LINE_MOST : LINE_MOST + 3] = most
+    lines.single[place, LINE_FIRST] = first

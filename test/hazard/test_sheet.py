@@ -1,0 +1,113 @@
+"""Where the terrain is one sheet in plan, and that a walk from facet to facet finds what a search of buckets finds."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scenes_of_facets as made
+from hazard_tallied import flown, numbers, over, rough
+
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.hazard.ground import plain_ground
+from rpf3d_core.hazard.sheet import NO, NOTHING, UNKNOWN, YES, beyond, is_alone, unknown_sheet
+from rpf3d_core.terrain.facets import facets_of
+
+
+def asked(terrain):
+    """What lies beyond each side (F, 3), as facet and side (F, 3, 2), and whether facets are alone (F,)."""
+    facets = facets_of(terrain)
+    locator = bucket_locator(facets)
+    sheet = unknown_sheet(facets, locator)
+    count = range(len(terrain.triangles))
+    found = np.array([[beyond(sheet, locator, facets, f, k) for k in range(3)] for f in count])
+    return found, np.array([is_alone(sheet, locator, facets, f) for f in count])
+
+
+def sides(terrain):
+    """The directed edges (F, 3, 2) of the facets as vertices."""
+    return np.stack([terrain.triangles, np.roll(terrain.triangles, -1, axis=1)], axis=2)
+
+
+def inner(terrain, margin):
+    """Facets (F,) all of whose corners are further from the rim than a margin (m)."""
+    corners = terrain.vertices[terrain.triangles][..., :2]
+    low, high = terrain.vertices[:, :2].min(axis=0) + margin, terrain.vertices[:, :2].max(axis=0) - margin
+    return ((corners > low) & (corners < high)).all(axis=(1, 2))
+
+
+def test_beyond_each_side_lies_the_facet_that_runs_along_it_the_other_way():
+    terrain = rough()
+    found, _ = asked(terrain)
+    directed = {tuple(side): (f, k) for f, three in enumerate(sides(terrain)) for k, side in enumerate(three)}
+    for f, three in enumerate(sides(terrain)):
+        for k, (a, b) in enumerate(three):
+            g, m = directed.get((b, a), (NOTHING, 0))
+            assert tuple(found[f, k]) == (g, m)
+    assert (found[..., 0] == NOTHING).sum() == 4 * 12, "the rim"
+
+
+def test_facets_are_alone_but_for_those_near_the_rim():
+    terrain = made.rough_grid(20, 20.0, 0.5, 0.5, seed=1)
+    _, alone = asked(terrain)
+    assert alone[inner(terrain, 3.0)].all() and not alone[~inner(terrain, 1e-6)].any()
+
+
+def test_nothing_is_alone_under_or_over_another_terrain():
+    floor, slab = made.floor(10.0, cells=20), made.floor(10.0, z=5.0, cells=20)
+    slab.vertices[:, 0] += 10.0
+    terrain = made.joined(floor, slab)
+    _, alone = asked(terrain)
+    middle = terrain.vertices[terrain.triangles][..., 0].mean(axis=1)
+    below = np.arange(len(middle)) < len(floor.triangles)
+    assert alone[below & (middle < -2.0) & inner(terrain, 3.0)].all(), "where the floor lies bare"
+    assert alone[below & (middle > 0.0)].sum() == 0 and not alone[~below & (middle < 10.0)].any()
+
+
+def test_a_hole_a_flipped_facet_and_an_overhang_make_their_surroundings_unknown_ground():
+    whole = made.floor(10.0, cells=20)
+    at = int(np.argmin(np.abs(whole.vertices[whole.triangles].mean(axis=1)[:, :2]).sum(axis=1)))
+    hole = made.without_facets(whole, at)
+    flipped = dataclasses.replace(whole, triangles=whole.triangles.copy())
+    flipped.triangles[at] = flipped.triangles[at, ::-1]
+    folded = dataclasses.replace(whole, vertices=whole.vertices.copy())
+    folded.vertices[whole.triangles[at, 0]] += (2.5, 0.0, 1.0)
+    for terrain in (hole, flipped, folded):
+        _, alone = asked(terrain)
+        near = np.abs(terrain.vertices[terrain.triangles].mean(axis=1)[:, :2]).max(axis=1)
+        assert not alone[near < 1.0].any()
+        assert alone[(near > 6.0) & inner(terrain, 2.0)].all()
+
+
+def test_a_spiral_ramp_over_itself_is_alone_nowhere():
+    """Two turns of a ramp about a column: no edge is a border but at its rims, and each place lies under two facets."""
+    turns, steps, rows = 2, 96, 8
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, turns * steps + 1)
+    radius = np.linspace(4.0, 12.0, rows + 1)
+    x, y = (np.outer(f(angle), radius).ravel() for f in (np.cos, np.sin))
+    z = np.repeat(angle, rows + 1)
+    terrain = made.terrain_of(np.column_stack([x, y, z]), made.grid_triangles(turns * steps, rows))
+    _, alone = asked(terrain)
+    assert not alone.any()
+
+
+@pytest.mark.parametrize("model", ["none", "sliding"])
+def test_walking_from_facet_to_facet_finds_what_buckets_find(model):
+    terrain = rough()
+    walked, searched = over(terrain), over(terrain)
+    searched.ground.sheet.alone[:] = NO
+    for tallies in (walked, searched):
+        flown(terrain, tallies, count=400, model=model)
+    assert (walked.ground.sheet.alone == YES).sum() > 100 and (walked.ground.sheet.alone == UNKNOWN).sum() < 100
+    one, other = dict(numbers(walked.maps(400, ()))), dict(numbers(searched.maps(400, ())))
+    for name, values in one.items():
+        percentile = name.split(".")[-1].startswith("p9") or name.endswith("p50")
+        near = {"rtol": 0.1} if percentile else {"rtol": 1e-5, "atol": 1e-6}
+        np.testing.assert_allclose(values, other[name], err_msg=name, **near)
+
+
+def test_plain_python_asks_the_same_sheet():
+    terrain = rough()
+    tallies = over(terrain)
+    ground, middle = plain_ground(tallies.ground), int(np.flatnonzero(inner(terrain, 6.0))[0])
+    assert is_alone(ground.sheet, ground.locator, ground.facets, middle)
+    assert tallies.ground.sheet.alone[middle] == YES, "what it has found out is kept in the arrays"
