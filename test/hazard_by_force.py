@@ -63,8 +63,20 @@ def cut(inside, turning, duration):
     return np.maximum(low, 0.0), np.minimum(high, duration)
 
 
+def clock(gravity, ends, duration, t):
+    """When (s) a straight piece has gone as far as at a constant pace it would have t seconds into it.
+
+    A slide goes u t + a t^2 / 2 with its acceleration a, by which it changes its speed from u to that at its end.
+    """
+    a = 0.0 if gravity else (ends[1] - ends[0]) / duration
+    if a == 0.0:
+        return t
+    way = 0.5 * (ends[0] + ends[1]) * t
+    return (math.sqrt(max(ends[0] ** 2 + 2.0 * a * way, 0.0)) - ends[0]) / a
+
+
 def speed(v, gravity, ends, duration, t):
-    """Speed (m/s) t seconds into a straight piece."""
+    """Speed (m/s) of a straight piece at a time of `clock` (s)."""
     if gravity == 0.0:
         return ends[0] + (ends[1] - ends[0]) * t / duration
     return math.hypot(v[0], v[1], v[2] - gravity * t)
@@ -118,6 +130,7 @@ def by_force(flights: Flights, facets: Facets, raster, mass):
 
 def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
     """Add one interval to the stays of a rock in a cell."""
+    low, high = (clock(gravity, ends, duration, pace) for pace in (low, high))
     found = kind.setdefault((row, cell), Stays([]))
     found.times.append((t + low, t + high))
     fastest = max(speed(v, gravity, ends, duration, low), speed(v, gravity, ends, duration, high))

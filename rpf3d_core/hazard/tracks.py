@@ -1,7 +1,7 @@
 """The track of a piece of path in plan: which cells of a grid it crosses, and when.
 
-In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A slide is a
-curve within one facet; it is walked as chords.
+In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A slide along a
+straight line has a constant acceleration; one that turns is a curve within one facet, and is walked as chords.
 """
 
 import math
@@ -15,7 +15,8 @@ from rpf3d_core.vectors import norm
 
 FLIGHT = int(Mode.FLIGHT)
 CHORDS = 8
-"""Chords that a slide which bends is walked as; it leaves the curve by at most 1/128 of its bend."""
+"""Chords that a piece of a slide which bends is walked as. It turns by 7 degrees at most (`kinetics.slide_path.BEND`),
+so that it leaves them by less than 1e-3 of its length over 8."""
 STRAIGHT = 1e-6
 """Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
 
@@ -25,7 +26,11 @@ class Track(NamedTuple):
 
     arc : from where and how fast it begins; gravity 0 on a chord
     begin, until : s since the release; duration : s, which may differ from their difference by rounding
-    start, end : speeds (m/s) between which that on a chord is interpolated
+    start, end : speeds (m/s) at the ends of a chord, between which it has a constant acceleration; of a flight without
+        gravity both are its own
+
+    Walks go along its arc: a chord is walked at a constant pace, and what they call times is the share of its length
+    that they have gone, times its duration. `time_at` and `speed2_at` turn that into times and speeds.
     """
 
     arc: Arc
@@ -58,8 +63,8 @@ def track_of(pieces: Any, modes: Any, p: int, k: int, count: int, gravity: float
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if modes[p] == FLIGHT:
-        arc = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity)
-        return Track(arc, t, pieces[p + 1, 0], duration, 0.0, 0.0)
+        arc, speed = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity), norm(v)
+        return Track(arc, t, pieces[p + 1, 0], duration, speed, speed)
     a, b = slide_point(pieces, p, k / count), slide_point(pieces, p, (k + 1) / count)
     step = duration / count
     chord = ((b[0] - a[0]) / step, (b[1] - a[1]) / step, (b[2] - a[2]) / step)
@@ -86,24 +91,34 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
 @kernel
 def speed2_at(track: Track, t: float) -> float:
-    """Squared speed (m^2/s^2) t seconds into a track."""
+    """Squared speed (m^2/s^2) t seconds into the walk of a track: along a chord it grows evenly with the way."""
     v, g = track.arc.v, track.arc.gravity
     if g == 0.0:
-        speed = track.start + (track.end - track.start) * (t / track.duration)
-        return speed * speed
+        start2, end2 = track.start * track.start, track.end * track.end
+        return start2 + (end2 - start2) * (t / track.duration)
     z = v[2] - g * t
     return v[0] * v[0] + v[1] * v[1] + z * z
 
 
 @kernel
 def time_at(track: Track, t: float) -> float:
-    """Seconds since the release, t seconds into a track: exactly the next event's at its end."""
-    return track.until if t >= track.duration else track.begin + t
+    """Seconds since the release, t seconds into the walk of a track: exactly the next event's at its end.
+
+    A share f of a chord, over which the speed has grown from u to v, takes f (u + w) / (u + v) of its duration, where
+    w is the speed at its end.
+    """
+    if t >= track.duration:
+        return track.until
+    if track.arc.gravity == 0.0 and t > 0.0:
+        speed = math.sqrt(speed2_at(track, t))
+        if track.start + speed > 0.0:
+            return track.begin + t * (track.start + track.end) / (track.start + speed)
+    return track.begin + t
 
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Largest squared speed (m^2/s^2) between two times of a track: at one of them, for it is convex in time."""
+    """Largest squared speed (m^2/s^2) between two times of a walk: at one of them, for it is convex in time."""
     return max(speed2_at(track, begin), speed2_at(track, end))
 
 

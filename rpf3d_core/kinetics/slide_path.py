@@ -20,6 +20,11 @@ STRAIGHT = 1e-9
 """Below this tan(phi / 2) (or above its inverse) the path bends by less than 1e-9 of its length: it is a line."""
 STEEPEST = 1e9
 """Above this m gravity along the plane turns the velocity by less than 1e-9 before friction has stopped the block."""
+BEND = 0.0625
+"""Tangent of half the angle by which a path turns at most before it is written down: 7 degrees."""
+HALVING = math.log(2.0)
+SLIGHT = 5e-4
+"""Below this tan(phi / 2) a path bends by less than 1e-3 of its length: it may be written down as one piece."""
 FARTHEST = 1e40
 """A path that has not crossed an edge by this y never will: at m = 1, where it grows slowest, it is 1e20 m long."""
 LARGEST_EXPONENT = 700.0
@@ -123,6 +128,20 @@ def _power(q: float, y: float) -> float:
     if -q * y > LARGEST_EXPONENT:
         return math.inf
     return -math.expm1(-q * y) / q
+
+
+@kernel
+def bend_point(path: SlidePath) -> float:
+    """The y at which what is written down of the path must go on with a new piece; inf if it may be drawn as it is.
+
+    That is where it has turned by 7 degrees or, where it runs nearly downhill already, half of the rest of its way
+    down: speed and direction between two such points are those of a constant acceleration to within 1 %.
+    """
+    if path.w <= SLIGHT:
+        return math.inf
+    if path.w <= 2.0 * BEND:
+        return HALVING
+    return math.log(path.w * (1.0 + path.w * BEND) / (path.w - BEND))
 
 
 @kernel

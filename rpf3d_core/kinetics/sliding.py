@@ -1,7 +1,8 @@
 """Sliding over facets: one piece at a time, on a facet or along the line where two of them hold the rock.
 
-Coulomb friction with the material's mu. A piece ends where the rock leaves a facet, stops, or comes to rest where
-friction does not hold it (an uphill slide: the next piece goes down).
+Coulomb friction with the material's mu. A piece ends where the rock leaves a facet, stops, comes to rest where
+friction does not hold it (an uphill slide: the next piece goes down), or has turned so far that a curve through its
+ends would no longer tell where it was in between.
 """
 
 import math
@@ -11,6 +12,7 @@ from rpf3d_core.arc import gravity_along
 from rpf3d_core.compiling import kernel
 from rpf3d_core.kinetics.slide_path import (
     SlidePath,
+    bend_point,
     exit_point,
     is_straight,
     slide_path,
@@ -97,14 +99,16 @@ def slide_on_facet(
 
 @kernel
 def _slide_on_curve(path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float) -> Piece:
-    """Slide along a curve to the first of: the way off the facet, the stop (both as y), and the end of time."""
-    y = min(leave, stop)
+    """Slide along a curve to the first of: the way off the facet, the stop (both as y), a bend, and the end of time."""
+    bend = bend_point(path)
+    y = min(leave, stop, bend)
     end = slide_state(path, y)
     late = end.t > time_left
     if late:
         end = slide_state(path, time_point(path, time_left, y))
     after = Motion(motion.t + end.t, add(motion.x, end.offset), without(end.v, n), motion.w)
-    return Piece(after, end.length, stop <= leave and not late, late, leave < stop and not late, False)
+    bends = late or bend < min(leave, stop)
+    return Piece(after, end.length, stop <= leave and not bends, late, leave < stop and not bends, False)
 
 
 @kernel

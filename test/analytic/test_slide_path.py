@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 from scenes_of_facets import incline, terrain_of
 
-from rpf3d_core.kinetics.slide_path import exit_point, is_straight, slide_path, slide_state, slide_velocity, stop_point
+from rpf3d_core.kinetics.slide_path import (
+    bend_point,
+    exit_point,
+    is_straight,
+    slide_path,
+    slide_state,
+    slide_velocity,
+    stop_point,
+    time_point,
+)
 from rpf3d_core.kinetics.sliding import CREEP, slide_on_facet
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.values import ZERO, Motion
@@ -213,6 +222,20 @@ def random_slides(count):
         yield corners, n, shares @ corners, v - (v @ n) * n, mu
 
 
+MOST_PIECES = 60
+"""Of a slide over one facet: 25 bends of 7 degrees, 8 halvings, and once more after an uphill slide has turned."""
+
+
+def slide_to_its_end(facets, normal, motion, mu, stop_speed):
+    """The last of the pieces of a slide over a facet: a slide that turns is written down bend by bend."""
+    for _ in range(MOST_PIECES):
+        piece = slide_on_facet(facets, 0, normal, motion, mu, stop_speed, 9.81, math.inf)
+        if piece.left_first or piece.stopped:
+            return piece
+        motion = piece.motion
+    raise AssertionError("a slide goes on and on")
+
+
 @pytest.mark.parametrize("stop_speed", [0.0, 0.3])
 def test_a_slide_leaves_a_facet_exactly_on_its_edge_or_stops_inside_it(stop_speed):
     left = stopped = 0
@@ -221,7 +244,7 @@ def test_a_slide_leaves_a_facet_exactly_on_its_edge_or_stops_inside_it(stop_spee
         normal = tuple(float(c) for c in facets.normals[0])
         v = tuple(float(c) for c in v - (v @ facets.normals[0]) * facets.normals[0])
         motion = Motion(0.0, tuple(map(float, x)), v, ZERO)
-        piece = slide_on_facet(facets, 0, normal, motion, mu, stop_speed, 9.81, math.inf)
+        piece = slide_to_its_end(facets, normal, motion, mu, stop_speed)
         end = np.array(piece.motion.x)
         margins = [inward @ end - offset for inward, offset in edges_of_triangle(corners)]
         assert min(margins) > -1e-10, "outside the facet by more than rounding of 10 m across"
@@ -301,3 +324,20 @@ def test_friction_that_only_balances_gravity_leaves_no_number_infinite():
         v = (-0.8 * 4.0, across, 0.6 * 4.0)
         piece = slide_on_facet(facets, 0, n, Motion(0.0, (0.0, -1.0, 0.0), v, ZERO), 0.75, 0.0, 9.81, math.inf)
         assert all(math.isfinite(value) for value in (*piece.motion.x, *piece.motion.v, piece.motion.t, piece.length))
+
+
+@pytest.mark.parametrize("m", [0.3, 1.0, 1.7])
+@pytest.mark.parametrize("phi", [0.05, 0.7, 2.5, 3.1])
+def test_between_bends_a_slide_is_as_good_as_one_of_constant_acceleration(m, phi):
+    """What a path is drawn and counted by between two rows: the cubic through them, and a speed even in time."""
+    path, _ = path_of(m, phi)
+    y = min(bend_point(path), 6.0)
+    end = slide_state(path, y)
+    begin, after = (np.array(slide_velocity(path, at)) for at in (0.0, y))
+    u, v = np.linalg.norm(begin), np.linalg.norm(after)
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        at = slide_state(path, time_point(path, share * end.t, y))
+        hermite = end.t * share * (1 - share) * (begin * (1 - share) - after * share)
+        drawn = np.array(end.offset) * share * share * (3 - 2 * share) + hermite
+        assert np.abs(drawn - at.offset).max() <= 1e-3 * end.length
+        assert u + (v - u) * share == pytest.approx(np.linalg.norm(at.v), abs=0.01 * max(u, v))

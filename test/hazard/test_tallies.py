@@ -81,6 +81,36 @@ def test_every_cell_and_statistic_is_what_stored_paths_say(engine, model):
     assert maps.cells.percentiles_within < 0.05
 
 
+def slid(speed, friction, squares, angle=35.0, length=80.0):
+    """Maps of a rock that slides down an incline from its origin, and the acceleration (m/s^2) it slides with."""
+    terrain = made.incline(angle, down=length)
+    down, normal = made.down_the_slope(angle)
+    low = terrain.vertices.min(axis=0)
+    tallies = over(terrain)
+    raster = Raster(float(low[0]), float(low[1]), squares, int(90 / squares), int(20 / squares))
+    tallies = dataclasses.replace(tallies, ground=tallies.ground._replace(raster=raster))
+    physics = made.flight(made.surface(0.0, 1.0, friction, 0.0), "sliding")
+    made.fly(made.engine_over("compiled", terrain), physics, 1e-12 * normal, speed * down, watch=tallies)
+    a = 9.81 * (math.sin(math.radians(angle)) - math.tan(math.radians(friction)) * math.cos(math.radians(angle)))
+    return tallies.maps(1, ()).cells, raster, a, down[0]
+
+
+@pytest.mark.parametrize(("speed", "friction"), [(0.0, 30.0), (4.0, 30.0), (9.0, 37.0), (9.0, 35.0)])
+def test_a_slide_is_in_each_square_when_and_as_fast_as_its_closed_form_says(speed, friction):
+    """v^2 = v_0^2 + 2 a s along the slope, where it enters a square and where it leaves it."""
+    cells, raster, a, along = slid(speed, friction, 5.0)
+    reached = np.flatnonzero(cells.rocks)
+    assert len(reached) > 10
+    for cell in reached:
+        begin, end = (max(raster.x + (cell % raster.nx + k) * raster.cell, 0.0) / along for k in (0, 1))
+        end = min(end, 80.0)
+        entry = math.sqrt(max(speed**2 + 2.0 * a * begin, 0.0))
+        fastest = math.sqrt(max(speed**2 + 2.0 * a * (end if a > 0.0 else begin), 0.0))
+        assert cells.speed.largest[cell] == pytest.approx(fastest, rel=FLOAT32, abs=1e-4)
+        arrival = 2.0 * begin / (speed + entry) if begin > 0.0 else 0.0
+        assert cells.first_arrival[cell] == pytest.approx(arrival, rel=FLOAT32, abs=1e-4)
+
+
 def test_heights_of_rocks_are_the_largest_above_what_lies_straight_below():
     terrain = rough()
     tallies = over(terrain)
