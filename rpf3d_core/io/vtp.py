@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
@@ -48,7 +48,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
         data.GetCellData(),
         {
             "facet": np.arange(len(count), dtype=np.int32),
-            "zone": terrain.zone.astype(np.int32),
+            "zone": terrain.zone,
             "impacts": count,
             "hit": (count > 0).astype(np.uint8),
             **layers,
@@ -66,12 +66,12 @@ def facet_layers(maps: HazardMaps) -> dict[str, NDArray[Any]]:
     no rock came, and in percentiles where fewer than 20 did. Double precision would double the file.
     """
     layers: dict[str, NDArray[Any]] = {
-        quantity.name: values.astype(np.float32) for quantity, values in shares_of(maps, maps.facets)
+        quantity.name: values.astype(np.float32, copy=False) for quantity, values in shares_of(maps, maps.facets)
     }
     layers |= {quantity.name: counts for quantity, counts in counts_of(maps.facets)}
     for quantity, spread in spreads_of(maps.facets):
         for name, values in zip(STATISTICS, statistics_of(spread), strict=True):
-            layers[f"{quantity.name}_{name}"] = values.astype(np.float32)
+            layers[f"{quantity.name}_{name}"] = values.astype(np.float32, copy=False)
     return layers
 
 
@@ -111,7 +111,7 @@ def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPo
     """Vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision."""
     data = vtkPolyData()
     data.SetPoints(_points(vertices))
-    data.SetPolys(_cells(np.arange(0, 3 * len(triangles) + 1, 3), triangles.ravel()))
+    data.SetPolys(_cells(np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int32), triangles.ravel()))
     return data
 
 
@@ -122,25 +122,25 @@ def _rock_ids(deposits: Deposits, rows: NDArray[np.int64]) -> dict[str, NDArray[
 def _points(xyz: FloatArray) -> Any:
     """Points (N, 3) as vtkPoints in double precision."""
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(np.ascontiguousarray(xyz), deep=True))
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(xyz)))
     return points
 
 
 def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
-    """Cells of which number i joins connectivity[offsets[i]:offsets[i + 1]]."""
+    """Cells of which number i joins connectivity[offsets[i]:offsets[i + 1]]; 32 bit, for no terrain needs more."""
     cells = vtkCellArray()
-    cells.SetData(
-        numpy_to_vtkIdTypeArray(offsets.astype(np.int64), deep=True),
-        numpy_to_vtkIdTypeArray(connectivity.astype(np.int64), deep=True),
-    )
+    cells.SetData(*(numpy_to_vtk(numbers.astype(np.int32, copy=False)) for numbers in (offsets, connectivity)))
     return cells
 
 
 def _attach(attributes: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Attach named arrays (N,); whole numbers as 32 bit, for ParaView's colour maps need no more."""
+    """Attach named arrays (N,); whole numbers as 32 bit, for ParaView's colour maps need no more.
+
+    VTK looks into the arrays, and keeps them alive: copies would take as much memory as the terrain.
+    """
     for name, values in arrays.items():
         narrow = values.astype(np.int32) if values.dtype == np.int64 else values
-        array = numpy_to_vtk(np.ascontiguousarray(narrow), deep=True)
+        array = numpy_to_vtk(np.ascontiguousarray(narrow))
         array.SetName(name)
         attributes.AddArray(array)
 
