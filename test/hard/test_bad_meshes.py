@@ -195,7 +195,11 @@ def test_a_rock_hits_a_flipped_facet_even_if_nobody_turned_it_back(engine):
     triangles = ground.triangles.copy()
     triangles[3] = triangles[3][::-1]
     middle = ground.vertices[triangles[3]].mean(0)
-    flights = fly(engine_over(engine, terrain_of(ground.vertices, triangles)), flight(surface(), "none"), middle + (0, 0, 2))
+    flights = fly(
+        engine_over(engine, terrain_of(ground.vertices, triangles)),
+        flight(surface(), "none"),
+        np.add(middle, (0, 0, 2)),
+    )
     assert tuple(flights.impacts.normal[0]) == (0.0, 0.0, 1.0)
     assert flights.deposits.outcome[0] == Outcome.STOPPED
     np.testing.assert_allclose(flights.deposits.x[0], middle, atol=1e-10)

@@ -144,7 +144,7 @@ def test_an_impact_exactly_on_a_vertex_of_six_facets_is_one_impact_on_one_of_the
     v = np.array((0.3, 0.2, -G))
     flights = fly(over, flight(surface(0.5, 0.8), "none", max_impacts=1), (-0.3, -0.2, 0.5 * G), (0.3, 0.2, 0))
     n = flights.impacts.normal[0]
-    assert np.abs(np.asarray(over.facets.normals) - n).max(axis=1).min() == 0.0, "the normal of a facet, not a mean of several"
+    assert np.abs(np.asarray(over.facets.normals) - n).max(axis=1).min() == 0.0, "that of a facet, no mean of several"
     np.testing.assert_allclose(flights.impacts.x[0], 0.0, atol=1e-14)
     np.testing.assert_allclose(flights.paths.v[-1], rebound_from(n, v, 0.5, 0.8), rtol=1e-12)
 

@@ -64,7 +64,7 @@ def test_a_rock_that_leaves_the_ground_at_a_grazing_angle_comes_back_to_it(engin
 
 CREST = [(-10.0, -17.5), (0.0, 0.0), (10.0, -17.5)]
 """A ridge along y at the origin, its flanks falling by 1.75."""
-TOSS = dict(x=(-4.0, 0.3, -4.0), v=(4.0, 0.0, 8.0))
+TOSS = {"x": (-4.0, 0.3, -4.0), "v": (4.0, 0.0, 8.0)}
 """Under g = 8 the apex of this parabola, z = -x^2 / 4, is the origin, and every number of it is exact in float64."""
 
 

@@ -44,7 +44,7 @@ def test_a_rock_thrown_over_a_cliff_of_60_m_lands_where_galilei_says(engine, mod
 @pytest.mark.parametrize("speed", [1.0, 5.0])
 def test_a_rock_that_slides_over_the_crest_of_a_cliff_takes_off_with_the_speed_it_has_left(engine, speed):
     flights = fly(
-        engine_over(engine, strip(CLIFF, across=3)), flight(surface(0.4, 0.8, 2.0, 0.0)), (-1.0, 0.3, 60.0), (speed, 0, 0)
+        engine_over(engine, strip(CLIFF, across=3)), flight(surface(0.4, 0.8, 2.0, 0.0)), (-1, 0.3, 60), (speed, 0, 0)
     )
     left = math.sqrt(speed**2 - 2 * math.tan(math.radians(2)) * G * 1.0)
     hit = flights.impacts
@@ -150,7 +150,7 @@ def test_a_rock_under_an_arch_never_comes_out_through_it(engine, model):
 @BOTH
 def test_without_losses_a_rock_under_an_arch_keeps_its_energy(engine):
     flights = fly(
-        engine_over(engine, arch()), flight(surface(1.0, 1.0), "none", max_impacts=1000), (0.4, 0.0, 1.0), (7.0, 0.01, 9.0)
+        engine_over(engine, arch()), flight(surface(1.0, 1.0), "none", max_impacts=1000), (0.4, 0, 1), (7, 0.01, 9)
     )
     energy, _ = specific_energy(flights)
     assert flights.deposits.outcome[0] == Outcome.MAX_IMPACTS
