@@ -14,9 +14,18 @@ Rounding decides nothing silently (docs/design.md, "Contact"):
 import math
 from typing import NamedTuple
 
-from rpf3d_core.arc import Arc, fall_time, gravity_along, position
+from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
 from rpf3d_core.compiling import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import ALONG_EDGE, NEAR, contains, corner, leads_on, stored_normal
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_EDGE,
+    NEAR,
+    contains,
+    corner,
+    edge_distance,
+    edge_inward,
+    leads_on,
+    stored_normal,
+)
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
@@ -48,6 +57,10 @@ class Left(NamedTuple):
 
 GRAZING = 1e-9
 """Sine of the angle to a facet below which a sliding rock moves along it: a million times the rounding of b / |v|."""
+GLANCING = 1.0 / 128.0
+"""Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
+UPRIGHT = 1e-6
+"""Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
 CRACK = 64.0
 """Tolerances by which facets are widened for a second look (`contact_or_crack`).
 
@@ -77,7 +90,7 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
     """
     looked, again = facets, False
     while True:  # a loop, so that the search is compiled once
-        contact = first_contact(locator, looked, arc, left, end)
+        contact: Contact = first_contact(locator, looked, arc, left, end)
         if again or contact.t <= end:
             return contact
         looked, again = _widened(facets), True
@@ -145,7 +158,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    if b < 0.0 and left.facet >= 0 and _passes_over(facets, f, arc, left):
+    if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
     return falling_time(max(c, 0.0), b, a)
 
@@ -184,6 +197,21 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
 
 
 @kernel
+def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+    """Whether a sliding rock at the rim of f, towards the plane of f, is on its way over other ground than f, or none.
+
+    Told in plan, where facets that face upwards lie side by side: whichever way the rock goes, it goes over one of
+    those that meet where it is. To the others only its tolerance ties it; beyond the rim of the terrain there is none.
+    """
+    n, v = stored_normal(facets, f), arc.v
+    level2 = v[0] * v[0] + v[1] * v[1]
+    if not left.resting or left.side * n[2] <= UPRIGHT or level2 <= GRAZING * GRAZING * dot(v, v):
+        return False
+    over = v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]
+    return not leads_on(facets, f, arc.x, scale(1.0 / norm(over), over), ALONG_EDGE)
+
+
+@kernel
 def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     """How fast the rock meets the plane of f (m/s); for a rock at rest on several, how fast f would carry it away.
 
@@ -209,9 +237,35 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not _wins_tie(facets, f, approach, best):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
-    if not contains(facets, f, position(arc, t), side < 0.0, slack):
+    if contains(facets, f, position(arc, t), side < 0.0, slack):
+        return Contact(t, f, side, approach)
+    if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
         return best
-    return Contact(t, f, side, approach)
+    t = _entry_time(facets, f, arc, n, t, approach)
+    if t < best.t or (t == best.t and t < math.inf and _wins_tie(facets, f, approach, best)):
+        return Contact(t, f, side, approach)
+    return best
+
+
+@kernel
+def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: float) -> float:
+    """When an arc that passed the plane of f beside f, at time t, comes over f; inf if it has sunk by then.
+
+    Two facets that share an edge are known to rounding, so a glancing arc may come to the plane of one of them just
+    before that facet begins and to that of the other just after that one ends: it would slip between them. It meets the
+    facet where it comes over it, unless it is more than NEAR tolerances below the plane by then.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    later = 0.0
+    for k in range(3):
+        _, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0:
+            closing = dot(edge_inward(facets, f, k), v)
+            later = max(later, -distance / closing) if closing > 0.0 else math.inf
+    sinks = (approach + 0.5 * arc.gravity * abs(n[2]) * later) * later
+    if sinks <= NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
+        return t + later
+    return math.inf
 
 
 @kernel
