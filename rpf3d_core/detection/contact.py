@@ -19,6 +19,7 @@ from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     NEAR,
+    REACH,
     contains,
     corner,
     edge_distance,
@@ -285,9 +286,13 @@ def _wins_tie(facets: Facets, f: int, approach: float, best: Contact) -> bool:
 
 @kernel
 def flight_end(facets: Facets, arc: Arc) -> float:
-    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later."""
+    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later.
+
+    Downwards it is followed for REACH tolerances: a rock that began, or came over a facet, NEAR tolerances below its
+    plane is still to hit it.
+    """
     slack = facets.tolerance
-    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + slack, 0.0), arc.gravity)
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack, 0.0), arc.gravity)
     for k in range(2):
         if arc.v[k] > 0.0:
             end = min(end, max((facets.high[k] + slack - arc.x[k]) / arc.v[k], 0.0))
