@@ -211,3 +211,13 @@ def test_a_rock_laid_exactly_on_a_summit_slides_down_or_stays_as_friction_says(e
         for f in (40.0, 10.0)
     ]
     assert [end.outcome[0] for end in ends] == [Outcome.STOPPED, Outcome.LEFT_TERRAIN]
+
+
+@BOTH
+@pytest.mark.parametrize("amplitude", [1e-3, 0.5])
+def test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it(engine, amplitude):
+    """No friction, and every facet falls towards +x: on none of its vertices, inside or on the rim, may a rock stop."""
+    terrain = rough_grid(8, 16.0, 2.5, amplitude, seed=331735)
+    flights = fly(engine_over(engine, terrain), flight(surface(0.0, 0.0, 0.0, 0.05)), terrain.vertices)
+    assert set(flights.deposits.outcome) == {Outcome.LEFT_TERRAIN}
+    assert loses_energy(flights)
