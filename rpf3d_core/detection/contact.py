@@ -9,6 +9,8 @@ Rounding decides nothing silently (docs/design.md, "Contact"):
 - A rock within tolerance of another facet, or below it by no more than that, and moving into it, hits it now.
 - The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
   exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
+- A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
+- A rock that would leave the terrain looks again for facets a little wider (`contact_or_crack`).
 """
 
 import math

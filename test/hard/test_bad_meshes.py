@@ -36,6 +36,7 @@ def test_a_faulty_facet_changes_nothing(engine, model, fault):
     draw = np.random.default_rng(6)
     x = np.concatenate([draw.uniform(1, 11, (60, 2)), np.full((60, 1), 2.0)], 1)
     x[:6, :2] = good.vertices[first].mean(0)[:2] + draw.uniform(-0.3, 0.3, (6, 2))
+    x[6, :2] = good.vertices[first[0], :2]
     physics = flight(surface(0.4, 0.8, 20.0), model)
     plain, faulty = (
         fly(engine_over(engine, t), physics, x) for t in (good, as_loaded(terrain_of(vertices, triangles)))
