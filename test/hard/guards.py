@@ -282,14 +282,6 @@ GUARDS = (
         "one impact too many",
     ),
     Guard(
-        "test_edges_and_vertices.py::test_an_impact_exactly_on_a_ridge_is_one_impact_on_one_of_its_flanks[0.0-reference]",
-        CONTACT,
-        "        return approach > best.approach\n",
-        "        return approach < best.approach\n",
-        "`_wins_tie`: of facets met at one instant the one met most head-on wins",
-        "the other flank of the ridge is hit",
-    ),
-    Guard(
         "test_reproducible.py::test_the_order_of_the_facets_and_of_their_corners_changes_no_bit"
         "[cube's corner-sliding-reference]",
         CONTACT,
