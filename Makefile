@@ -9,11 +9,12 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros test lint bench colcon clean
+.PHONY: help venv demo demo-ros test guards lint bench colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
+	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make lint      ruff, and mypy on the core"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make colcon    build as a ROS 2 workspace does"
@@ -44,6 +45,9 @@ demo-ros: venv
 
 test: venv
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+guards: venv
+	$(BIN)/python test/hard/guards.py
 
 lint: venv
 	$(BIN)/ruff check .

@@ -9,14 +9,26 @@ Rounding decides nothing silently (docs/design.md, "Contact"):
 - A rock within tolerance of another facet, or below it by no more than that, and moving into it, hits it now.
 - The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
   exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
+- A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
+- A rock that would leave the terrain looks again for facets a little wider (`contact_or_crack`).
 """
 
 import math
 from typing import NamedTuple
 
-from rpf3d_core.arc import Arc, fall_time, gravity_along, position
+from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
 from rpf3d_core.compiling import kernel, model_function
-from rpf3d_core.terrain.facet_geometry import ALONG_EDGE, NEAR, contains, corner, leads_on, stored_normal
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_EDGE,
+    NEAR,
+    REACH,
+    contains,
+    corner,
+    edge_distance,
+    edge_inward,
+    leads_on,
+    stored_normal,
+)
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
@@ -48,6 +60,16 @@ class Left(NamedTuple):
 
 GRAZING = 1e-9
 """Sine of the angle to a facet below which a sliding rock moves along it: a million times the rounding of b / |v|."""
+GLANCING = 1.0 / 128.0
+"""Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
+UPRIGHT = 1e-6
+"""Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
+CRACK = 64.0
+"""Tolerances by which facets are widened for a second look (`contact_or_crack`).
+
+2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. A quarter of REACH, the rest of which
+is for the tips of sharp corners, so that the locators offer all facets that may count.
+"""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
 
@@ -58,6 +80,31 @@ def first_contact(locator: object, facets: Facets, arc: Arc, left: Left, end: fl
 
     A locator decides only which facets are looked at and in what order; the answer does not depend on either.
     """
+
+
+@kernel
+def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+    """The earliest contact of an arc before `end` (s); one that finds none looks again for facets a little wider.
+
+    What is a hole to the tolerance may be a crack to anyone else: the sliver between an edge and a vertex that lies on
+    it but for rounding (a T-junction), or the few tolerances that a rock has drifted on its way from facet to facet.
+    Only rocks that would leave the terrain look twice, so all others meet the facets as they are. What they pay for
+    it is a rim that is CRACK tolerances wider.
+    """
+    looked, again = facets, False
+    while True:  # a loop, so that the search is compiled once
+        contact: Contact = first_contact(locator, looked, arc, left, end)
+        if again or contact.t <= end:
+            return contact
+        looked, again = _widened(facets), True
+
+
+@kernel
+def _widened(facets: Facets) -> Facets:
+    """The same facets for a second look."""
+    return Facets(
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, CRACK * facets.tolerance
+    )
 
 
 @kernel
@@ -114,7 +161,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    if b < 0.0 and left.facet >= 0 and _passes_over(facets, f, arc, left):
+    if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
     return falling_time(max(c, 0.0), b, a)
 
@@ -153,6 +200,21 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
 
 
 @kernel
+def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+    """Whether a sliding rock at the rim of f, towards the plane of f, is on its way over other ground than f, or none.
+
+    Told in plan, where facets that face upwards lie side by side: whichever way the rock goes, it goes over one of
+    those that meet where it is. To the others only its tolerance ties it; beyond the rim of the terrain there is none.
+    """
+    n, v = stored_normal(facets, f), arc.v
+    level2 = v[0] * v[0] + v[1] * v[1]
+    if not left.resting or left.side * n[2] <= UPRIGHT or level2 <= GRAZING * GRAZING * dot(v, v):
+        return False
+    over = v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]
+    return not leads_on(facets, f, arc.x, scale(1.0 / norm(over), over), ALONG_EDGE)
+
+
+@kernel
 def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     """How fast the rock meets the plane of f (m/s); for a rock at rest on several, how fast f would carry it away.
 
@@ -178,9 +240,35 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not _wins_tie(facets, f, approach, best):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
-    if not contains(facets, f, position(arc, t), side < 0.0, slack):
+    if contains(facets, f, position(arc, t), side < 0.0, slack):
+        return Contact(t, f, side, approach)
+    if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
         return best
-    return Contact(t, f, side, approach)
+    t = _entry_time(facets, f, arc, n, t, approach)
+    if t < best.t or (t == best.t and t < math.inf and _wins_tie(facets, f, approach, best)):
+        return Contact(t, f, side, approach)
+    return best
+
+
+@kernel
+def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: float) -> float:
+    """When an arc that passed the plane of f beside f, at time t, comes over f; inf if it has sunk by then.
+
+    Two facets that share an edge are known to rounding, so a glancing arc may come to the plane of one of them just
+    before that facet begins and to that of the other just after that one ends: it would slip between them. It meets the
+    facet where it comes over it, unless it is more than NEAR tolerances below the plane by then.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    later = 0.0
+    for k in range(3):
+        _, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0:
+            closing = dot(edge_inward(facets, f, k), v)
+            later = max(later, -distance / closing) if closing > 0.0 else math.inf
+    sinks = (approach + 0.5 * arc.gravity * abs(n[2]) * later) * later
+    if sinks <= NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
+        return t + later
+    return math.inf
 
 
 @kernel
@@ -200,9 +288,13 @@ def _wins_tie(facets: Facets, f: int, approach: float, best: Contact) -> bool:
 
 @kernel
 def flight_end(facets: Facets, arc: Arc) -> float:
-    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later."""
+    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later.
+
+    Downwards it is followed for REACH tolerances: a rock that began, or came over a facet, NEAR tolerances below its
+    plane is still to hit it.
+    """
     slack = facets.tolerance
-    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + slack, 0.0), arc.gravity)
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack, 0.0), arc.gravity)
     for k in range(2):
         if arc.v[k] > 0.0:
             end = min(end, max((facets.high[k] + slack - arc.x[k]) / arc.v[k], 0.0))

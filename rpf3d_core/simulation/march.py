@@ -5,7 +5,7 @@ from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, first_contact, flight_end
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, contact_or_crack, flight_end
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.library import surface_of
 from rpf3d_core.simulation.record import Record, note_impact, note_piece
@@ -84,7 +84,7 @@ def fly_on(
     """Fly to the next contact and deal with it; or out of the terrain; or until time is up."""
     arc = Arc(state.motion.x, state.motion.v, settings.gravity)
     end = flight_end(facets, arc)
-    contact = first_contact(locator, facets, arc, state.left, end)
+    contact = contact_or_crack(locator, facets, arc, state.left, end)
     left = settings.max_time - state.motion.t
     t = min(contact.t, end, left)
     motion = advance(state.motion, settings.gravity, t)
@@ -176,5 +176,5 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     A stone is dropped: looking down and falling are the same question.
     """
     drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
-    contact = first_contact(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop))
+    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop))
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

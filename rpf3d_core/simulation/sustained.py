@@ -34,11 +34,6 @@ WEDGED = 64
 Around a vertex of six facets each can be tried in turn five times over, with a flight of no length in between.
 """
 
-CREEPING = 8
-"""The same for a rock that only creeps."""
-CREEP_SPEED = 1e-8
-"""Speed (m/s) at which a rock only creeps: ten times that at which it is let go from rest (`sliding.CREEP`)."""
-
 
 @model_function
 def carry_on(
@@ -74,8 +69,7 @@ def slide_on(
 def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
     """How a piece of sliding ended for the rock; one that goes round in a corner has stopped if it is slow.
 
-    Slow: it could not rise by smallest_bounce any more. One that only creeps has stopped sooner, before going round
-    adds up to more than the tolerances that catch it.
+    Slow: it could not rise by smallest_bounce any more.
     """
     if piece.late:
         return MAX_TIME
@@ -83,7 +77,7 @@ def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
         return STOPPED
     speed2 = dot(piece.motion.v, piece.motion.v)
     if idle < WEDGED:
-        return STOPPED if idle >= CREEPING and speed2 <= CREEP_SPEED * CREEP_SPEED else MOVING
+        return MOVING
     return STOPPED if speed2 <= 2.0 * settings.gravity * settings.smallest_bounce else UNRESOLVED
 
 

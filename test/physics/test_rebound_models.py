@@ -1,12 +1,20 @@
 """Rebound models: constant restitution, and the thesis' printed transform with its known faults."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scenes_of_facets import ENGINES, engine_over, flight, floor, fly, incline, same_bits, surface
 
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS, ConstantRestitution, ThesisLiteral, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import (
+    REBOUND_MODELS,
+    ConstantRestitution,
+    ThesisLiteral,
+    rebound,
+    rest_of_bounces,
+    thesis_literal,
+)
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 V = (3.0, 2.0, -10.0)
@@ -105,6 +113,25 @@ def test_thesis_literal_is_the_same_on_both_engines_and_not_the_same_as_constant
     )
     assert same_bits(printed, compiled)
     assert np.linalg.norm(printed.paths.v[1] - right.paths.v[1]) > 0.1
+
+
+def largest_gain(n: tuple[float, float, float]) -> float:
+    """How many times its energy the printed transform leaves a rock at R_n = R_t = 1, over 400 velocities, at most."""
+    gains = []
+    for v in np.random.default_rng(1).normal(size=(400, 3)):
+        v = -v if v @ np.array(n) > 0 else v
+        after = rebound(ThesisLiteral(), surface(1.0, 1.0), Motion(0.0, ZERO, tuple(v.tolist()), ZERO), n).v
+        gains.append(float(np.dot(after, after) / (v @ v)))
+    return max(gains)
+
+
+def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_design_say_so():
+    """Inherent in 2-3 to 2-8: no clamp can mend a transform that is not orthonormal and still be the thesis'."""
+    gain = max(largest_gain(plane_rising(t, p)) for t in range(0, 90, 15) for p in range(0, 90, 15))
+    assert 1.5 < gain <= 3.0 + 1e-9
+    assert "three times its energy" in " ".join((thesis_literal.__doc__ or "").split())
+    design = Path(__file__).parents[2] / "docs" / "design.md"
+    assert "triple it on a facet that dips along both axes" in " ".join(design.read_text().split())
 
 
 def test_a_model_without_a_rule_is_refused_by_name():

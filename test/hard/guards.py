@@ -1,0 +1,379 @@
+"""For each hard case the guard in the code that it hangs on: take the guard away, and the test must fail.
+
+    python test/hard/guards.py            apply each change to a copy of the package, and demand that its test fails
+    python test/hard/guards.py --table    print the table of README.md, which a test compares
+
+A change is exact text that occurs once in a file, and what it becomes. All named tests run unchanged first. Tests of
+the reference engine are preferred, for each change of a kernel compiles the other engine anew.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[2]
+COPIED = ("rpf3d_core", "test", "config", "pyproject.toml")
+FAILED = 1
+"""pytest's exit code where tests ran and some failed; others mean that they could not be run."""
+LONGEST = 240.0
+"""Seconds after which a test that goes on has failed: without some guards a rock bounces until max_impacts."""
+CONTACT, GEOMETRY = "rpf3d_core/detection/contact.py", "rpf3d_core/terrain/facet_geometry.py"
+MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
+SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
+
+
+class Guard(NamedTuple):
+    """A pair of test and guard.
+
+    test : file and id below test/hard; file, text, becomes : the change
+    guard : what it does, with its function; without : what happens then
+    """
+
+    test: str
+    file: str
+    text: str
+    becomes: str
+    guard: str
+    without: str
+
+
+GUARDS = (
+    Guard(
+        "test_grazing.py::test_a_rock_that_falls_along_a_wall_touches_it_at_the_angle_it_has[1e-09-reference]",
+        CONTACT,
+        "    t = 2.0 * c / denominator\n",
+        "    t = (-b - math.sqrt(discriminant)) / (2.0 * a)\n",
+        "`falling_time`: the root without a cancellation and without a division by `a`, which is 0 for a wall",
+        "the rock fails: a division by zero",
+    ),
+    Guard(
+        "test_grazing.py::test_a_rock_that_leaves_the_ground_at_a_grazing_angle_comes_back_to_it[0.0-1e-06-reference]",
+        CONTACT,
+        "    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):\n",
+        "    if b * b <= 1e-6 * dot(arc.v, arc.v):\n",
+        "`_time_from_near`, GRAZING: only a sine of 1e-9 counts as along the ground",
+        "a bounce of 1e-6 rad is swallowed, with the time and the way that it takes",
+    ),
+    Guard(
+        "test_grazing.py::test_a_flight_a_nanometre_above_a_crest_passes_it_and_one_below_does_not[reference]",
+        "rpf3d_core/terrain/facets.py",
+        "        tolerance=RELATIVE_TOLERANCE * math.dist(low, high),\n",
+        "        tolerance=1e-6,\n",
+        "`facets_of`: a tolerance of 2^-40 of the diagonal",
+        "a rock a nanometre above the crest hits it",
+    ),
+    Guard(
+        "test_grazing.py::test_a_parabola_that_touches_a_roof_just_at_its_apex_flies_on_as_if_it_had_not[0.0-reference]",
+        CONTACT,
+        "    return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf\n",
+        "    return abs(rising / bending)\n",
+        "`_return_time`: a rock comes back only to a facet that gravity brings it back to",
+        "having touched the roof, it is caught by it again at once",
+    ),
+    Guard(
+        "test_edges_and_vertices.py::test_no_rock_falls_between_two_facets[reference]",
+        GEOMETRY,
+        "distance >= 0.0 or near\n",
+        "distance > 0.0\n",
+        "`contains`: facets include their rim, and a tolerance more",
+        "rocks dropped on edges and diagonals fall between two facets",
+    ),
+    Guard(
+        "test_edges_and_vertices.py::"
+        "test_a_rock_released_at_rest_on_level_ground_stays_there[on a vertex-1e-12 m below-sliding-reference]",
+        CONTACT,
+        "    if abs(c) <= NEAR * facets.tolerance:\n",
+        "    if c == 0.0:\n",
+        "`earlier_contact`: within NEAR tolerances of a plane a rock is on it",
+        "a rock 1e-12 m under a floor falls through it",
+    ),
+    Guard(
+        "test_edges_and_vertices.py::"
+        "test_a_rock_released_at_rest_on_a_steep_slope_slides_off_it_wherever_it_lies[on a vertex-on it-reference]",
+        MARCH,
+        "    if state.left.resting or released_on_ground:\n",
+        "    if state.left.resting:\n",
+        "`_land`: a release on the ground is no impact",
+        "the rock is told an impact of no speed before it slides",
+    ),
+    Guard(
+        "test_edges_and_vertices.py::"
+        "test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it[0.5-reference]",
+        CONTACT,
+        "(_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left))",
+        "_passes_over(facets, f, arc, left)",
+        "`_goes_elsewhere`: a sliding rock is held only by facets that it moves onto, in plan",
+        "facets around a vertex catch a rock in turn until it is called stopped",
+    ),
+    Guard(
+        "test_gullies.py::test_a_rock_that_slides_along_the_line_of_a_meshed_gully_passes_its_vertices[40-compiled]",
+        SUSTAINED,
+        "    return ZERO if climbs or bounces else line\n",
+        "    return ZERO\n",
+        "`_held_line`: two facets that both push hold a rock on their line",
+        "the rock goes from side to side and is braked by the wrong friction",
+    ),
+    Guard(
+        "test_gullies.py::test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it[sliding-reference]",
+        CONTACT,
+        "    if abs(c) <= NEAR * facets.tolerance:\n",
+        "    if False:\n",
+        "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
+        "a rock in the corner falls between the three facets",
+    ),
+    Guard(
+        "test_gullies.py::test_a_rock_dropped_into_a_needle_pit_stays_in_it[3-sliding-reference]",
+        CONTACT,
+        "    if abs(c) <= NEAR * facets.tolerance:\n",
+        "    if False:\n",
+        "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
+        "a rock in the tip of the pit falls through it",
+    ),
+    Guard(
+        "test_walls_and_overhangs.py::test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it[reference]",
+        CONTACT,
+        "    return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)\n",
+        "    return best\n",
+        "`earlier_contact`: contact is two-sided",
+        "a bench without thickness is a trapdoor from below",
+    ),
+    Guard(
+        "test_walls_and_overhangs.py::"
+        "test_a_rock_that_falls_down_a_vertical_face_without_a_speed_towards_it_reaches_the_foot_freely[0.0-reference]",
+        CONTACT,
+        "        return 0.0 if a < 0.0 and _carries(",
+        "        return 0.0 if _carries(",
+        "`_time_from_near`: moving along a plane is contact only where gravity presses the rock on it",
+        "the wall holds a rock that falls along it",
+    ),
+    Guard(
+        "test_zeno.py::test_infinitely_many_bounces_end_when_and_where_their_series_does[0.5-6-none-reference]",
+        MARCH,
+        "    if rest.ends and ",
+        "    if False and ",
+        "`_settle`: the rest of the bouncing is summed in closed form",
+        "bouncing is cut off where it is, short of its end",
+    ),
+    Guard(
+        "test_zeno.py::test_without_losses_ten_thousand_bounces_keep_the_energy[level-reference]",
+        REBOUND,
+        "scale(-surface.R_n * v_n, n)",
+        "scale(-surface.R_n * (1.0 - 1e-12) * v_n, n)",
+        "by construction: the rebound as a vector, and heights that are put back on their facet, round without a drift",
+        "a loss of 1e-12 at each impact adds up to more than 1e-9",
+    ),
+    Guard(
+        "test_zeno.py::test_a_scene_without_gravity_is_refused_by_name",
+        "rpf3d_core/io/scene_model.py",
+        'gt=0, description="a number above 0 (m/s2)"',
+        'ge=0, description="a number above 0 (m/s2)"',
+        "`Scene.gravity`: refused at the door, since every formula divides by it",
+        "a weightless scene is accepted",
+    ),
+    Guard(
+        "test_zeno.py::test_a_slide_of_10_km_down_a_slope_reaches_the_speed_of_its_fall[500-reference]",
+        CONTACT,
+        "    return speed == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / speed, arc.v), ALONG_EDGE)\n",
+        "    return False\n",
+        "`_carries`: the next facet carries a rock that slides onto it",
+        "the rock falls through the slope at the first edge",
+    ),
+    Guard(
+        "test_zeno.py::test_friction_exactly_at_the_angle_of_the_slope_holds_a_rock_at_rest_and_keeps_the_speed_of_one_"
+        "that_moves[0.0-33.7-reference]",
+        SLIDING,
+        "HOLDS = 1.0 - 1e-9\n",
+        "HOLDS = 1.0 + 1e-9\n",
+        "`slide_on_facet`, HOLDS: friction holds a rock if it reaches the pull but for rounding",
+        "a rock at rest on a slope at the friction angle creeps off it",
+    ),
+    Guard(
+        "test_bad_meshes.py::test_a_faulty_facet_changes_nothing[zero length-none-reference]",
+        "rpf3d_core/terrain/facets.py",
+        "    return np.divide(areas, length, out=np.zeros_like(areas), where=length > 0.0)\n",
+        "    return areas / np.maximum(length, 1e-300) + (length == 0.0)\n",
+        "`unit_normals`: a facet without area has no normal, so `earlier_contact` passes it over",
+        "a facet that is a point stops rocks in the air",
+    ),
+    Guard(
+        "test_bad_meshes.py::test_no_rock_falls_through_a_crack_of_a_nanometre[t_junction-0.5-sliding-reference]",
+        CONTACT,
+        "CRACK = 64.0\n",
+        "CRACK = 1.0\n",
+        "`contact_or_crack`: a rock that would leave looks again for facets a little wider",
+        "rocks fall through the T-junction",
+    ),
+    Guard(
+        "test_bad_meshes.py::test_no_rock_slips_between_facets_that_are_rough_by_nanometres[1e-08-reference]",
+        CONTACT,
+        "    if side < 0.0 or approach",
+        "    if True or approach",
+        "`_entry_time`: a glancing arc meets a facet where it comes over it",
+        "sliding rocks slip between two facets at a seam",
+    ),
+    Guard(
+        "test_bad_meshes.py::test_a_rock_that_comes_down_on_the_lowest_facet_of_a_level_terrain_is_followed_to_it"
+        "[reference]",
+        CONTACT,
+        "facets.low[2] + REACH * slack",
+        "facets.low[2] + slack",
+        "`flight_end`: a flight is followed for REACH tolerances below the terrain",
+        "a rock is told to have left just before it lands",
+    ),
+    Guard(
+        "test_bad_meshes.py::test_flipped_facets_are_turned_back_at_load_and_change_nothing[0.5-sliding-reference]",
+        "test/on_both_engines.py",
+        "    return replace(terrain, triangles=winding.triangles)\n",
+        "    return terrain\n",
+        "`repair_winding`, called when a terrain is read",
+        "rocks that roll from a facet onto a turned one are on its wrong side",
+    ),
+    Guard(
+        "test_scales.py::test_a_rough_slope_of_any_size_gives_the_same_answer_to_the_last_bit[6 cm-none-reference]",
+        "rpf3d_core/terrain/facets.py",
+        "        tolerance=RELATIVE_TOLERANCE * math.dist(low, high),\n",
+        "        tolerance=1e-4,\n",
+        "`facets_of`: the tolerance is a share of the terrain's diagonal",
+        "0.1 mm, which no pit would notice, is felt by a model of 6 cm",
+    ),
+    Guard(
+        "test_speeds_and_rest.py::test_a_rock_that_creeps_over_level_ground_without_friction_is_still_moving_when_time_"
+        "is_up[reference]",
+        SLIDING,
+        "CREEP = 1e-9\n",
+        "CREEP = 1e-5\n",
+        "`slide_on_line`, CREEP: only below 1e-9 m/s a rock has stopped whatever stop_speed says",
+        "a rock of 1e-6 m/s is called stopped",
+    ),
+    Guard(
+        "test_speeds_and_rest.py::test_a_rock_of_300_m_per_s_passes_through_no_sheet_however_thin[reference]",
+        CONTACT,
+        "    return t if t >= 0.0 else math.inf\n",
+        "    return math.ceil(1e3 * t) / 1e3 if t >= 0.0 else math.inf\n",
+        "by construction: contact is a root, not a step; here it is rounded up to steps of 1 ms",
+        "rocks of 300 m/s are through the sheet before it is looked at",
+    ),
+    Guard(
+        "test_speeds_and_rest.py::test_a_rock_that_no_ground_model_carries_on_stays_where_the_thesis_stops_it[reference]",
+        SUSTAINED,
+        "STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED",
+        "STOPPED",
+        "`stop_or_give_up`: without a ground model a fast rock in contact is unresolved",
+        "a rock of 3 m/s on 60 degrees is called stopped",
+    ),
+    Guard(
+        "test_leaving.py::test_a_rock_leaves_through_the_side_where_its_parabola_does[way0-none-reference]",
+        CONTACT,
+        "    for k in range(2):\n        if arc.v[k] > 0.0:",
+        "    for k in range(0):\n        if arc.v[k] > 0.0:",
+        "`flight_end`: a flight ends at the sides of the terrain's box",
+        "the rock is followed in the air, down to the lowest corner",
+    ),
+    Guard(
+        "test_leaving.py::test_a_rock_at_its_limit_of_impacts_has_made_exactly_so_many[7-reference]",
+        MARCH,
+        "    if state.tally.contacts >= settings.max_impacts:\n",
+        "    if state.tally.contacts > settings.max_impacts:\n",
+        "`next_event`: the limit is looked at before the next event",
+        "one impact too many",
+    ),
+    Guard(
+        "test_reproducible.py::test_the_order_of_the_facets_and_of_their_corners_changes_no_bit"
+        "[cube's corner-sliding-reference]",
+        CONTACT,
+        "    if approach != best.approach:\n        return approach > best.approach\n"
+        "    n, m = stored_normal(facets, f), stored_normal(facets, best.facet)\n"
+        "    for k in range(3):\n        if n[k] != m[k]:\n            return n[k] > m[k]\n",
+        "",
+        "`_wins_tie`: speed and normal come before the number of a facet",
+        "another order of the facets in the file gives another answer",
+    ),
+    Guard(
+        "test_reproducible.py::test_a_scene_turned_by_a_quarter_gives_the_turned_answer_to_the_last_bit[1-none-reference]",
+        "rpf3d_core/vectors.py",
+        "    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]\n",
+        "    return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2])\n",
+        "by construction: `dot` adds x and y first, so that they may change places",
+        "a quarter turn changes the last bits",
+    ),
+    Guard(
+        "test_reproducible.py::test_hard_places_give_the_same_bits_on_both_engines[rough slope-none]",
+        "rpf3d_core/compiling.py",
+        'OPTIONS = {"error_model": "numpy", "_nrt": False}\n',
+        'OPTIONS = {"error_model": "numpy", "_nrt": False, "fastmath": True}\n',
+        "OPTIONS: no fastmath, so sums keep their order and nothing is contracted",
+        "the compiled engine differs in the last bits",
+    ),
+)
+
+
+def copy_of(folder: Path) -> Path:
+    """A copy of what the tests need, in a new folder."""
+    for name in COPIED:
+        source = ROOT / name
+        if source.is_dir():
+            shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, folder / name)
+    return folder
+
+
+def changed(guard: Guard, folder: Path) -> None:
+    """Take the guard away in a copy; the text must occur just once."""
+    path = folder / guard.file
+    source = path.read_text()
+    if source.count(guard.text) != 1:
+        raise SystemExit(f"{guard.file} holds {source.count(guard.text)} times: {guard.text!r}")
+    path.write_text(source.replace(guard.text, guard.becomes))
+
+
+def run(tests: list[str], folder: Path) -> int:
+    """Exit code of pytest over tests of a copy, whose compiled code is kept apart; FAILED if they do not end."""
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider"]
+    command += [f"test/hard/{test}" for test in tests]
+    environment = os.environ | {"XDG_CACHE_HOME": str(folder / "cache")}
+    try:
+        return subprocess.run(command, cwd=folder, env=environment, capture_output=True, timeout=LONGEST).returncode
+    except subprocess.TimeoutExpired:
+        return FAILED
+
+
+def holds(guard: Guard) -> bool:
+    """Whether the test of a guard fails without it."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = copy_of(Path(name))
+        changed(guard, folder)
+        return run([guard.test], folder) == FAILED
+
+
+def table() -> str:
+    """The pairs as a table of Markdown."""
+    rows = [f"| `{g.test}` | `{g.file.split('/', 1)[1]}`: {g.guard} | {g.without} |" for g in GUARDS]
+    return "\n".join(["| hard case | guard | without it |", "|---|---|---|", *rows])
+
+
+def main(chosen: list[str]) -> int:
+    """Check all pairs, or those whose test contains one of the words."""
+    guards = [guard for guard in GUARDS if not chosen or any(word in guard.test for word in chosen)]
+    with tempfile.TemporaryDirectory() as name:
+        if run(sorted({guard.test for guard in guards}), copy_of(Path(name))) != 0:
+            print("some of the tests fail as they are, or cannot be found")
+            return 1
+    idle = 0
+    for guard in guards:
+        red = holds(guard)
+        idle += not red
+        print("red  " if red else "GREEN", guard.test, "|", guard.guard, flush=True)
+    print(f"{len(guards) - idle} of {len(guards)} tests fail without their guard")
+    return int(idle > 0)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--table"]:
+        print(table())
+    else:
+        sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,32 @@
+"""The list of guards is what it says: each text stands once in its file, each test exists, README.md has the table."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+HERE = Path(__file__).parent
+
+
+def guards() -> ModuleType:
+    """The script, as a module."""
+    spec = importlib.util.spec_from_file_location("guards", HERE / "guards.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_guard_stands_once_in_its_file():
+    script = guards()
+    for guard in script.GUARDS:
+        assert (script.ROOT / guard.file).read_text().count(guard.text) == 1, guard.test
+
+
+def test_every_guard_names_a_test_that_there_is():
+    for guard in guards().GUARDS:
+        file, test = guard.test.split("::")
+        assert f"def {test.split('[')[0]}(" in (HERE / file).read_text(), guard.test
+
+
+def test_the_table_of_the_readme_is_that_of_the_script():
+    assert guards().table() in (HERE / "README.md").read_text()

@@ -1,0 +1,150 @@
+"""Valleys, corners, pits and slots: contacts with several facets at once."""
+
+import math
+
+import numpy as np
+import pytest
+from on_both_engines import BOTH, MODELS, NEAR, G, along_flights, lies_on, loses_energy, outcomes
+from scenes_of_facets import cone, engine_over, flight, fly, gully, joined, specific_energy, surface, terrain_of
+
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Outcome
+
+
+@BOTH
+@MODELS
+@pytest.mark.parametrize("R_n", [0.0, 0.3, 0.8])
+def test_a_rock_dropped_into_a_gully_stays_in_it_and_never_falls_through(engine, model, R_n):
+    draw = np.random.default_rng(2)
+    x = np.stack([draw.uniform(0, 20, 40), draw.uniform(-1, 1, 40), draw.uniform(2, 6, 40)], 1)
+    x[:10, 1] = 0.0
+    over = engine_over(engine, gully(35.0, 50.0, 2.0, cells=7))
+    flights = fly(over, flight(surface(R_n, 0.7, 35.0, 0.5), model), x, (0.5, 0.0, 0.0))
+    allowed = {Outcome.STOPPED} if model == "sliding" else {Outcome.STOPPED, Outcome.UNRESOLVED_CONTACT}
+    assert outcomes(flights) <= allowed
+    points = along_flights(flights)
+    left, right = math.tan(math.radians(35)), math.tan(math.radians(50))
+    ground = np.where(points[:, 1] > 0, left, -right) * points[:, 1] - math.tan(math.radians(2)) * points[:, 0]
+    assert np.all(points[:, 2] > ground - NEAR)
+    assert lies_on(over, flights) and loses_energy(flights)
+
+
+@BOTH
+def test_a_rock_that_falls_straight_into_the_line_of_a_level_gully_meets_both_sides_in_turn(engine):
+    """45 degrees on both sides, no losses: it is thrown from wall to wall, and comes straight back up."""
+    flights = fly(
+        engine_over(engine, gully(45.0, 45.0, 0.0)), flight(surface(1.0, 1.0), "none", max_impacts=60), (3.0, 0.0, 4.0)
+    )
+    speed = math.sqrt(8 * G)
+    np.testing.assert_allclose(flights.impacts.speed_in[:2], speed, rtol=1e-9)
+    np.testing.assert_allclose(flights.impacts.x[:2], [(3.0, 0.0, 0.0)] * 2, atol=1e-9)
+    np.testing.assert_allclose(flights.impacts.t[1], flights.impacts.t[0], atol=1e-9)
+    assert flights.impacts.normal[0] @ flights.impacts.normal[1] == pytest.approx(0.0, abs=1e-12)
+    after, _ = specific_energy(flights)
+    np.testing.assert_allclose(after, after[0], rtol=1e-9)
+
+
+@BOTH
+@MODELS
+@pytest.mark.parametrize("sides", [3, 4, 6, 7])
+def test_a_rock_comes_to_rest_at_the_bottom_of_a_pit_with_one_vertex(engine, sides, model):
+    draw = np.random.default_rng(sides)
+    x = np.concatenate([draw.uniform(-0.8, 0.8, (20, 2)), draw.uniform(3, 4, (20, 1))], 1)
+    x[0, :2] = 0.0
+    over = engine_over(engine, cone(sides))
+    flights = fly(over, flight(surface(0.4, 0.6, 20.0, 0.3), model), x)
+    assert lies_on(over, flights) and loses_energy(flights)
+    assert outcomes(flights) <= {Outcome.STOPPED, *([Outcome.UNRESOLVED_CONTACT] if model == "none" else [])}
+    if model == "sliding":  # 45 degrees or so against 20 of friction: only the edges' wedging or the vertex can hold it
+        assert np.all(flights.deposits.x[:, 2] < 3.0)
+
+
+@BOTH
+def test_a_rock_laid_exactly_on_the_vertex_of_a_pit_stays_there(engine):
+    flights = fly(engine_over(engine, cone(5)), flight(surface(friction_angle=10.0, stop_speed=0.0)), (0.0, 0.0, 0.0))
+    assert flights.deposits.outcome[0] == Outcome.STOPPED
+    assert np.linalg.norm(flights.deposits.x[0]) < NEAR
+
+
+@BOTH
+@MODELS
+def test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it(engine, model):
+    """A cube's corner, standing on its tip: every rebound sends the rock on into the next facet."""
+    tips = np.array(
+        [[math.cos(a), math.sin(a), math.sqrt(0.5)] for a in (0.1, 0.1 + 2 * math.pi / 3, 0.1 + 4 * math.pi / 3)]
+    )
+    over = engine_over(engine, terrain_of([(0, 0, 0), *(10 * tips)], [(0, 1, 2), (0, 2, 3), (0, 3, 1)]))
+    draw = np.random.default_rng(4)
+    x = np.concatenate([draw.uniform(-1, 1, (50, 2)), draw.uniform(4, 6, (50, 1))], 1)
+    x[0, :2] = 0.0
+    flights = fly(over, flight(surface(0.5, 0.8, 30.0, 0.5), model), x)
+    assert outcomes(flights) <= {Outcome.STOPPED, *([Outcome.UNRESOLVED_CONTACT] if model == "none" else [])}
+    heights = along_flights(flights) @ np.asarray(over.facets.normals).T
+    assert heights.min() > -NEAR, "a convex room: inside is above all three planes"
+    assert lies_on(over, flights) and loses_energy(flights)
+
+
+@BOTH
+@pytest.mark.parametrize("steps", [3, 40])
+def test_a_rock_that_slides_along_the_line_of_a_meshed_gully_passes_its_vertices(engine, steps):
+    """A level gully of 30 and 10 degrees: gravity presses with g cos / sin of its sides, friction 0.05 brakes."""
+    over = engine_over(engine, gully(30.0, 10.0, 0.0, length=60.0, cells=steps))
+    flights = fly(over, flight([Surface(0.5, 0.8, 0.05, 0.0)] * 2), (0.0, 0.0, 0.0), (5.0, 0.0, 0.0))
+    a, b = math.radians(30), math.radians(10)
+    push = G * (math.sin(a) + math.sin(b)) / math.sin(a + b)
+    assert flights.deposits.outcome[0] == Outcome.STOPPED
+    assert flights.deposits.x[0, 0] == pytest.approx(25.0 / (2 * 0.05 * push), rel=1e-9)
+    np.testing.assert_allclose(flights.paths.x[:, 1:], 0.0, atol=1e-9)
+
+
+@BOTH
+@MODELS
+@pytest.mark.parametrize("angle", [80.0, 89.0, 89.9])
+def test_a_rock_that_falls_between_two_walls_is_wedged_above_the_line_where_they_meet(engine, model, angle):
+    """Walls of 80 to 89.9 degrees, 2 m wide at the top. Friction of 30 degrees holds no rock on one wall alone."""
+    depth = math.tan(math.radians(angle))
+    over = engine_over(engine, gully(angle, angle, 0.0, side=1.0))
+    draw = np.random.default_rng(5)
+    x = np.stack([draw.uniform(5, 15, 12), draw.uniform(-0.9, 0.9, 12), np.full(12, depth + 0.5)], 1)
+    flights = fly(over, flight(surface(0.5, 0.8, 30.0), model), x, (0.2, 0.1, 0.0))
+    assert outcomes(flights) <= {Outcome.STOPPED, *([Outcome.UNRESOLVED_CONTACT] if model == "none" else [])}
+    points = along_flights(flights)
+    assert np.all(np.abs(points[:, 1]) * depth <= points[:, 2] + NEAR * depth), "between the walls, all the way"
+    assert loses_energy(flights) and lies_on(over, flights)
+    if model == "sliding":
+        np.testing.assert_allclose(flights.deposits.x[:, 1:], 0.0, atol=NEAR)
+
+
+@BOTH
+def test_a_rock_in_a_slot_of_a_millimetre_bounces_to_and_fro_without_loss_and_falls_as_freely(engine):
+    """Two vertical walls 1 mm apart, 5 m/s across and R_n = R_t = 1: 5,000 impacts a second, z as in the open."""
+    gap, impacts = 1e-3, 2000
+    faces = [
+        terrain_of([(x, -9, -30), (x, 9, -30), (x, 9, 30), (x, -9, 30)], [(0, 1, 2), (0, 2, 3)]) for x in (0.0, gap)
+    ]
+    slot = joined(*faces)
+    turned_in = terrain_of(slot.vertices, np.concatenate([slot.triangles[:2], slot.triangles[2:, ::-1]]))
+    flights = fly(
+        engine_over(engine, turned_in), flight(surface(1.0, 1.0), "none", max_impacts=impacts), (0.5 * gap, 0.3, 20.0),
+        (5.0, 0.0, 0.0),
+    )  # fmt: skip
+    t = (np.arange(impacts) + 0.5) * gap / 5.0
+    np.testing.assert_allclose(flights.impacts.t, t, rtol=1e-9)
+    np.testing.assert_allclose(flights.impacts.x[:, 2], 20.0 - 0.5 * G * t * t, rtol=1e-9)
+    np.testing.assert_allclose(flights.impacts.x[:, 0], np.where(np.arange(impacts) % 2 == 0, gap, 0.0), atol=1e-12)
+
+
+@BOTH
+@MODELS
+@pytest.mark.parametrize("sides", [3, 6])
+def test_a_rock_dropped_into_a_needle_pit_stays_in_it(engine, sides, model):
+    """1 cm wide and 10 m deep: the walls stand at 89.9 degrees, and meet in one vertex."""
+    over = engine_over(engine, cone(sides, radius=0.01, height=10.0))
+    draw = np.random.default_rng(sides)
+    x = np.concatenate([draw.uniform(-0.003, 0.003, (10, 2)), np.full((10, 1), 9.9)], 1)
+    x[0, :2] = 0.0
+    flights = fly(over, flight(surface(0.5, 0.8, 30.0), model), x)
+    assert outcomes(flights) <= {Outcome.STOPPED, *([Outcome.UNRESOLVED_CONTACT] if model == "none" else [])}
+    points = along_flights(flights)
+    assert (points @ np.asarray(over.facets.normals).T).min() > -NEAR
+    assert loses_energy(flights) and lies_on(over, flights)

@@ -1,0 +1,134 @@
+"""The same bits, whatever is not physics: engine, threads, batches, the order of rocks and facets, a quarter turn."""
+
+import numpy as np
+import pytest
+from on_both_engines import BOTH, MODELS
+from scenes_of_facets import (
+    ENGINES,
+    box,
+    cone,
+    down_the_slope,
+    engine_over,
+    flight,
+    floor,
+    fly,
+    gully,
+    incline,
+    joined,
+    rough_grid,
+    same_bits,
+    strip,
+    surface,
+    terrain_of,
+    turned,
+)
+
+from rpf3d_core.ensemble import batches
+from rpf3d_core.values import Outcome
+
+HARD_PLACES = {
+    "rough slope": rough_grid(8, 16.0, 0.5, 0.5, seed=4),
+    "box over a floor": joined(box(), floor(4.0, z=-3.0, cells=3)),
+    "gully": gully(35.0, 50.0, 2.0, cells=7),
+    "cube's corner": cone(3, 5.0, 5.0),
+    "steps": strip([(0.0, 10.0), (5.0, 10.0), (5.0, 7.0), (10.0, 7.0), (10.0, 0.0), (20.0, 0.0)], across=3),
+}
+PLACES = pytest.mark.parametrize("place", HARD_PLACES)
+
+
+def rocks_over(place: str, count: int = 24) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of rocks over the middle of a place: (R, 3), (R, 3)."""
+    vertices = HARD_PLACES[place].vertices
+    low, high = vertices.min(0), vertices.max(0)
+    draw = np.random.default_rng(10)
+    x = draw.uniform(low + 0.3 * (high - low), low + 0.6 * (high - low), (count, 3))
+    x[:, 2] = high[2] + draw.uniform(0.5, 2.0, count)
+    return x, draw.normal(size=(count, 3)) * 2.0
+
+
+@pytest.mark.parametrize("model", ["none", "sliding"])
+@PLACES
+def test_hard_places_give_the_same_bits_on_both_engines(place, model):
+    x, v = rocks_over(place)
+    physics = flight(surface(0.5, 0.9, 15.0), model, max_impacts=500)
+    one, other = (fly(engine_over(name, HARD_PLACES[place]), physics, x, v) for name in ENGINES)
+    assert len(one.impacts.t) >= 12 and same_bits(one, other)
+
+
+@MODELS
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_the_number_of_threads_changes_no_bit(monkeypatch, threads, model):
+    monkeypatch.setattr(batches, "LARGEST_BATCH", 3)
+    over = engine_over("compiled", HARD_PLACES["rough slope"])
+    physics = flight(surface(0.5, 0.9, 15.0), model)
+    parts = rocks_over("rough slope", 40)
+    assert same_bits(fly(over, physics, *parts, threads=threads), fly(over, physics, *parts))
+
+
+@BOTH
+@MODELS
+@PLACES
+def test_the_order_of_rocks_and_batches_changes_no_bit(monkeypatch, engine, model, place):
+    x, v = rocks_over(place, 15)
+    over, physics = engine_over(engine, HARD_PLACES[place]), flight(surface(0.5, 0.9, 15.0), model, max_impacts=500)
+    whole = fly(over, physics, x, v).deposits
+    order = np.random.default_rng(2).permutation(len(x))
+    monkeypatch.setattr(batches, "LARGEST_BATCH", 4)
+    monkeypatch.setattr(batches, "REFERENCE_BATCH", 4)
+    shuffled = fly(over, physics, x[order], v[order]).deposits
+    for name in ("x", "t", "path", "outcome", "facet", "impacts", "max_speed"):
+        np.testing.assert_array_equal(getattr(shuffled, name), getattr(whole, name)[order])
+
+
+@BOTH
+@MODELS
+@PLACES
+def test_the_order_of_the_facets_and_of_their_corners_changes_no_bit(engine, model, place):
+    """Also on steps and in gullies, where facets are met at the same instant."""
+    terrain, (x, v) = HARD_PLACES[place], rocks_over(place, 15)
+    order = np.random.default_rng(3).permutation(len(terrain.triangles))
+    shuffled = terrain_of(terrain.vertices, terrain.triangles[order], terrain.zone[order], terrain.zones)
+    physics = flight(surface(0.5, 0.9, 15.0), model, max_impacts=500)
+    one, other = (fly(engine_over(engine, t), physics, x, v).deposits for t in (terrain, shuffled))
+    for name in ("x", "t", "path", "outcome", "impacts", "max_speed"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    hit = one.facet >= 0
+    np.testing.assert_array_equal(one.facet[hit], order[other.facet[hit]])
+
+
+@BOTH
+@MODELS
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_scene_turned_by_a_quarter_gives_the_turned_answer_to_the_last_bit(engine, model, quarters):
+    """A quarter turn rounds nothing; the formulas treat x and y alike, and no axis decides a tie on this ground."""
+    terrain = HARD_PLACES["rough slope"]
+    x, v = rocks_over("rough slope")
+    physics = flight(surface(0.4, 0.9, 32.0), model)
+    image = terrain_of(turned(terrain.vertices, 90.0 * quarters), terrain.triangles)
+    one = fly(engine_over(engine, terrain), physics, x, v)
+    other = fly(engine_over(engine, image), physics, turned(x, 90.0 * quarters), turned(v, 90.0 * quarters))
+    assert {Outcome.STOPPED} < {Outcome(o) for o in one.deposits.outcome} | {Outcome.LEFT_TERRAIN}
+    np.testing.assert_array_equal(other.deposits.x, turned(one.deposits.x, 90.0 * quarters))
+    np.testing.assert_array_equal(other.impacts.x, turned(one.impacts.x, 90.0 * quarters))
+    for name in ("t", "path", "outcome", "facet", "impacts", "max_speed"):
+        np.testing.assert_array_equal(getattr(one.deposits, name), getattr(other.deposits, name))
+
+
+@BOTH
+@MODELS
+def test_a_smooth_scene_turned_by_33_degrees_gives_the_turned_answer_to_a_nanometre(engine, model):
+    """A plane slope in 40 facets: rounding of the turn is not multiplied, as it would be on rough ground."""
+    descent, normal = down_the_slope(25.0, 0.0)
+    draw = np.random.default_rng(1)
+    x = np.outer(draw.uniform(0, 5, 12), descent) + np.outer(draw.uniform(0.1, 2, 12), normal)
+    x[:, 1] = draw.uniform(-1, 1, 12)
+    v = draw.normal(size=(12, 3))
+    physics = flight(surface(0.4, 0.9, 32.0), model)
+    ends = []
+    for angle in (0.0, 33.0):
+        over = engine_over(engine, incline(25.0, angle, cells=(20, 1), half_width=8.0))
+        ends.append(fly(over, physics, turned(x, angle), turned(v, angle)).deposits)
+    np.testing.assert_array_equal(ends[0].outcome, ends[1].outcome)
+    np.testing.assert_array_equal(ends[0].impacts, ends[1].impacts)
+    np.testing.assert_allclose(turned(ends[1].x, -33.0), ends[0].x, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(ends[1].t, ends[0].t, rtol=1e-9)

@@ -1,0 +1,57 @@
+"""What tests of hard cases have in common: both engines, both ground models, and what holds for every rock."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes_of_facets import ENGINES
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.edges import edges_of
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.winding import repair_winding
+from rpf3d_core.values import Mode, Outcome
+
+G = 9.81
+NEAR = 1e-6
+"""m: far above the contact tolerance (1e-11 m on these terrains), far below anything of interest."""
+BOTH = pytest.mark.parametrize("engine", ENGINES)
+MODELS = pytest.mark.parametrize("model", ["none", "sliding"])
+
+
+def as_loaded(terrain: Terrain) -> Terrain:
+    """The terrain with its winding repaired, as every terrain that is read from a file."""
+    winding = repair_winding(terrain.vertices, terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
+    return replace(terrain, triangles=winding.triangles)
+
+
+def lies_on(engine: Engine, flights: Flights) -> bool:
+    """Whether every rock that stopped has ground within NEAR below it."""
+    x = flights.deposits.x[flights.deposits.outcome == Outcome.STOPPED] + (0, 0, NEAR)
+    below = engine.ground_below(x)
+    return bool(np.all(below[:, 1] >= 0) and np.all(below[:, 0] <= 2 * NEAR))
+
+
+def outcomes(flights: Flights) -> set[Outcome]:
+    """The outcomes that occurred."""
+    return {Outcome(outcome) for outcome in flights.deposits.outcome}
+
+
+def along_flights(flights: Flights, gravity: float = G, samples: int = 9) -> np.ndarray:
+    """Points on all paths: events, and `samples` on each flight between them: (N, 3)."""
+    paths = flights.paths
+    going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
+    t = np.linspace(0.0, 1.0, samples)[:, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]
+    arcs = paths.x[going] + paths.v[going] * t - 0.5 * t * t * np.array([0.0, 0.0, gravity])
+    return np.concatenate([paths.x, arcs.reshape(-1, 3)])
+
+
+def loses_energy(flights: Flights, gravity: float = G, room: float = 1e-9) -> bool:
+    """Whether the energy of no rock rises anywhere on its way, up to a share `room` of the largest of all."""
+    paths = flights.paths
+    after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
+    before = gravity * paths.x[1:, 2] + 0.5 * (paths.v_end[:-1] ** 2).sum(1)
+    same = np.diff(paths.row) == 0
+    slack = room * np.abs(after).max() + 1e-12
+    return bool(np.all((before - after[:-1])[same] <= slack) and np.all((after[1:] - before)[same] <= slack))
