@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
+from property_budget import examples
 from scenes_of_facets import (
     ENGINES,
     engine_over,
@@ -36,10 +37,7 @@ FEW = 4
 difference by about ten, so of 1e-14 m less than 1e-6 m is left."""
 SAME_PLACE = 1e-6
 
-modest = settings(
-    max_examples=25, derandomize=True, deadline=None, database=None, suppress_health_check=list(HealthCheck),
-    phases=[Phase.explicit, Phase.generate],  # a failing case of a few numbers needs no minutes of shrinking
-)  # fmt: skip
+modest = examples(25)
 shares = st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0.0, 1.0))
 
 
@@ -211,7 +209,7 @@ def test_no_impact_makes_a_rock_faster_or_sends_it_into_the_ground(engine, case)
         assert off.max() >= -1e-12
 
 
-@settings(modest, max_examples=300)
+@examples(300)
 @given(
     n=st.tuples(*3 * [st.floats(-1, 1)]).filter(lambda n: math.hypot(*n) > 1e-3),
     v=st.tuples(*3 * [st.floats(-1e3, 1e3)]),
@@ -228,7 +226,7 @@ def test_a_rebound_takes_energy_and_points_away_from_the_ground(n, v, R_n, R_t):
     assert math.hypot(*after) <= math.hypot(*v) * (1 + 1e-15 * 4)
 
 
-@settings(modest, max_examples=40)
+@examples(40)
 @remembered
 @given(case=cases(lossy=False))
 def test_both_engines_give_the_same_bits(case):
