@@ -43,6 +43,20 @@ One YAML file says everything about a run. `docs/scene_keys.py` writes this page
 - With `rocks: auto` at least 1,000 rocks fly, then as many again, and so on, until `target` is met or twice as many
   would be more than its `most_rocks`; each doubling keeps the sources' proportions. The summary says what was reached.
 """
+POINTS = """## Files of points
+| file | is read as |
+|---|---|
+| lines of numbers between blanks | x y z first on each line; what follows a `#` is a comment |
+| CSV: a comma, semicolon or tab stands in the first line | the columns that the header names, without one the \
+first three; a line that begins with `#` is a comment |
+| `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
+
+A header is a first line without a number. It names x, y and z, in any order and beside others, in small letters or
+capitals: x is also `east`, `easting` or `e`; y `north`, `northing` or `n`; z `elevation`, `elev`, `height`, `altitude`,
+`alt` or `rl`; each may end in `_m`, `(m)` or `[m]`. With `up: y` only x, y and z are names. A cell is taken as it
+stands: one that is no plain number, such as `1,234.5` or `1,5`, is refused with its line and column. Where the source
+says `above_ground`, points in plan will do: no column for the height, or `[x, y]` (with `up: y` x and z).
+"""
 DRAWS = """## Distributions
 Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
 must keep to the limits of the key.
@@ -86,7 +100,7 @@ sources:
 def document() -> str:
     """The whole page."""
     tables = [table(title, part) for title, part in PARTS]
-    return "\n".join([HEAD, *tables, pit_table(), DRAWS])
+    return "\n".join([HEAD, *tables, pit_table(), POINTS, DRAWS])
 
 
 def table(title: str, part: type[BaseModel]) -> str:

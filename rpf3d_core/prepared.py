@@ -101,7 +101,7 @@ def read_companions(scene: Scene) -> None:
     read_source_files(scene)
     read_areas(scene)
     if scene.observed is not None:
-        read_points(scene.observed.points_file)
+        read_points(scene.observed.points_file, scene.terrain.up)
 
 
 def check_engine(scene: Scene) -> None:

@@ -161,7 +161,7 @@ class SourceSpec(Part):
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
     points_file: InputFile | None = Field(
-        None, description="the path of a file with x y z (m) on each line, a CSV with a header, or GeoJSON points"
+        None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, or GeoJSON"
     )
     line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
     polygon: Outline | None = Field(

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Callable
 from fnmatch import fnmatchcase
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import RockSpec, Scene, SourceSpec
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.values import Rock, Vec
 
 NO_POINTS = np.empty((0, 3))
@@ -45,9 +46,20 @@ def read_source_files(scene: Scene) -> None:
     """
     for number, spec in enumerate(scene.sources):
         if spec.points_file:
-            read_points(spec.points_file)
+            source_points(spec, scene.terrain.up)
         elif spec.polygon:
             _outline(scene, number)
+
+
+def source_points(spec: SourceSpec, up: Up) -> FloatArray:
+    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
+
+    Raises
+    ------
+    InputError
+        As `read_points`.
+    """
+    return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
@@ -83,7 +95,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
     """The points (P, 3) m of a source, local; none of an area."""
     if spec.points_file:
-        return frame.points_to_local(read_points(spec.points_file))
+        return frame.points_to_local(source_points(spec, frame.up))
     written = spec.points or spec.line
     return frame.points_to_local(np.array(written, dtype=float)) if written else NO_POINTS
 
