@@ -43,7 +43,9 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
     """
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid or polygon.area == 0.0:
-        why = "it encloses no area" if polygon.area == 0.0 else shapely.is_valid_reason(polygon)
+        # A bow tie of two equal halves has no area either: only corners on one line enclose none.
+        on_a_line = polygon.convex_hull.area == 0.0
+        why = "it encloses no area" if on_a_line else f"it crosses itself: {shapely.is_valid_reason(polygon)}"
         raise InputError(f"must be the corners of a polygon in their order around it, but is none ({why})")
     return MultiPolygon([polygon])
 

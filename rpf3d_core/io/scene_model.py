@@ -15,9 +15,11 @@ import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.errors import SceneError
+from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_values import (
+    MOST_ROCKS,
     Count,
     HalfWidths,
     InputFile,
@@ -25,6 +27,8 @@ from rpf3d_core.io.scene_values import (
     Number,
     Outline,
     Part,
+    Rocks,
+    RocksOrAuto,
     Vector,
     exactly_one,
     refuse,
@@ -106,12 +110,31 @@ class TerrainSpec(Part):
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
-    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287")
+    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
+                             "or left out for that of GeoTIFF files")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
         exactly_one(self, "files", "pit")
         return self
+
+    @model_validator(mode="after")
+    def _one_reference_system(self) -> Self:
+        if self.crs is not None and (why := why_unusable(self.crs)):
+            raise refuse(why, "crs")
+        found = self.crs_of_files()
+        for i, crs in found.items():
+            first, name = next(iter(found.items())), self.files[i].path.name if self.files else ""
+            if self.crs is not None and not are_same(self.crs, crs):
+                raise refuse(f"is {self.crs!r}, but {name} is in {crs!r}; name that, or leave crs out", "crs")
+            if not are_same(first[1], crs):
+                raise refuse(f"is in {crs!r}, but files[{first[0]}] in {first[1]!r}; reproject one", "files", i, "path")
+        return self
+
+    def crs_of_files(self) -> dict[int, str]:
+        """The reference systems of those files that say in which they are, by their place in the list."""
+        found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
+        return {i: crs for i, crs in found.items() if crs is not None}
 
 
 class ZoneSpec(Part):
@@ -171,7 +194,9 @@ class SourceSpec(Part):
     steeper_than_deg: Number | None = Field(
         None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), a facet's least slope; with `zone`"
     )
-    rocks: Count = Field(1, ge=1, description="a whole number of at least 1")
+    rocks: Rocks = Field(
+        1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
+    )
     velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
     speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
     azimuth_deg: Number | None = Field(
@@ -248,7 +273,7 @@ class TargetSpec(Part):
     p95_energy: Number = Field(
         0.05, gt=0, description="a number above 0, the largest relative change of p95 energies over two doublings"
     )
-    most_rocks: Count = Field(10_000_000, ge=1, description="a whole number of at least 1, where to give up")
+    most_rocks: Rocks = Field(10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, where to give up")
 
 
 class ObservedSpec(Part):
@@ -276,10 +301,10 @@ class Scene(Part):
     sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )
-    rocks: Annotated[Count, Field(ge=1)] | Literal["auto"] | None = Field(
-        None,
-        description="a whole number of at least 1, or auto; dealt to the sources in proportion, left out for their own",
-    )
+    rocks: RocksOrAuto | None = Field(
+        None, description=f"a whole number from 1 to {MOST_ROCKS}, or auto; dealt to the sources in proportion, left "
+        "out for their own",
+    )  # fmt: skip
     target: TargetSpec = Field(
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
