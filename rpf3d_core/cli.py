@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -57,9 +57,20 @@ def main() -> None:
         complaints.print(f"rpf3d: {fault}", style="bold red", markup=False)
         sys.exit(2)
     except SystemExit as end:
-        if end.code == INTERRUPTED:  # typer turns Ctrl-C into this
-            complaints.print("rpf3d: interrupted; nothing was written", markup=False)
+        # Typer turns Ctrl-C into a plain one: a command that has not said what it leaves behind.
+        if end.code == INTERRUPTED and not isinstance(end, Interrupted):
+            complaints.print("rpf3d: interrupted", markup=False)
         raise
+
+
+class Interrupted(SystemExit):
+    """The end of a command that was interrupted and has said what it leaves behind."""
+
+
+def _end_interrupted(left: str) -> NoReturn:
+    """Say what an interrupted command leaves behind, and end."""
+    complaints.print(f"rpf3d: interrupted; {left}", markup=False)
+    raise Interrupted(INTERRUPTED)
 
 
 def _say_version(wanted: bool) -> None:
@@ -95,19 +106,22 @@ def run(
     """
     from rpf3d_core.run import run_scene
 
-    with _interruptible() as (stop, flying), _progress() as (begin, writing):
-        began: list[float] = []
+    began: list[float] = []
+    try:
+        with _interruptible() as (stop, flying), _progress() as (begin, writing):
 
-        def start(number: int) -> Callable[[int], None]:
-            flying(True)
-            return begin(number)
+            def start(number: int) -> Callable[[int], None]:
+                flying(True)
+                return begin(number)
 
-        def write() -> None:
-            flying(False)
-            began.append(time.perf_counter())
-            writing()
+            def write() -> None:
+                flying(False)
+                began.append(time.perf_counter())
+                writing()
 
-        result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+            result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+    except KeyboardInterrupt:
+        _end_interrupted("nothing was written")
     _print_outcomes(result)
     _print_benches(result)
     flights = result.flights
@@ -120,12 +134,9 @@ def run(
     _print_convergence(result)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
     if result.totals.rocks < result.planned:
-        complaints.print(
-            f"rpf3d: interrupted; {result.totals.rocks:,} of {_rocks(result.planned)} have flown, "
-            "and the result says that it is partial",
-            markup=False,
+        _end_interrupted(
+            f"{result.totals.rocks:,} of {_rocks(result.planned)} have flown, and the result says that it is partial"
         )
-        sys.exit(INTERRUPTED)
 
 
 @app.command()
@@ -274,13 +285,16 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
-    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows
+    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, left_out, text_rows
 
+    benches = bench_table(run.terrain, run.maps)
     table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
-    for row in text_rows(bench_table(run.terrain, run.maps)):
+    for row in text_rows(benches):
         table.add_row(*row)
     if table.row_count:
         screen.print(table)
+        if more := left_out(benches):
+            screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
         screen.print(TEXT_NOTE, style="dim", highlight=False)
 
 
@@ -346,9 +360,12 @@ def study(
 
     chosen = study_named(name)
     runs = runs_of(chosen, out)
-    for scene, folder in runs:
-        with _progress() as (begin, writing):
-            result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+    for done, (scene, folder) in enumerate(runs):
+        try:
+            with _progress() as (begin, writing):
+                result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+        except KeyboardInterrupt:
+            _end_interrupted(f"{done} of {len(runs)} runs are whole, and there is no comparison")
         screen.print(f"{scene.stem}: {_rocks(result.totals.rocks)} in {folder.resolve()}", soft_wrap=True)
     report = report_of(chosen, [folder for _, folder in runs])
     write_report(report, out)

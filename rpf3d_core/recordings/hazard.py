@@ -90,7 +90,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
-    """Markdown: the bench table with most rocks first met, and what the colours mean."""
+    """Markdown: the printed bench table, and what the colours mean."""
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson). p95 energy is translational, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
