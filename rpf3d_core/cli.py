@@ -104,6 +104,8 @@ def run(
 
     Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
     """
+    from rpf3d_core.io.hazard_zones import zones_without_cells
+    from rpf3d_core.io.scene_warnings import warnings_of
     from rpf3d_core.run import run_scene
 
     began: list[float] = []
@@ -124,6 +126,7 @@ def run(
         _end_interrupted("nothing was written")
     _print_outcomes(result)
     _print_benches(result)
+    _print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard)])
     flights = result.flights
     screen.print(
         f"{_rocks(result.totals.rocks)}, {result.totals.impacts:,} impacts, {flights.engine} engine: "
@@ -147,6 +150,7 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
     report = check_scene(chosen_scene(scene, _number_of_rocks(rocks), engine, None))
     _print_check(report)
+    _print_warnings(report.warnings)
     if report.cost and report.cost.unresolved:
         screen.print(
             f"{report.cost.unresolved} of {report.cost.pilot} pilot rocks ended unresolved_contact: "
@@ -262,6 +266,7 @@ def _print_check(report: "Check") -> None:
     named = report.scene
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
+    lines += [["rocks", report.rocks.describe()]]
     lines += [["effects", ", ".join(named.effects) or "none named"]]
     lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
     lines += [["hazard maps", report.maps.describe()]]
@@ -271,6 +276,12 @@ def _print_check(report: "Check") -> None:
     for name, text in lines:
         table.add_row(name, text.strip())
     screen.print(table)
+
+
+def _print_warnings(sentences: Iterable[str]) -> None:
+    """What a user should know and has not asked for, a line each."""
+    for sentence in sentences:
+        complaints.print(f"rpf3d: note: {sentence}", markup=False)
 
 
 def _print_outcomes(run: "Run") -> None:

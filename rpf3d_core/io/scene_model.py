@@ -5,8 +5,9 @@ of each field says what a right value is, and is what the error message for a wr
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -38,6 +39,8 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
 """Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
+MOST_NAMED = 12
+"""Zones that a message lists: a pit has dozens."""
 FASTEST = 10_000.0
 """m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
 
@@ -352,3 +355,20 @@ def material_of(scene: Scene, zone: str) -> Material:
     raise SceneError(
         f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
     )
+
+
+def check_materials(scene: Scene, zones: Sequence[str]) -> None:
+    """Refuse a material that no zone of the terrain takes: its name is misspelt, or what it is for is not there.
+
+    Raises
+    ------
+    SceneError
+        Names it and the nearest zone, or the zones that there are.
+    """
+    for name in scene.materials:
+        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):
+            continue
+        near = get_close_matches(name, zones, n=1)
+        shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
+        advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
+        raise SceneError(f"{scene.path}: `materials.{name}` fits no zone of the terrain; {advice}")

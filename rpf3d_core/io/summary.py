@@ -18,6 +18,7 @@ from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.io.areas import REACHED_BY
 from rpf3d_core.io.findings import Findings
+from rpf3d_core.io.hazard_zones import zones_section
 from rpf3d_core.io.observed import compare
 from rpf3d_core.io.scene import scene_digest
 from rpf3d_core.io.scene_model import Scene
@@ -50,7 +51,7 @@ def summary(findings: Findings) -> dict[str, Any]:
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
-        "hazard": _hazard(findings.maps),
+        "hazard": {**_hazard(findings.maps), "zones": zones_section(findings.maps, scene.hazard)},
     }
     if scene.areas_of_interest:
         facts["areas_reached_by"] = REACHED_BY
