@@ -130,8 +130,8 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     InputError
         A zone of the terrain has no material, or a material no zone.
     """
-    check_materials(scene, terrain.zones)
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
+    check_materials(scene, terrain.zones)
     settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
     models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
     return Flight(drawn_materials(surfaces, scene.seed), settings, models)

@@ -23,7 +23,6 @@ terrain:
     - {path: slope.stl, zone: rock}
 materials:
   rock: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 45}
-  talus: {normal_restitution: 0.3, tangential_restitution: 0.7, stop_speed: 0.1}
 sources:
   - {name: a, points: [[1.3, 1.2, 9]], rocks: 6}
   - {name: b, points: [[2.3, 1.2, 9], [3.3, 2.2, 9]], rocks: 3}
@@ -90,7 +89,9 @@ def test_materials_become_numbers_by_zone_with_the_scenes_stop_speed_where_they_
     assert flight.materials.R_n.tolist() == [0.5] and flight.materials.R_t.tolist() == [0.8]
     assert flight.materials.mu.tolist() == pytest.approx([1.0], rel=ROUNDING)
     assert flight.materials.stop_speed.tolist() == [0.4]
-    scene.write_text(SCENE.replace("zone: rock", "zone: talus"))
+    talus = "talus: {normal_restitution: 0.3, tangential_restitution: 0.7, stop_speed: 0.1}"
+    text = SCENE.replace("zone: rock", "zone: talus")
+    scene.write_text(text.replace("rock: {normal_restitution: 0.5", f"{talus}\n#"))
     read = rpf3d.read_scene(scene)
     flight = scene_flight(read, rpf3d.read_terrain(read)[0])
     assert flight.materials.stop_speed.tolist() == [0.1]

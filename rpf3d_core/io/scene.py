@@ -78,7 +78,21 @@ def scene_digest(scene: Scene) -> str:
     Every key counts, defaults included, but for `path` and `data_hint`; a file counts by its content, not its name or
     place. Equal digests therefore mean equal answers from the same version.
     """
-    content = scene.model_dump(exclude={"path", "data_hint"})
+    return _digest(scene.model_dump(exclude={"path", "data_hint"}))
+
+
+def releases_digest(scene: Scene) -> str:
+    """SHA-256 (64 hex digits) of what decides, with the seed, where rocks start, how fast and how heavy they are.
+
+    Not how many there are: of more rocks the first start as those of fewer.
+    """
+    return _digest({
+        "rock": scene.rock.model_dump(),
+        "sources": [source.model_dump(exclude={"rocks"}) for source in scene.sources],
+    })  # fmt: skip
+
+
+def _digest(content: dict[str, Any]) -> str:
     text = json.dumps(_canonical(content), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -20,7 +20,7 @@ from rpf3d_core.io.areas import REACHED_BY
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.hazard_zones import zones_section
 from rpf3d_core.io.observed import compare
-from rpf3d_core.io.scene import scene_digest
+from rpf3d_core.io.scene import releases_digest, scene_digest
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
@@ -43,7 +43,7 @@ def summary(findings: Findings) -> dict[str, Any]:
     facts = {
         "program": "rpf3d",
         "versions": versions(),
-        "scene": {"file": scene.path.name, "digest": scene_digest(scene), **_settings(scene)},
+        "scene": {"file": scene.path.name, **_digests(scene), **_settings(scene)},
         "terrain": _terrain(scene, terrain, findings.faults),
         **_counts(findings),
         **_speed(findings),
@@ -84,6 +84,11 @@ def _version(package: str) -> str | None:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
         return None
+
+
+def _digests(scene: Scene) -> dict[str, str]:
+    """What tells scenes apart, and those whose rocks start alike."""
+    return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:
