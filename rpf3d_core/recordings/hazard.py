@@ -53,7 +53,7 @@ def hazard_layers(maps: HazardMaps) -> list[Layer]:
     """The layers of a recording, in the order in which they lie over the terrain."""
     share, energy = reach_probability(maps.facets, maps.flown), maps.facets.energy.p95
     return [
-        Layer(REACH, "Reach probability", share, reach_scale(maps.flown), "%", 0.01),
+        Layer(REACH, "Reach probability", share, reach_scale(maps.flown, share), "%", 0.01),
         Layer(ENERGY, "Energy, p95", energy, scale_of_energy(energy), "kJ", JOULE_PER_KJ),
     ]
 
