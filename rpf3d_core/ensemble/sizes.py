@@ -51,7 +51,7 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
 
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:
-    """Diameters (m) of spheres of some masses (kg) and one density (kg/m^3)."""
+    """Diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number of a number."""
     return 2.0 * np.cbrt(np.asarray(mass) / (density * SPHERE))
 
 

@@ -31,7 +31,7 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 
 
 def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]:
-    """The rings of each area of interest, as `local_outlines`, over a terrain that they must lie on.
+    """The rings (N, 2) m of each area of interest, as `local_outlines`, over a terrain that they must lie on.
 
     Raises
     ------

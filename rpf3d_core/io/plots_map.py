@@ -83,7 +83,10 @@ def write_map(
 def rocks_window(
     whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
 ) -> Window:
-    """The part of the terrain with rocks in it, and areas that they are near, with a margin; all where it is most."""
+    """The part of the terrain with rocks in it, with a margin, and areas near them; all of it where that is most of it.
+
+    areas : name -> rings (N, 2) m, local frame
+    """
     places = np.concatenate([deposits.release[:, :2], deposits.x[:, :2], samples.x[:, :2]])
     return window_with_areas(whole, places, areas)
 
