@@ -36,12 +36,36 @@ One YAML file says everything about a run. `docs/scene_keys.py` writes this page
   (heights at cell centres, NODATA is a hole).
 - An unknown key is refused, and so is a value out of bounds: the message names the file, the line, the key and what
   would be right.
-- A zone's material is that of its exact name, else of the first pattern that fits (`bench_*`), else `default`.
+- A zone's material is that of its exact name, else of the first pattern that fits (`bench_*`), else `default`. One that
+  fits no zone of the terrain is refused, but for `default`.
+- Without `rock`, rocks are spheres of 1 m and 2,700 kg/m3: 1,414 kg. `rpf3d check` tells mass and size.
+- A source that does not say `rocks` has one for each of its points; a line, polygon or zone has one.
 - With `rocks: N`, or `--rocks N`, the total is dealt to the sources in proportion; a source deals its rocks to its
   points in turn, and spreads them evenly over the length of a line, or over the true area of the surface in a polygon
   or zone.
 - With `rocks: auto` at least 1,000 rocks fly, then as many again, and so on, until `target` is met or twice as many
   would be more than its `most_rocks`; each doubling keeps the sources' proportions. The summary says what was reached.
+- `target` looks at the areas of interest or, where the scene names none, at every zone that rocks reached: at the
+  shares of all rocks that reached it and that stopped in it, and at the p95 energy there where 20 rocks or more came. A
+  zone is reached by a rock that touched one of its facets or passed straight above one, at whatever height.
+- Azimuths are clockwise from north: from y towards x or, with `up: y`, from -z towards x.
+- The reference system of the maps is `terrain.crs` or, left out, that of GeoTIFF files; both must agree where both say.
+- An area of interest that lies off the terrain is refused; `rpf3d check` tells how much of one, or of a source's
+  polygon, lies on it.
+"""
+POINTS = """## Files of points
+| file | is read as |
+|---|---|
+| lines of numbers between blanks | x y z first on each line; what follows a `#` is a comment |
+| CSV: a comma, semicolon or tab stands in the first line | the columns that the header names, without one the \
+first three; a line that begins with `#` is a comment |
+| `.geojson`, `.json` | Points and MultiPoints, `[x, y, z]` in the input's coordinates |
+
+A header is a first line without a number. It names x, y and z, in any order and beside others, in small letters or
+capitals: x is also `east`, `easting` or `e`; y `north`, `northing` or `n`; z `elevation`, `elev`, `height`, `altitude`,
+`alt` or `rl`; each may end in `_m`, `(m)` or `[m]`. With `up: y` only x, y and z are names. A cell is taken as it
+stands: one that is no plain number, such as `1,234.5` or `1,5`, is refused with its line and column. Where the source
+says `above_ground`, points in plan will do: no column for the height, or `[x, y]` (with `up: y` x and z).
 """
 DRAWS = """## Distributions
 Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
@@ -86,7 +110,7 @@ sources:
 def document() -> str:
     """The whole page."""
     tables = [table(title, part) for title, part in PARTS]
-    return "\n".join([HEAD, *tables, pit_table(), DRAWS])
+    return "\n".join([HEAD, *tables, pit_table(), POINTS, DRAWS])
 
 
 def table(title: str, part: type[BaseModel]) -> str:

@@ -4,6 +4,7 @@ It refuses what `rpf3d run` refuses, except rocks out of place: those it tells o
 """
 
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,18 +14,27 @@ from rpf3d_core.choices import rounds_of
 from rpf3d_core.compiling import HAS_NUMBA, is_cached
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.io.areas import read_areas
+from rpf3d_core.io.coverage import covered_share
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_sources import source_outline
+from rpf3d_core.io.scene_warnings import warnings_of
 from rpf3d_core.prepared import Prepared, check_engine, places_of, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
 """Rocks flown by the reference engine to see what a rock costs."""
+WHOLE = 0.99
+"""Share of an outline that counts as all of it: nobody draws along the rim to the metre."""
 LOOKED_AT = 50_000
 """Rocks whose place is looked at, at most, evenly spread over each source: some seconds in plain Python."""
 COMPILED_GAIN = 300.0
@@ -107,13 +117,33 @@ class Maps:
 
 
 @dataclass(frozen=True)
+class Sizes:
+    """How heavy (kg) and how large (diameter, m) rocks can be."""
+
+    lightest: float
+    heaviest: float
+    smallest: float
+    largest: float
+
+    def describe(self) -> str:
+        """One line for people: a slip in a unit shows here."""
+        masses, diameters = _span(self.lightest, self.heaviest), _span(self.smallest, self.largest)
+        return f"{masses} kg, {diameters} m in diameter"
+
+
+@dataclass(frozen=True)
 class Check:
-    """The report on a scene; `fit` tells whether it can be run."""
+    """The report on a scene; `fit` tells whether it can be run.
+
+    warnings : sentences on what is allowed and hardly meant
+    """
 
     scene: Scene
     faults: FaultReport
+    rocks: Sizes
     maps: Maps
     sources: list[SourceHeight]
+    warnings: list[str]
     cost: Cost | None
 
     @property
@@ -140,8 +170,39 @@ def check_scene(scene: Scene) -> Check:
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
     maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
-    report = Check(scene, prepared.faults, maps, heights, None)
+    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
+    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None)
     return replace(report, cost=_cost(scene, prepared, releases, sum(rocks))) if report.fit else report
+
+
+def _sizes(prepared: Prepared) -> Sizes:
+    """Of spheres of the scene's density."""
+    masses = mass_range(prepared.rock)
+    return Sizes(*masses, *(diameter_of(mass, prepared.scene.rock.density) for mass in masses))
+
+
+def _span(low: float, high: float) -> str:
+    """From a number to another, or the one that both are."""
+    return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
+
+
+def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
+    """Sources that deal fewer rocks than they have points."""
+    for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
+        if 0 < its < places:
+            yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
+
+
+def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
+    """Outlines of sources and areas of interest that reach beyond the terrain, or over holes in it."""
+    outlines = {f"the area of interest {name!r}": area for name, area in read_areas(scene).items()}
+    for number, source in enumerate(scene.sources):
+        if source.polygon is not None:
+            outlines[f"the polygon of source {source.name!r}"] = source_outline(scene, number)
+    for name, polygons in outlines.items():
+        share = covered_share(terrain, polygons)
+        if share < WHOLE:
+            yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:

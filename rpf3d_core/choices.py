@@ -8,6 +8,7 @@ from rpf3d_core.ensemble.releases import share_out
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.scene_model import LARGEST_SEED, Scene
+from rpf3d_core.io.scene_values import MOST_ROCKS
 
 Rocks = int | Literal["auto"] | None
 """How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
@@ -29,15 +30,15 @@ def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | Non
     Raises
     ------
     InputError
-        Fewer than one rock, an unknown engine, or a seed out of range.
+        Fewer than one rock or more than MOST_ROCKS, an unknown engine, or a seed out of range.
     """
     changes: dict[str, object] = {}
     wanted = scene.rocks if rocks is None else rocks
     if wanted == "auto":
         changes["rocks"] = wanted
     elif wanted is not None:
-        if wanted < 1:
-            raise InputError(f"the number of rocks is {wanted}; it must be at least 1, or auto")
+        if not 1 <= wanted <= MOST_ROCKS:
+            raise InputError(f"the number of rocks is {wanted}; it must be from 1 to {MOST_ROCKS}, or auto")
         shares = share_out([source.rocks for source in scene.sources], wanted)
         changes["rocks"] = wanted
         changes["sources"] = tuple(

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -57,9 +57,20 @@ def main() -> None:
         complaints.print(f"rpf3d: {fault}", style="bold red", markup=False)
         sys.exit(2)
     except SystemExit as end:
-        if end.code == INTERRUPTED:  # typer turns Ctrl-C into this
-            complaints.print("rpf3d: interrupted; nothing was written", markup=False)
+        # Typer turns Ctrl-C into a plain one: a command that has not said what it leaves behind.
+        if end.code == INTERRUPTED and not isinstance(end, Interrupted):
+            complaints.print("rpf3d: interrupted", markup=False)
         raise
+
+
+class Interrupted(SystemExit):
+    """The end of a command that was interrupted and has said what it leaves behind."""
+
+
+def _end_interrupted(left: str) -> NoReturn:
+    """Say what an interrupted command leaves behind, and end."""
+    complaints.print(f"rpf3d: interrupted; {left}", markup=False)
+    raise Interrupted(INTERRUPTED)
 
 
 def _say_version(wanted: bool) -> None:
@@ -93,23 +104,29 @@ def run(
 
     Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
     """
+    from rpf3d_core.io.hazard_zones import zones_without_cells
+    from rpf3d_core.io.scene_warnings import warnings_of
     from rpf3d_core.run import run_scene
 
-    with _interruptible() as (stop, flying), _progress() as (begin, writing):
-        began: list[float] = []
+    began: list[float] = []
+    try:
+        with _interruptible() as (stop, flying), _progress() as (begin, writing):
 
-        def start(number: int) -> Callable[[int], None]:
-            flying(True)
-            return begin(number)
+            def start(number: int) -> Callable[[int], None]:
+                flying(True)
+                return begin(number)
 
-        def write() -> None:
-            flying(False)
-            began.append(time.perf_counter())
-            writing()
+            def write() -> None:
+                flying(False)
+                began.append(time.perf_counter())
+                writing()
 
-        result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+            result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+    except KeyboardInterrupt:
+        _end_interrupted("nothing was written")
     _print_outcomes(result)
     _print_benches(result)
+    _print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard)])
     flights = result.flights
     screen.print(
         f"{_rocks(result.totals.rocks)}, {result.totals.impacts:,} impacts, {flights.engine} engine: "
@@ -120,12 +137,9 @@ def run(
     _print_convergence(result)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
     if result.totals.rocks < result.planned:
-        complaints.print(
-            f"rpf3d: interrupted; {result.totals.rocks:,} of {_rocks(result.planned)} have flown, "
-            "and the result says that it is partial",
-            markup=False,
+        _end_interrupted(
+            f"{result.totals.rocks:,} of {_rocks(result.planned)} have flown, and the result says that it is partial"
         )
-        sys.exit(INTERRUPTED)
 
 
 @app.command()
@@ -136,6 +150,7 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
     report = check_scene(chosen_scene(scene, _number_of_rocks(rocks), engine, None))
     _print_check(report)
+    _print_warnings(report.warnings)
     if report.cost and report.cost.unresolved:
         screen.print(
             f"{report.cost.unresolved} of {report.cost.pilot} pilot rocks ended unresolved_contact: "
@@ -251,6 +266,7 @@ def _print_check(report: "Check") -> None:
     named = report.scene
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
+    lines += [["rocks", report.rocks.describe()]]
     lines += [["effects", ", ".join(named.effects) or "none named"]]
     lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
     lines += [["hazard maps", report.maps.describe()]]
@@ -260,6 +276,12 @@ def _print_check(report: "Check") -> None:
     for name, text in lines:
         table.add_row(name, text.strip())
     screen.print(table)
+
+
+def _print_warnings(sentences: Iterable[str]) -> None:
+    """What a user should know and has not asked for, a line each."""
+    for sentence in sentences:
+        complaints.print(f"rpf3d: note: {sentence}", markup=False)
 
 
 def _print_outcomes(run: "Run") -> None:
@@ -274,13 +296,16 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
-    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows
+    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, left_out, text_rows
 
+    benches = bench_table(run.terrain, run.maps)
     table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
-    for row in text_rows(bench_table(run.terrain, run.maps)):
+    for row in text_rows(benches):
         table.add_row(*row)
     if table.row_count:
         screen.print(table)
+        if more := left_out(benches):
+            screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
         screen.print(TEXT_NOTE, style="dim", highlight=False)
 
 
@@ -346,9 +371,12 @@ def study(
 
     chosen = study_named(name)
     runs = runs_of(chosen, out)
-    for scene, folder in runs:
-        with _progress() as (begin, writing):
-            result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+    for done, (scene, folder) in enumerate(runs):
+        try:
+            with _progress() as (begin, writing):
+                result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+        except KeyboardInterrupt:
+            _end_interrupted(f"{done} of {len(runs)} runs are whole, and there is no comparison")
         screen.print(f"{scene.stem}: {_rocks(result.totals.rocks)} in {folder.resolve()}", soft_wrap=True)
     report = report_of(chosen, [folder for _, folder in runs])
     write_report(report, out)

@@ -3,8 +3,8 @@ chance.
 
 A difference is significant where its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal
 runs some 5 % are significant by chance; `p_holm` is corrected for that. Both take the rocks of the two runs as
-independent. Runs with the same seed release their rocks alike; as a rule that makes the intervals too wide rather
-than too narrow.
+independent. Runs from the same sources with the same seed release their rocks alike; as a rule that makes the
+intervals too wide rather than too narrow.
 """
 
 from collections.abc import Iterator, Mapping
@@ -202,9 +202,11 @@ def _notes(comparison: Comparison) -> Iterator[str]:
     for name, facts in (("A", comparison.a), ("B", comparison.b)):
         if facts["partial"]:
             yield f"{name} is partial: {facts['rocks']:,} of {facts['rocks_planned']:,} rocks have flown"
-    if a.get("seed") == b.get("seed"):
-        same = "the same scene with the same seed" if a.get("digest") == b.get("digest") else "runs with the same seed"
-        yield f"these are {same}: their rocks start alike, so intervals are, as a rule, rather too wide than too narrow"
+    if a.get("seed") == b.get("seed") and (alike := _alike(a, b)):
+        yield (
+            f"these are {alike} with the same seed: their rocks start alike, so intervals are, as a rule, rather too "
+            "wide than too narrow"
+        )
     rows, chance = comparison.differences, LEVEL * len(comparison.differences)
     found, kept = sum(row.significant for row in rows), sum(row.p_holm < LEVEL for row in rows)
     yield (
@@ -212,7 +214,18 @@ def _notes(comparison: Comparison) -> Iterator[str]:
         f"be, by chance. {kept} stay below p = {LEVEL} after Holm's correction for their number"
     )
     within = max(facts["hazard"].get("percentiles_within") or 0.0 for facts in (comparison.a, comparison.b))
-    yield f"p95 energies come from bins and have no interval: differences up to {200.0 * within:.0f} % say nothing"
+    yield (
+        f"p95 energies have no interval: their bins alone can make a difference of {200.0 * within:.0f} %, and chance "
+        "can make a larger one, the fewer rocks came the larger; fly other seeds to see how large"
+    )
+
+
+def _alike(a: Facts, b: Facts) -> str | None:
+    """What two scenes share that makes their rocks start alike; None where they do not, or nobody knows."""
+    if a.get("digest") == b.get("digest"):
+        return "the same scene"
+    known = a.get("releases_digest")
+    return "runs from the same sources" if known is not None and known == b.get("releases_digest") else None
 
 
 def _named(kind: str, name: str) -> str:

@@ -22,11 +22,11 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE, check_memory, raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import BYTES_PER_CELL, LEAST_SHARE
-from rpf3d_core.io.areas import local_outlines, read_areas
+from rpf3d_core.io.areas import area_outlines, read_areas
 from rpf3d_core.io.observed import position_along
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import Scene, material_of
+from rpf3d_core.io.scene_model import Scene, check_materials, material_of
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.kinetics.ground import GROUND_MODELS
@@ -80,7 +80,7 @@ def prepare(scene: Scene) -> Prepared:
     flight = scene_flight(scene, terrain)
     raster = scene_raster(scene, terrain)
     sources = scene_sources(scene, terrain)
-    outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(scene).items()}
+    outlines = area_outlines(scene, terrain)
     read_s = time.perf_counter() - began
     engine = build_engine(scene, terrain)
     index_s = time.perf_counter() - began - read_s
@@ -101,7 +101,7 @@ def read_companions(scene: Scene) -> None:
     read_source_files(scene)
     read_areas(scene)
     if scene.observed is not None:
-        read_points(scene.observed.points_file)
+        read_points(scene.observed.points_file, scene.terrain.up)
 
 
 def check_engine(scene: Scene) -> None:
@@ -128,9 +128,10 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     Raises
     ------
     InputError
-        A zone of the terrain has no material.
+        A zone of the terrain has no material, or a material no zone.
     """
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
+    check_materials(scene, terrain.zones)
     settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
     models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
     return Flight(drawn_materials(surfaces, scene.seed), settings, models)

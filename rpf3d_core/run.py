@@ -118,7 +118,7 @@ def run_scene(
         prepared = prepare(chosen_scene(scene, rocks, engine, seed))
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
-        with open_tables(part, sources, terrain, outputs.impacts) as sink:
+        with open_tables(part, sources, terrain, prepared.scene.rock.density, outputs.impacts) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop)
         if writing:
             writing()

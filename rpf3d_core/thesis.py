@@ -56,6 +56,8 @@ LOCALISED = Study(
         Printed("bottom of the pit", ("floor",), 4.0, 9.0),
     ),
 )  # fmt: skip
+REPORTS = ("comparison.json", "comparison.md")
+"""What a study leaves behind beside its runs."""
 STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
 
 
@@ -95,9 +97,13 @@ def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
     Raises
     ------
     InputError
-        As `scene_files` and `io.results.check_folder`.
+        As `scene_files` and `io.results.check_folder`; or the folder holds what is not of this study.
     """
     runs = [(scene, out / scene.stem.removeprefix("study_")) for scene in scene_files(study)]
+    known = {*REPORTS, *(folder.name for _, folder in runs)}
+    foreign = sorted(path.name for path in out.iterdir() if path.name not in known) if out.is_dir() else []
+    if foreign:
+        raise InputError(f"{out}: holds {foreign[0]!r}, which is not of this study; give a new or empty folder")
     for _, folder in runs:
         check_folder(folder)
     return runs

@@ -19,7 +19,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.io.earlier_results import stops_by_zone
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.terrain.pit_parameters import Pit
-from rpf3d_core.thesis import Printed, Study, scene_files
+from rpf3d_core.thesis import REPORTS, Printed, Study, scene_files
 
 ROCKS_OF_THESIS = 21
 """The thesis says 20, but 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference, validation 6)."""
@@ -146,8 +146,8 @@ def write_report(report: Report, out: Path) -> None:
     """
     text = json.dumps(report_section(report), indent=2, allow_nan=False) + "\n"
     try:
-        (out / "comparison.json").write_text(text, encoding="utf-8")
-        (out / "comparison.md").write_text(report_markdown(report), encoding="utf-8")
+        (out / REPORTS[0]).write_text(text, encoding="utf-8")
+        (out / REPORTS[1]).write_text(report_markdown(report), encoding="utf-8")
     except OSError as fault:
         raise InputError(f"{out}: could not be written ({fault.strerror or fault})") from fault
 

@@ -177,7 +177,7 @@ READERS: dict[str, tuple[Callable[[Path], object], Callable[[Path], object]]] = 
     "asc.gz packed": (lambda path: path.write_bytes(gzip.compress(DEM)), _terrain),
     "tif tiles": (_geotiff, _terrain),
     "geojson text": (lambda path: path.write_bytes(GEOJSON), read_polygons),
-    "xyz text": (lambda path: path.write_bytes(b"# x y z\n1 2 3\n4, 5, 6 more\n\n7 8 9\n"), read_points),
+    "xyz text": (lambda path: path.write_bytes(b"# x y z\n1, 2, 3\n4, 5, 6, more\n\n7, 8, 9\n"), read_points),
     "yaml text": (lambda path: path.write_bytes(SCENE), read_scene),
 }
 """How to write a sound file of each kind, and how to read it; the first word is the file's extension."""

@@ -1,6 +1,7 @@
 """`rpf3d check` tells what is wrong with a terrain, where the sources are, and what the run will cost."""
 
 import dataclasses
+import json
 import sys
 from pathlib import Path
 
@@ -204,3 +205,92 @@ def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     code, said, _ = shown(monkeypatch, capsys, folder)
     assert code == 0
     assert "4 of 4 pilot rocks ended unresolved_contact: name `ground: sliding`, or raise stop_speed" in said
+
+
+def write_square(folder: Path, name: str, west: float, east: float) -> None:
+    ring = [[west, 0.5], [east, 0.5], [east, 3.5], [west, 3.5], [west, 0.5]]
+    (folder / name).write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
+
+
+def test_an_area_of_interest_off_the_terrain_is_refused_and_one_partly_off_is_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    area = "areas_of_interest: [{name: ramp, polygons: ramp.json}]\n"
+    write_square(folder, "ramp.json", 30.0, 40.0)
+    with pytest.raises(InputError, match=r"ramp\.json: the area of interest 'ramp' lies off the terrain: it goes from"):
+        checked(folder, SLOPE + ABOVE + area)
+    code, _, said = shown(monkeypatch, capsys, folder)
+    assert code == 2 and "(30, 0.5) to (40, 3.5), the terrain from (0, 0) to (5, 4); it must be in the plan" in said
+    write_square(folder, "ramp.json", 3.0, 11.0)
+    (told,) = checked(folder, SLOPE + ABOVE + area).warnings
+    assert told == "25 % of the area of interest 'ramp' lies on the terrain; the rest is beside it or over a hole"
+    code, _, said = shown(monkeypatch, capsys, folder)
+    assert code == 0 and said == f"rpf3d: note: {told}\n"
+    write_square(folder, "ramp.json", 1.0, 4.0)
+    assert checked(folder, SLOPE + ABOVE + area).warnings == []
+
+
+def test_an_area_within_one_facet_is_on_the_terrain(folder: Path) -> None:
+    write_binary_stl(folder / "slope.stl", np.array([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]], float))
+    write_square(folder, "ramp.json", 10.0, 13.0)
+    area = "areas_of_interest: [{name: ramp, polygons: ramp.json}]\n"
+    assert checked(folder, SLOPE + ABOVE + area).warnings == []
+
+
+def test_a_source_half_off_the_terrain_says_how_much_of_it_is_on(folder: Path) -> None:
+    scar = "  - {name: scar, polygon: [[-2, 1], [2, 1], [2, 3], [-2, 3]], rocks: 5}\n"
+    (told,) = checked(folder, SLOPE + scar).warnings
+    assert told.startswith("50 % of the polygon of source 'scar' lies on the terrain")
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize(
+    ("written", "told"), [("slpoe", "did you mean 'slope'?"), ("bench_*", "the zones are slope; correct it, or remove")]
+)
+def test_a_material_of_a_zone_that_is_not_there_is_refused(
+    folder: Path, command: str, written: str, told: str
+) -> None:
+    materials = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
+    text = SLOPE.replace("zone: rock", "zone: slope").replace("  rock:", f"  default: {materials}\n  '{written}':")
+    (folder / "scene.yaml").write_text(text + ABOVE)
+    done = rpf3d(command, "scene.yaml", *(("--out", "out") if command == "run" else ()), cwd=folder)
+    assert done.returncode == 2
+    assert f"scene.yaml: `materials.{written}` fits no zone of the terrain; {told}" in done.stderr
+
+
+def test_the_size_and_mass_of_rocks_are_shown_so_that_a_slip_in_a_unit_is_seen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    for rock, told in (
+        ("", "1,410 kg, 1 m in diameter"),
+        ("rock: {mass: {uniform: [60, 1700]}}\n", "60-1,700 kg, 0.349-1.06 m in diameter"),
+        ("rock: {volume: {uniform: [0.1, 1]}}\n", "270-2,700 kg, 0.576-1.24 m in diameter"),
+    ):
+        assert checked(folder, SLOPE + ABOVE + rock).rocks.describe() == told
+        assert f"rocks {told} " in shown(monkeypatch, capsys, folder)[1]
+
+
+def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
+    friction = SLOPE.replace("restitution: 0.8}", "restitution: 0.8, friction_angle_deg: 0.6}")
+    for text, told in (
+        (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
+        (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),
+        (SLOPE + ABOVE + "target: {half_width: 0.1}\n", "`target` has no effect, for `rocks` is not auto"),
+        (SLOPE + ABOVE.replace("rocks: 4", "rocks: 1"), "source 'above' uses 1 of its 2 points, for it has no"),
+    ):
+        (sentence,) = checked(folder, text).warnings
+        assert sentence.startswith(told)
+    assert checked(folder, SLOPE + ABOVE + "target: {half_width: 0.1}\nrocks: auto\n").warnings == []
+    assert checked(folder, friction + ABOVE).warnings == [], "without sliding there is no friction"
+
+
+def test_a_level_that_no_cell_reaches_is_told_on_the_screen_and_in_the_summary(folder: Path) -> None:
+    spread = ABOVE.replace("rocks: 4", "rocks: 40, spread: [1, 1, 0]")
+    (folder / "scene.yaml").write_text(
+        SLOPE + spread + "ground: sliding\nhazard: {cell: 0.25, reach_levels: [0.01, 1]}\n"
+    )
+    done = rpf3d("run", "scene.yaml", "--out", "out", cwd=folder)
+    assert done.returncode == 0
+    assert done.stderr == "rpf3d: note: no cell is reached by 100 % of the rocks: zones.geojson has no such zone\n"
+    zones = json.loads((folder / "out" / "summary.json").read_text())["hazard"]["zones"]
+    assert [(zone["level"], zone["cells"] > 0) for zone in zones] == [(0.01, True), (1.0, False)]

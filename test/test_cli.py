@@ -92,8 +92,9 @@ def test_a_bad_scene_is_refused_in_one_sentence_and_leaves_nothing(
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("--rocks", 0), "the number of rocks is 0; it must be at least 1, or auto"),
-        (("--rocks", -5), "the number of rocks is -5; it must be at least 1, or auto"),
+        (("--rocks", 0), "the number of rocks is 0; it must be from 1 to 4000000000, or auto"),
+        (("--rocks", -5), "the number of rocks is -5; it must be from 1 to 4000000000, or auto"),
+        (("--rocks", 10**20), f"the number of rocks is {10**20}; it must be from 1 to 4000000000, or auto"),
         (("--rocks", "1e5"), "--rocks is '1e5'; it must be a whole number of at least 1, or auto"),
         (("--engine", "foo"), "the engine is 'foo'; it must be auto, reference or compiled"),
         (("--seed", -1), f"the seed is -1; it must be a whole number from 0 to {2**63 - 1}"),

@@ -68,6 +68,27 @@ def test_a_run_does_not_differ_from_itself():
     assert any("the same scene with the same seed" in note for note in compared.notes)
 
 
+def test_rocks_start_alike_where_seed_and_sources_are_the_same_and_nowhere_else(tmp_path):
+    def facts(name, more="", R_n=0.5, rocks=30, seed=1):
+        return summary(findings_of(rpf3d.simulate(scene_file(tmp_path, name, R_n=R_n, more=more), rocks, seed=seed)))
+
+    def alike(a, b):
+        return [note.split(":")[0] for note in compare_summaries(a, b).notes if "start alike" in note]
+
+    one = facts("one.yaml")
+    assert alike(one, facts("one.yaml")) == ["these are the same scene with the same seed"]
+    for other in (facts("other.yaml", R_n=0.4), facts("more.yaml", rocks=40)):
+        assert alike(one, other) == ["these are runs from the same sources with the same seed"]
+    lighter = facts("lighter.yaml", "rock: {mass: 3}")
+    assert alike(one, lighter) == alike(one, facts("one.yaml", seed=2)) == []
+    assert alike(told(digest="a"), told(digest="b")) == [], "an older summary does not say what its sources are"
+
+
+def test_p95_energies_are_not_said_to_be_surer_than_they_are():
+    (note,) = [note for note in compare_summaries(told(), told()).notes if "p95" in note]
+    assert "have no interval" in note and "10 %" in note and "chance can make a larger one" in note
+
+
 def test_with_few_rocks_a_large_difference_is_none():
     few = [told(21, zones={"ramp": (hits, hits)}) for hits in (12, 8)]  # the thesis' ramp, 57 and 38 %
     many = [told(2100, zones={"ramp": (hits, hits)}) for hits in (1200, 800)]

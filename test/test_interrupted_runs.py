@@ -78,6 +78,8 @@ def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
     assert facts["partial"] is True and facts["rocks_planned"] == MANY[engine]
     assert 0 < facts["rocks"] < MANY[engine]
     assert f"interrupted; {facts['rocks']:,} of {MANY[engine]:,} rocks have flown" in " ".join(run.shown.split())
+    assert "nothing was written" not in run.shown
+    assert run.shown.count("rpf3d: ") == 1 and "it is partial" in " ".join(run.shown.split())[-40:], "the last line"
     with (out / "deposits.csv").open(newline="") as file:
         lines = [(line["source"], line["rock"], line["outcome"]) for line in csv.DictReader(file)]
     assert len(lines) == len({line[:2] for line in lines}) == facts["rocks"], "each rock once, and no other"

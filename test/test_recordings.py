@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pyarrow as pa
 import pytest
+from command_line import rpf3d
 from flights_on_a_floor import MASS, SOURCES, SURVEY, SURVEY_Y_UP, floor, none_thrown, scene, thrown
 
 from rpf3d_core.ensemble.colours import zone_colours
@@ -199,6 +200,15 @@ def test_replay_opens_the_recording_for_this_machine_only(tmp_path):
     command = viewer_command(recording_of(tmp_path))
     assert command[-1] == str(tmp_path / "run.rrd")
     assert command[command.index("--bind") + 1] == "127.0.0.1"
+
+
+def test_replay_without_a_display_says_so_in_one_sentence(tmp_path):
+    (tmp_path / "run.rrd").write_bytes(b"RRF2")
+    for display, why in (("", "there is no display to show it on"), (":987", "the rerun viewer could not open it (")):
+        done = rpf3d("replay", tmp_path, DISPLAY=display, WAYLAND_DISPLAY="")
+        (line,) = done.stderr.splitlines()
+        assert done.returncode == 2 and done.stdout == ""
+        assert line.startswith(f"rpf3d: {tmp_path / 'run.rrd'}: {why}")
 
 
 def test_replay_of_a_folder_without_a_recording_is_refused(tmp_path):

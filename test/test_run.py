@@ -23,7 +23,6 @@ terrain:
     - {path: slope.stl, zone: rock}
 materials:
   rock: {normal_restitution: 0.5, tangential_restitution: 0.8, friction_angle_deg: 45}
-  talus: {normal_restitution: 0.3, tangential_restitution: 0.7, stop_speed: 0.1}
 sources:
   - {name: a, points: [[1.3, 1.2, 9]], rocks: 6}
   - {name: b, points: [[2.3, 1.2, 9], [3.3, 2.2, 9]], rocks: 3}
@@ -68,7 +67,7 @@ def test_rocks_are_dealt_to_the_points_of_a_source_in_turn(scene: Path) -> None:
 @pytest.mark.parametrize(
     ("choice", "sentence"),
     [
-        ({"rocks": 0}, "the number of rocks is 0; it must be at least 1"),
+        ({"rocks": 0}, "the number of rocks is 0; it must be from 1 to"),
         ({"engine": "fast"}, "the engine is 'fast'; it must be auto, reference or compiled"),
         ({"seed": -1}, "the seed is -1; it must be a whole number from 0"),
         ({"seed": LARGEST_SEED + 1}, "it must be a whole number from 0 to"),
@@ -90,7 +89,9 @@ def test_materials_become_numbers_by_zone_with_the_scenes_stop_speed_where_they_
     assert flight.materials.R_n.tolist() == [0.5] and flight.materials.R_t.tolist() == [0.8]
     assert flight.materials.mu.tolist() == pytest.approx([1.0], rel=ROUNDING)
     assert flight.materials.stop_speed.tolist() == [0.4]
-    scene.write_text(SCENE.replace("zone: rock", "zone: talus"))
+    talus = "talus: {normal_restitution: 0.3, tangential_restitution: 0.7, stop_speed: 0.1}"
+    text = SCENE.replace("zone: rock", "zone: talus")
+    scene.write_text(text.replace("rock: {normal_restitution: 0.5", f"{talus}\n#"))
     read = rpf3d.read_scene(scene)
     flight = scene_flight(read, rpf3d.read_terrain(read)[0])
     assert flight.materials.stop_speed.tolist() == [0.1]
@@ -128,7 +129,7 @@ def test_a_damaged_file_of_points_is_refused_before_the_terrain_is_read(
     monkeypatch.setattr("rpf3d_core.prepared.read_terrain", lambda _: pytest.fail("it read the terrain first"))
     (scene.parent / "points.xyz").write_text("1 2 3\n1 nan 3\n")
     scene.write_text(SCENE.replace("points: [[1.3, 1.2, 9]]", "points_file: points.xyz"))
-    with pytest.raises(rpf3d.InputError, match=r"points\.xyz, line 2: must begin with three finite numbers"):
+    with pytest.raises(rpf3d.InputError, match=r"points\.xyz, line 2, column 2: y must be a plain, finite number"):
         rpf3d.simulate(scene)
 
 

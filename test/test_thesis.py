@@ -168,6 +168,9 @@ def test_a_folder_of_something_else_is_refused_before_anything_flies(tmp_path):
     (tmp_path / "high" / "thesis.doc").write_text("mine")
     with pytest.raises(InputError, match=r"high.*not rpf3d's"):
         runs_of(RESOLUTION, tmp_path)
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"holds 'notes.txt', which is not of this study"):
+        runs_of(RESOLUTION, tmp_path)
 
 
 def test_scenes_that_are_not_installed_are_missed_by_name(monkeypatch, tmp_path):

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,11 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
     else:
         low, high = (bound if rock.measure == "mass" else rock.density * bound for bound in bounds)
     return low, high
+
+
+def diameter_of(mass: FloatArray | float, density: float) -> Any:
+    """Diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number of a number."""
+    return 2.0 * np.cbrt(np.asarray(mass) / (density * SPHERE))
 
 
 def _radii(volume: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
 SHOWN = 12
-"""Rows of the printed table: more do not fit a screen."""
+"""Zones of the printed table: more do not fit a screen."""
 
 TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Of the printed table, short so that it fits 80 columns; `text_rows` has its columns."""
@@ -65,9 +65,23 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
 
 
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Rows under `TEXT_HEADER` of the SHOWN benches with most rocks, in the table's order; none without rocks."""
-    most = sorted(range(len(benches)), key=lambda row: (-benches[row].reached["rocks"], row))[:SHOWN]
-    return [_text_row(benches[row]) for row in sorted(most) if benches[row].reached["rocks"]]
+    """Rows under `TEXT_HEADER`: the SHOWN zones that most rocks reached, most first, then every area of interest.
+
+    An area that no rock reached is told with its interval: that is what it was drawn to find out.
+    """
+    areas = [bench for bench in benches if bench.kind == AREA]
+    return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
+
+
+def left_out(benches: Sequence[Bench]) -> int:
+    """How many zones that rocks reached have no row in `text_rows`."""
+    return max(0, len(_reached_zones(benches)) - SHOWN)
+
+
+def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
+    """Zones that rocks reached, most rocks first."""
+    zones = [bench for bench in benches if bench.kind == ZONE and bench.reached["rocks"]]
+    return sorted(zones, key=lambda bench: -bench.reached["rocks"])
 
 
 def three_figures(value: float) -> str:

@@ -37,9 +37,14 @@ class Scale(NamedTuple):
     logarithmic: bool
 
 
-def reach_scale(flown: int) -> Scale:
-    """Of reach probability (-): from a round share at or below one rock of all flown, to 1."""
-    return Scale(max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10))), 1.0, True)
+def reach_scale(flown: int, share: Values) -> Scale:
+    """Of reach probabilities (C,) (-): from a round share at or below one rock of all flown, to one that none exceeds.
+
+    At least a power of ten from end to end.
+    """
+    low = max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10)))
+    most = float(share.max(initial=0.0, where=np.isfinite(share)))
+    return Scale(low, min(1.0, max(10.0 * low, _rounded_up(most) if most > 0.0 else 1.0)), True)
 
 
 def scale_of_energy(energy: Values) -> Scale:

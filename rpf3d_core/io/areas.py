@@ -4,8 +4,11 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon
 
-from rpf3d_core.io.polygons import read_polygons
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.coverage import extents, lies_off
+from rpf3d_core.io.polygons import local_plan, read_polygons
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 REACHED_BY = (
@@ -27,13 +30,27 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
     return union if isinstance(union, MultiPolygon) else MultiPolygon([union])
 
 
+def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]:
+    """The rings (N, 2) m of each area of interest, as `local_outlines`, over a terrain that they must lie on.
+
+    Raises
+    ------
+    InputError
+        A file is damaged, or an area lies off the terrain: nobody would learn anything of it.
+    """
+    areas = read_areas(scene)
+    for spec in scene.areas_of_interest:
+        if lies_off(terrain, areas[spec.name]):
+            where = extents(terrain, shapely.get_coordinates(areas[spec.name]))
+            raise InputError(
+                f"{spec.polygons}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in the "
+                "plan coordinates of the terrain's own input (x y, or x z where y is up)"
+            )
+    return {name: local_outlines(terrain.frame, area) for name, area in areas.items()}
+
+
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
     """Outer and inner rings (N, 2) m in plan, local frame."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
-    return [_local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]
+    return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]
 
-
-def _local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    level = np.zeros(len(plan))
-    columns = (plan[:, 0], plan[:, 1], level) if frame.up == "z" else (plan[:, 0], level, plan[:, 1])
-    return frame.points_to_local(np.stack(columns, axis=1))[:, :2]

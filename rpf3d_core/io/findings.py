@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.totals import Totals
@@ -10,6 +11,31 @@ from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.values import Outcome
+
+
+class Flown(NamedTuple):
+    """How many rocks a picture is of, and how many ended in each way; planned : more, if the run was interrupted."""
+
+    rocks: int
+    planned: int
+    outcomes: Mapping[Outcome, int]
+
+    def describe(self) -> str:
+        """For titles."""
+        if self.rocks < self.planned:
+            return f"{self.rocks:,} of {self.planned:,} rocks, partial"
+        return f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
+
+    def describe_some(self, number: int) -> str:
+        """For titles of pictures of some of the rocks, which may be all."""
+        if number >= self.rocks:
+            return self.describe()
+        return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
+
+    def drawn(self, number: int) -> str:
+        """What to add to the name of something that is drawn for so many of the rocks; nothing if it is for all."""
+        return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,3 +57,8 @@ class Findings:
     planned: int
     steps: tuple[Step, ...]
     timings: Mapping[str, float]
+
+    @property
+    def flown(self) -> Flown:
+        """How many rocks all this is of."""
+        return Flown(self.totals.rocks, self.planned, self.totals.outcomes)

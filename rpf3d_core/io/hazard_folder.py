@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.hazard_benches import write_benches
 from rpf3d_core.io.hazard_rasters import write_hazard_rasters
 from rpf3d_core.io.hazard_zones import write_hazard_zones
@@ -22,6 +23,7 @@ def write_hazard(
     crs: str | None,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
+    flown: Flown,
     pictures: bool = True,
 ) -> None:
     """Make a folder and write everything that is made from hazard maps alone into it.
@@ -34,7 +36,7 @@ def write_hazard(
         Where rocks start, local frame.
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame, as `areas.local_outlines`.
-    pictures : whether to draw maps as well
+    flown : how many rocks the maps are of; pictures : whether to draw maps as well
 
     Raises
     ------
@@ -51,4 +53,4 @@ def write_hazard(
         # matplotlib takes most of a second to import: only a run that draws pays for it.
         from rpf3d_core.io.plots_hazard import write_hazard_pictures
 
-        write_hazard_pictures(folder, name, terrain, maps, releases, areas)
+        write_hazard_pictures(folder, name, terrain, maps, releases, areas, flown)

@@ -65,6 +65,27 @@ def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
     return [*reach_zones(maps, spec.reach_levels), *([] if matrix is None else matrix_zones(maps, matrix))]
 
 
+def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
+    """A sentence for the zones that a scene asks for and no cell belongs to: the file has no feature for them."""
+    missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any()]
+    levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
+    classes = [repr(zone.name) for zone in missing if zone.name is not None]
+    sentences = []
+    if levels:
+        sentences.append(f"no cell is reached by {' or '.join(levels)} of the rocks: zones.geojson has no such zone")
+    if classes:
+        sentences.append(f"no cell is of the class {' or '.join(classes)}: zones.geojson has no such zone")
+    return sentences
+
+
+def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
+    """The zones that a scene asks for, for summary.json: those with 0 cells have no feature."""
+    return [
+        {"kind": zone.kind, "level": zone.level, "class": zone.name, "cells": int(zone.cells.sum())}
+        for zone in hazard_zones(maps, spec)
+    ]
+
+
 def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
     """A zone as one MultiPolygon with what it is and how large."""
     cells = int(zone.cells.sum())

@@ -17,7 +17,7 @@ JOULE_PER_KJ = 1000.0
 
 
 def write_convergence(path: Path, name: str, steps: Sequence[Step], target: TargetSpec) -> None:
-    """Write the picture of at least one step; `name` : of the scene, for the title."""
+    """Write the picture of at least one step; `name` : of the scene and its rocks, for the title."""
     figure = Figure(figsize=(8.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
     upper, lower = figure.subplots(2, 1, sharex=True)

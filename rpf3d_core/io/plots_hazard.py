@@ -17,9 +17,11 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
 from rpf3d_core.hazard.scales import Scale, Values, colours_at, reach_scale, scale_of_energy, scale_of_height
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.io.plots_profiles import save
 from rpf3d_core.io.plots_sheet import (
+    MOST_RELEASES,
     OVERVIEW_PIXELS,
     PIXELS,
     Picture,
@@ -30,10 +32,10 @@ from rpf3d_core.io.plots_sheet import (
     measure,
     placed,
     plan_of,
-    selection,
     sheet,
+    starts_of,
     whole_window,
-    window_around,
+    window_with_areas,
 )
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
@@ -47,7 +49,8 @@ FEW = "#7d8fb3"
 RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
 MANY_RELEASES = 100
 """More than these are dots: they show where rocks start, and hide no more of the map than they must."""
-DOT: dict[str, Any] = {"marker": ".", "color": "#1450d2", "markersize": 2.0, "markeredgewidth": 0.0}
+DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
+"""Not blue: among cells that few rocks came to it would be lost."""
 
 TITLE_PAD = 26.0
 """Points above the map: a long title stands over the scale bar, not in it."""
@@ -65,8 +68,8 @@ JOULE_PER_KJ = 1000.0
 class Theme:
     """What one picture shows: values (C,) of the raster, their scale, and how it is told.
 
-    title : of the picture, before the number of rocks; unit : of the colour bar; per_unit : of the values' own unit in
-        one of it
+    title : of the picture, between the scene and the number of rocks; unit : of the colour bar; per_unit : of the
+        values' own unit in one of it
     """
 
     title: str
@@ -93,6 +96,7 @@ def write_hazard_pictures(
     maps: HazardMaps,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
+    flown: Flown,
 ) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
@@ -104,9 +108,10 @@ def write_hazard_pictures(
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame.
     """
-    ground = _ground(terrain, maps, releases)
+    ground = _ground(terrain, maps, releases, areas)
     for file, theme in themes(maps).items():
-        figure = hazard_figure(f"{name}: {theme.title}", theme, ground, maps, releases, areas)
+        title = f"{name}: {theme.title}, {flown.describe()}"
+        figure = hazard_figure(title, theme, ground, maps, releases, areas)
         save(figure, folder / f"{file}.png")
 
 
@@ -118,7 +123,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
     return {
         "reach_probability": Theme(
             "reach probability", "share of all rocks that come here (%)", np.where(cells.rocks > 0, share, np.nan),
-            reach_scale(maps.flown), 0.01,
+            reach_scale(maps.flown, share), 0.01,
         ),
         "energy_p95": Theme(
             f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.energy.p95,
@@ -144,21 +149,27 @@ def hazard_figure(
     draw_ground(main, terrain, window, ground.picture)
     few = _draw_cells(main, terrain, window, theme, maps)
     draw_areas(main, terrain, areas)
-    main.plot(*plan_of(terrain, releases[selection(len(releases))]).T, linestyle="none", **_release(len(releases)))
+    starts = starts_of(releases)
+    main.plot(*plan_of(terrain, starts).T, linestyle="none", **_release(len(starts)))
     measure(main, terrain, window)
-    main.set_title(f"{title}, {maps.flown:,} rocks", loc="left", fontsize=12, pad=TITLE_PAD)
+    main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
     if ground.whole is not None:
-        draw_overview(figure, terrain, whole_window(terrain), window, ground.whole)
+        draw_overview(figure, terrain, whole_window(terrain), window, ground.whole, areas)
     draw_north(side, terrain)
-    _draw_scale(figure, side, theme)
-    _draw_legend(side, maps.raster, len(releases), areas, few)
+    if np.isfinite(theme.values).any():
+        _draw_scale(figure, side, theme)
+    else:
+        _say_why_empty(side, maps)
+    _draw_legend(side, maps.raster, len(starts), areas, few)
     return figure
 
 
-def _ground(terrain: Terrain, maps: HazardMaps, releases: FloatArray) -> Ground:
-    """The part of the terrain that rocks came to, seen from above."""
+def _ground(
+    terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
+) -> Ground:
+    """The part of the terrain that rocks came to, with the areas that they are near, seen from above."""
     whole = whole_window(terrain)
-    window = window_around(whole, np.concatenate([_reached(maps), releases[:, :2]]))
+    window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
     small = None if window == whole else hillshade(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
     return Ground(terrain, window, picture, small)
@@ -237,6 +248,18 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
         colours.update_ticks()
 
 
+def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
+    """In place of the colour bar, where no cell has a value."""
+    if (maps.cells.rocks > 0).any():
+        why = (
+            f"No values: no cell was reached by\n{FEWEST_ROCKS} rocks. More rocks, or a larger\n"
+            "hazard.cell in the scene, give some."
+        )
+    else:
+        why = "No values: no rock came anywhere."
+    side.text(0.0, 0.9, why, transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
+
+
 def _beyond(scale: Scale, known: Values) -> str:
     """Which ends of the colour bar are pointed, for values (N,) in its unit lie beyond them."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
@@ -245,7 +268,8 @@ def _beyond(scale: Scale, known: Values) -> str:
 
 def _draw_legend(side: Axes, raster: Raster, releases: int, areas: Mapping[str, Any], few: bool) -> None:
     point = {**_release(releases), "markersize": RELEASE["markersize"]}
-    entries: list[Any] = [Line2D([], [], linestyle="none", label=f"releases ({releases:,})", **point)]
+    which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"
+    entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
     if few:
         entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=f"reached by fewer than {FEWEST_ROCKS} rocks"))
     entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in areas]

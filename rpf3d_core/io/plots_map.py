@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.plan_view import Window, seen_from_above, shaded
 from rpf3d_core.io.plots_profiles import hex_colour, save
 from rpf3d_core.io.plots_sheet import (
@@ -27,8 +28,9 @@ from rpf3d_core.io.plots_sheet import (
     plan_of,
     selection,
     sheet,
+    starts_of,
     whole_window,
-    window_around,
+    window_with_areas,
 )
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
@@ -41,16 +43,19 @@ PATH = "#10203a"
 
 def write_map(
     path: Path,
-    title: str,
+    name: str,
     terrain: Terrain,
     deposits: Deposits,
     samples: PathSamples,
     areas: Mapping[str, Sequence[FloatArray]],
+    flown: Flown,
 ) -> None:
     """Write the map.
 
     Parameters
     ----------
+    name : of the scene, for the title
+    deposits : of the rocks that are drawn, all or some of those flown
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame.
 
@@ -59,26 +64,31 @@ def write_map(
     Drawn in z-up input coordinates, so that the ticks are round numbers of the survey.
     """
     whole = whole_window(terrain)
-    window = rocks_window(whole, deposits, samples)
+    window = rocks_window(whole, deposits, samples, areas)
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, shaded(terrain, seen_from_above(terrain, window, PIXELS)))
     draw_areas(main, terrain, areas)
     _draw_rocks(main, terrain, deposits, samples)
     measure(main, terrain, window)
-    main.set_title(title, loc="left", fontsize=12)
+    main.set_title(f"{name}: {flown.describe()}", loc="left", fontsize=12)
     if window != whole:
         small = shaded(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
-        draw_overview(figure, terrain, whole, window, small)
-    handles = _legend_entries(terrain, deposits, areas)
+        draw_overview(figure, terrain, whole, window, small, areas)
+    handles = _legend_entries(terrain, deposits, len(samples.starts), areas, flown)
     draw_north(side, terrain)
     side.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.9), frameon=False, fontsize=9)
     save(figure, path)
 
 
-def rocks_window(whole: Window, deposits: Deposits, samples: PathSamples) -> Window:
-    """The part of the terrain with rocks in it, with a margin; all of it where that is most of it."""
+def rocks_window(
+    whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
+) -> Window:
+    """The part of the terrain with rocks in it, with a margin, and areas near them; all of it where that is most of it.
+
+    areas : name -> rings (N, 2) m, local frame
+    """
     places = np.concatenate([deposits.release[:, :2], deposits.x[:, :2], samples.x[:, :2]])
-    return window_around(whole, places)
+    return window_with_areas(whole, places, areas)
 
 
 def _draw_rocks(axes: Axes, terrain: Terrain, deposits: Deposits, samples: PathSamples) -> None:
@@ -88,7 +98,7 @@ def _draw_rocks(axes: Axes, terrain: Terrain, deposits: Deposits, samples: PathS
     for outcome in np.unique(deposits.outcome):
         ended = some[deposits.outcome[some] == outcome]
         axes.plot(*plan_of(terrain, deposits.x[ended]).T, linestyle="none", **_marker(Outcome(outcome)))
-    axes.plot(*plan_of(terrain, deposits.release[some]).T, linestyle="none", **RELEASE)
+    axes.plot(*plan_of(terrain, starts_of(deposits.release)).T, linestyle="none", **RELEASE)
 
 
 def _marker(outcome: Outcome) -> dict[str, Any]:
@@ -96,15 +106,18 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
     return {"marker": MARKERS[outcome], "color": hex_colour(OUTCOME_COLOURS[outcome]), "markersize": 4.5, **edge}
 
 
-def _legend_entries(terrain: Terrain, deposits: Deposits, areas: Mapping[str, Any]) -> list[Any]:
-    drawn = len(selection(len(deposits.x)))
-    shown = "" if drawn == len(deposits.x) else f" ({drawn} of {len(deposits.x)} drawn)"
-    entries: list[Any] = [Line2D([], [], linestyle="none", label=f"release{shown}", **RELEASE)]
-    values, counts = np.unique(deposits.outcome, return_counts=True)
-    for value, count in zip(values, counts, strict=True):
-        name = Outcome(value).name.lower().replace("_", " ")
-        entries.append(Line2D([], [], linestyle="none", label=f"{name} ({count})", **_marker(Outcome(value))))
-    entries.append(Line2D([], [], color=PATH, linewidth=0.8, label="path"))
+def _legend_entries(
+    terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: Flown
+) -> list[Any]:
+    """What the signs mean, with the numbers of all rocks, and of how many of them something is drawn."""
+    entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]
+    for outcome in Outcome:
+        if count := flown.outcomes.get(outcome, 0):
+            name = outcome.name.lower().replace("_", " ")
+            entries.append(Line2D([], [], linestyle="none", label=f"{name} ({count:,})", **_marker(outcome)))
+    if ends := flown.drawn(len(selection(len(deposits.x)))):
+        entries.append(Line2D([], [], linestyle="none", label=f"ends{ends}"))
+    entries.append(Line2D([], [], color=PATH, linewidth=0.8, label=f"path{flown.drawn(paths)}"))
     entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in areas]
     return entries + _zone_entries(terrain)
 

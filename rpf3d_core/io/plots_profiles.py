@@ -20,6 +20,7 @@ from rpf3d_core.ensemble.colours import OUTCOME_COLOURS
 from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples, display_step, run_starts, sample_paths
 from rpf3d_core.ensemble.totals import runout
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.profiles import Profile, profile_of, terrain_below, typical_rows
 from rpf3d_core.io.tables import write_profiles
 from rpf3d_core.terrain.facets import Terrain
@@ -35,7 +36,13 @@ GROUND, PATH = "#8a7a5c", "#1f4e9c"
 
 
 def write_profile_plots(
-    folder: Path, sources: Sequence[str], terrain: Terrain, flights: Flights, samples: PathSamples, gravity: float
+    folder: Path,
+    sources: Sequence[str],
+    terrain: Terrain,
+    flights: Flights,
+    samples: PathSamples,
+    gravity: float,
+    flown: Flown,
 ) -> None:
     """Write overview.png, overview.csv, sections.png and sections.csv into an existing folder.
 
@@ -47,11 +54,14 @@ def write_profile_plots(
         The rocks of the overview; of these, the shortest, median and longest runout make the sections.
     gravity : float
         The scene's, m/s^2.
+    flown : Flown
+        How many rocks there are; of as many as have samples, the pictures tell.
     """
     deposits = flights.deposits
     profile = profile_of(terrain, samples)
     write_profiles(folder / "overview.csv", sources, deposits, vars(profile))
-    save(overview(profile, deposits.outcome), folder / "overview.png")
+    of = flown.describe_some(len(samples.starts))
+    save(overview(profile, deposits.outcome, f"Paths of {of}"), folder / "overview.png")
 
     rows = typical_rows(deposits, samples.row[samples.starts], runout(deposits))
     chosen = sample_paths(flights.paths, rows, display_step(flights.paths) / FINER, gravity)
@@ -59,11 +69,12 @@ def write_profile_plots(
     section = profile_of(terrain, chosen)
     write_profiles(folder / "sections.csv", sources, deposits, {**vars(section), "terrain": ground})
     titles = {int(row): _title(sources, flights, row) for row in rows}
-    save(sections(section, ground, titles), folder / "sections.png")
+    which = f"Shortest, median and longest runout of {of}"
+    save(sections(section, ground, titles, which), folder / "sections.png")
 
 
-def overview(profile: Profile, outcome: IntArray) -> Figure:
-    """Elevation and speed of all rocks against distance, coloured by outcome; `outcome` (R,) by row in `Deposits`."""
+def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
+    """Elevation and speed of rocks against distance, coloured by outcome; `outcome` (R,) by row in `Deposits`."""
     figure, axes = _panels(1, (10.0, 8.0))
     upper, lower = axes[:, 0]
     rows = profile.row[run_starts(profile.row)]
@@ -77,13 +88,16 @@ def overview(profile: Profile, outcome: IntArray) -> Figure:
     lower.set_ylim(bottom=0.0)
     label(upper, "", "elevation (m)")
     label(lower, "horizontal distance travelled (m)", "speed (m/s)")
-    upper.set_title(f"Paths of {len(rows)} rocks", loc="left")
+    upper.set_title(title, loc="left")
     figure.legend(handles=_outcome_lines(outcome[rows]), loc="lower center", ncols=4, frameon=False)
     return figure
 
 
-def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str]) -> Figure:
-    """A column for each row in `titles`: elevation, the terrain (S,) m under the path, and speed below."""
+def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
+    """A column for each row in `titles`: elevation, the terrain (S,) m under the path, and speed below.
+
+    which : rocks these are, in words below them
+    """
     columns = max(1, len(titles))
     figure, axes = _panels(columns, (5.2 * columns, 7.5))
     for upper, lower, (row, title) in zip(axes[0], axes[1], titles.items(), strict=False):
@@ -95,7 +109,8 @@ def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str]) ->
         label(lower, "horizontal distance travelled (m)", "")
     axes[0, 0].set_ylabel("elevation (m)")
     axes[1, 0].set_ylabel("speed (m/s)")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="lower center", ncols=3, frameon=False,
+                  title=which)  # fmt: skip
     return figure
 
 
@@ -149,7 +164,7 @@ def _outcome_lines(outcome: IntArray) -> list[Line2D]:
     """Legend entries of the outcomes that occur, with their counts."""
     values, counts = np.unique(outcome, return_counts=True)
     return [
-        Line2D([], [], color=hex_colour(OUTCOME_COLOURS[Outcome(value)]), label=f"{_words(Outcome(value))} ({count})")
+        Line2D([], [], color=hex_colour(OUTCOME_COLOURS[Outcome(value)]), label=f"{_words(Outcome(value))} ({count:,})")
         for value, count in zip(values, counts, strict=True)
     ]
 

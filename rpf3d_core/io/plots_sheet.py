@@ -35,6 +35,9 @@ LEAST_COLUMN = 7.0
 MOST_POINTS = 20_000
 """More points than this only paint each other over; an even selection is drawn, and the legend says so."""
 
+MOST_RELEASES = 250
+"""Of more places than this where rocks start an even selection is drawn: they must not cover the map."""
+
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
 
@@ -55,6 +58,21 @@ def window_around(whole: Window, places: FloatArray) -> Window:
     part = Window(max(left, whole.left), min(right, whole.right), max(bottom, whole.bottom), min(top, whole.top))
     covers = part.width > WHOLE_SHARE * whole.width and part.height > WHOLE_SHARE * whole.height
     return whole if covers or part.width <= 0 or part.height <= 0 else part
+
+
+def window_with_areas(whole: Window, places: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> Window:
+    """As `window_around`, and around the whole of each area, rings (N, 2) m, that would be cut; not of those beyond.
+
+    An area far from all rocks would make them too small to be seen: the overview has it.
+    """
+    window = window_around(whole, places)
+    cut = [ring for rings in areas.values() for ring in rings if _touches(window, ring)]
+    return window_around(whole, np.concatenate([places, *cut])) if cut else window
+
+
+def _touches(window: Window, ring: FloatArray) -> bool:
+    (left, bottom), (right, top) = ring.min(axis=0), ring.max(axis=0)
+    return bool(left <= window.right and right >= window.left and bottom <= window.top and top >= window.bottom)
 
 
 def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
@@ -101,6 +119,14 @@ def selection(count: int) -> Any:
     return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.int64)
 
 
+def starts_of(releases: FloatArray) -> FloatArray:
+    """Places (N, 2) m in plan, each once, that rocks start from, of releases (R, 2 or 3); MOST_RELEASES at most."""
+    places = np.unique(releases[:, :2], axis=0)
+    if len(places) <= MOST_RELEASES:
+        return places
+    return np.asarray(releases[np.linspace(0, len(releases) - 1, MOST_RELEASES).astype(np.int64), :2])
+
+
 def measure(axes: Axes, terrain: Terrain, window: Window) -> None:
     """Coordinates of the input and a scale bar, outside the data."""
     upright = terrain.frame.up == "z"
@@ -134,11 +160,19 @@ def round_length(length: float) -> float:
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)) * power)
 
 
-def draw_overview(figure: Figure, terrain: Terrain, whole: Window, window: Window, ground: Picture) -> None:
-    """The whole terrain as a picture (H, W, 4) RGBA, small, with a frame around the part that the map shows."""
+def draw_overview(
+    figure: Figure,
+    terrain: Terrain,
+    whole: Window,
+    window: Window,
+    ground: Picture,
+    areas: Mapping[str, Sequence[FloatArray]],
+) -> None:
+    """The whole terrain as a picture (H, W, 4) RGBA, small, with all areas and a frame around what the map shows."""
     width, height = figure.get_size_inches()
     inset = figure.add_axes(((width - 3.2) / width, 0.5 / height, 2.9 / width, 2.9 / height))
     draw_ground(inset, terrain, whole, ground)
+    draw_areas(inset, terrain, areas)
     corner = placed(terrain, window)[::2]
     inset.add_patch(Rectangle(corner, window.width, window.height, fill=False, color="#c81e1e", linewidth=1.6))
     inset.set_xticks([])

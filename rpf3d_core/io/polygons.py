@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shapely.geometry import MultiPolygon, shape
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.terrain.frame import FloatArray, Frame
 
 KINDS = ("Polygon", "MultiPolygon")
 
@@ -43,7 +44,9 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
     """
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid or polygon.area == 0.0:
-        why = "it encloses no area" if polygon.area == 0.0 else shapely.is_valid_reason(polygon)
+        # A bow tie of two equal halves has no area either: only corners on one line enclose none.
+        on_a_line = polygon.convex_hull.area == 0.0
+        why = "it encloses no area" if on_a_line else f"it crosses itself: {shapely.is_valid_reason(polygon)}"
         raise InputError(f"must be the corners of a polygon in their order around it, but is none ({why})")
     return MultiPolygon([polygon])
 
@@ -53,6 +56,13 @@ def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
     whole = shapely.union_all(list(polygons.geoms))  # parts may overlap
     triangles = shapely.constrained_delaunay_triangles(whole).geoms
     return np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]).reshape(-1, 3, 2)
+
+
+def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
+    """Plan coordinates (..., 2) m of the input, x y or x z where y is up, in the local frame."""
+    level = np.zeros(plan.shape[:-1])
+    columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
+    return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]
 
 
 def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[Any]:

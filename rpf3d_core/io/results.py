@@ -117,8 +117,8 @@ def _replace(target: Path, part: Path) -> None:
 
 def write_all_tables(folder: Path, findings: Findings) -> None:
     """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
-    sources = [source.name for source in findings.scene.sources]
-    with tables.open_tables(folder, sources, findings.terrain, findings.scene.outputs.impacts) as sink:
+    scene, sources = findings.scene, [source.name for source in findings.scene.sources]
+    with tables.open_tables(folder, sources, findings.terrain, scene.rock.density, scene.outputs.impacts) as sink:
         sink(findings.flights.deposits, findings.flights.impacts)
 
 
@@ -162,7 +162,7 @@ def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None
 
 def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatArray]]) -> None:
     scene, releases = findings.scene, findings.flights.deposits.release
-    place = (scene.hazard, scene.terrain.crs, releases, areas, scene.outputs.pictures)
+    place = (scene.hazard, scene.terrain.crs, releases, areas, findings.flown, scene.outputs.pictures)
     write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
 
 
@@ -176,10 +176,12 @@ def _write_pictures(
 
     scene, terrain, flights = findings.scene, findings.terrain, findings.flights
     sources = [source.name for source in scene.sources]
-    profiles = folder / "profiles"
-    profiles.mkdir()
-    write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity)
-    name = f"{scene.path.stem}: {findings.totals.rocks:,} rocks"
-    write_map(folder / "map.png", name, terrain, flights.deposits, samples, areas)
+    flown = findings.flown
+    if len(samples.starts):
+        profiles = folder / "profiles"
+        profiles.mkdir()
+        write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
+    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown)
     if findings.steps:
-        write_convergence(folder / "convergence.png", scene.path.stem, findings.steps, scene.target)
+        name = f"{scene.path.stem}, {flown.describe()}"
+        write_convergence(folder / "convergence.png", name, findings.steps, scene.target)

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene_faults import NOT_SCENE_KEYS, faults_of, unknown_key
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_model import Scene, SourceSpec
+from rpf3d_core.io.scene_sources import source_points
 from rpf3d_core.io.scene_values import MISSING_FILE
 from rpf3d_core.io.yaml_lines import Fault, read_yaml
 
@@ -33,6 +34,8 @@ def read_scene(path: str | Path) -> Scene:
     SceneError
         One line for each fault: file, line, key, value and what would be right; then the scene's `data_hint` if a
         file is missing.
+    InputError
+        A file of points that rocks are to be counted by is damaged.
     """
     path = Path(path)
     document = read_yaml(path)
@@ -47,7 +50,26 @@ def read_scene(path: str | Path) -> Scene:
         raise SceneError(_report(path, [*document.faults, *faults]) + hint) from None
     if faults or document.faults:
         raise SceneError(_report(path, [*document.faults, *faults]))
-    return scene
+    return _filled_in(scene)
+
+
+def _filled_in(scene: Scene) -> Scene:
+    """The scene with what its files say where it says nothing: a reference system, and how many points there are."""
+    terrain = scene.terrain
+    crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
+    sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
+    return scene.model_copy(update={"terrain": terrain.model_copy(update={"crs": crs}), "sources": sources})
+
+
+def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
+    """A source that does not say how many rocks fall from it has one for each of its points: none is left out."""
+    if "rocks" in source.model_fields_set:
+        return source
+    if source.points_file:
+        points: Sized = source_points(source, scene.terrain.up)
+    else:
+        points = source.points or ()
+    return source.model_copy(update={"rocks": max(len(points), 1)})
 
 
 def scene_digest(scene: Scene) -> str:
@@ -56,7 +78,21 @@ def scene_digest(scene: Scene) -> str:
     Every key counts, defaults included, but for `path` and `data_hint`; a file counts by its content, not its name or
     place. Equal digests therefore mean equal answers from the same version.
     """
-    content = scene.model_dump(exclude={"path", "data_hint"})
+    return _digest(scene.model_dump(exclude={"path", "data_hint"}))
+
+
+def releases_digest(scene: Scene) -> str:
+    """SHA-256 (64 hex digits) of what decides, with the seed, where rocks start, how fast and how heavy they are.
+
+    Not how many there are: of more rocks the first start as those of fewer.
+    """
+    return _digest({
+        "rock": scene.rock.model_dump(),
+        "sources": [source.model_dump(exclude={"rocks"}) for source in scene.sources],
+    })  # fmt: skip
+
+
+def _digest(content: dict[str, Any]) -> str:
     text = json.dumps(_canonical(content), sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

@@ -5,8 +5,9 @@ of each field says what a right value is, and is what the error message for a wr
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -15,9 +16,11 @@ import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.errors import SceneError
+from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_values import (
+    MOST_ROCKS,
     Count,
     HalfWidths,
     InputFile,
@@ -25,6 +28,8 @@ from rpf3d_core.io.scene_values import (
     Number,
     Outline,
     Part,
+    Rocks,
+    RocksOrAuto,
     Vector,
     exactly_one,
     refuse,
@@ -34,6 +39,8 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
 """Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
+MOST_NAMED = 12
+"""Zones that a message lists: a pit has dozens."""
 FASTEST = 10_000.0
 """m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
 
@@ -106,12 +113,31 @@ class TerrainSpec(Part):
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
-    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287")
+    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
+                             "or left out for that of GeoTIFF files")  # fmt: skip
 
     @model_validator(mode="after")
     def _one_origin(self) -> Self:
         exactly_one(self, "files", "pit")
         return self
+
+    @model_validator(mode="after")
+    def _one_reference_system(self) -> Self:
+        if self.crs is not None and (why := why_unusable(self.crs)):
+            raise refuse(why, "crs")
+        found = self.crs_of_files()
+        for i, crs in found.items():
+            first, name = next(iter(found.items())), self.files[i].path.name if self.files else ""
+            if self.crs is not None and not are_same(self.crs, crs):
+                raise refuse(f"is {self.crs!r}, but {name} is in {crs!r}; name that, or leave crs out", "crs")
+            if not are_same(first[1], crs):
+                raise refuse(f"is in {crs!r}, but files[{first[0]}] in {first[1]!r}; reproject one", "files", i, "path")
+        return self
+
+    def crs_of_files(self) -> dict[int, str]:
+        """The reference systems of those files that say in which they are, by their place in the list."""
+        found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
+        return {i: crs for i, crs in found.items() if crs is not None}
 
 
 class ZoneSpec(Part):
@@ -161,7 +187,7 @@ class SourceSpec(Part):
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
     points_file: InputFile | None = Field(
-        None, description="the path of a file with x y z (m) on each line, a CSV with a header, or GeoJSON points"
+        None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, or GeoJSON"
     )
     line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
     polygon: Outline | None = Field(
@@ -171,7 +197,9 @@ class SourceSpec(Part):
     steeper_than_deg: Number | None = Field(
         None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), a facet's least slope; with `zone`"
     )
-    rocks: Count = Field(1, ge=1, description="a whole number of at least 1")
+    rocks: Rocks = Field(
+        1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
+    )
     velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
     speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
     azimuth_deg: Number | None = Field(
@@ -248,7 +276,7 @@ class TargetSpec(Part):
     p95_energy: Number = Field(
         0.05, gt=0, description="a number above 0, the largest relative change of p95 energies over two doublings"
     )
-    most_rocks: Count = Field(10_000_000, ge=1, description="a whole number of at least 1, where to give up")
+    most_rocks: Rocks = Field(10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, where to give up")
 
 
 class ObservedSpec(Part):
@@ -276,10 +304,10 @@ class Scene(Part):
     sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )
-    rocks: Annotated[Count, Field(ge=1)] | Literal["auto"] | None = Field(
-        None,
-        description="a whole number of at least 1, or auto; dealt to the sources in proportion, left out for their own",
-    )
+    rocks: RocksOrAuto | None = Field(
+        None, description=f"a whole number from 1 to {MOST_ROCKS}, or auto; dealt to the sources in proportion, left "
+        "out for their own",
+    )  # fmt: skip
     target: TargetSpec = Field(
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
@@ -327,3 +355,20 @@ def material_of(scene: Scene, zone: str) -> Material:
     raise SceneError(
         f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
     )
+
+
+def check_materials(scene: Scene, zones: Sequence[str]) -> None:
+    """Refuse a material that no zone of the terrain takes: its name is misspelt, or what it is for is not there.
+
+    Raises
+    ------
+    SceneError
+        Names it and the nearest zone, or the zones that there are.
+    """
+    for name in scene.materials:
+        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):
+            continue
+        near = get_close_matches(name, zones, n=1)
+        shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
+        advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
+        raise SceneError(f"{scene.path}: `materials.{name}` fits no zone of the terrain; {advice}")

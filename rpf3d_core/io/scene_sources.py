@@ -1,24 +1,26 @@
 """The sources and rocks of a scene as the ensemble releases them: in the terrain's local frame, angles in radians."""
 
 import math
-from collections.abc import Callable
 from fnmatch import fnmatchcase
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
+from shapely.geometry import MultiPolygon
 
 from rpf3d_core.ensemble.patches import Patches, patches_of
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.ensemble.throws import Throw
 from rpf3d_core.errors import InputError
+from rpf3d_core.io.coverage import extents
 from rpf3d_core.io.point_files import read_points
-from rpf3d_core.io.polygons import plan_triangles, polygon_of, read_polygons
+from rpf3d_core.io.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import RockSpec, Scene, SourceSpec
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.values import Rock, Vec
 
 NO_POINTS = np.empty((0, 3))
@@ -45,9 +47,20 @@ def read_source_files(scene: Scene) -> None:
     """
     for number, spec in enumerate(scene.sources):
         if spec.points_file:
-            read_points(spec.points_file)
+            source_points(spec, scene.terrain.up)
         elif spec.polygon:
-            _outline(scene, number)
+            source_outline(scene, number)
+
+
+def source_points(spec: SourceSpec, up: Up) -> FloatArray:
+    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
+
+    Raises
+    ------
+    InputError
+        As `read_points`.
+    """
+    return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
@@ -83,7 +96,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
     """The points (P, 3) m of a source, local; none of an area."""
     if spec.points_file:
-        return frame.points_to_local(read_points(spec.points_file))
+        return frame.points_to_local(source_points(spec, frame.up))
     written = spec.points or spec.line
     return frame.points_to_local(np.array(written, dtype=float)) if written else NO_POINTS
 
@@ -106,14 +119,10 @@ def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
 
 def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> Patches:
     """The parts of facets within a source's polygon."""
-    plan = plan_triangles(_outline(scene, number))
-    local = _local_plan(terrain.frame, plan)
-    parts = facets_within(terrain.vertices[terrain.triangles], local)
+    plan = plan_triangles(source_outline(scene, number))
+    parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
-        raise _refused(
-            scene, number, "polygon", f"lies off the terrain: it goes {_extent(plan)}, the terrain "
-            f"{_extent(_input_plan(terrain))}",
-        )  # fmt: skip
+        raise _refused(scene, number, "polygon", f"lies off the terrain: {extents(terrain, plan)}")
     return patches_of(parts)
 
 
@@ -139,8 +148,14 @@ def _slopes(corners: FloatArray) -> FloatArray:
     return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
 
 
-def _outline(scene: Scene, number: int) -> Any:
-    """The polygons of a source."""
+def source_outline(scene: Scene, number: int) -> MultiPolygon:
+    """The polygons of a source that has some, in the input's plan coordinates.
+
+    Raises
+    ------
+    InputError
+        Their file is damaged; names the key.
+    """
     polygon = scene.sources[number].polygon
     if isinstance(polygon, tuple):
         return polygon_of(polygon)
@@ -148,26 +163,6 @@ def _outline(scene: Scene, number: int) -> Any:
         return read_polygons(polygon)  # type: ignore[arg-type]
     except InputError as fault:
         raise _refused(scene, number, "polygon", f"names a file that cannot be used: {fault}") from fault
-
-
-def _local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Plan coordinates (..., 2) m of the input in the local frame."""
-    level = np.zeros(plan.shape[:-1])
-    columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
-    return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]
-
-
-def _input_plan(terrain: Terrain) -> FloatArray:
-    """Plan coordinates (V, 2) m of the terrain's vertices in the input's axes."""
-    there = terrain.frame.points_to_input(terrain.vertices)
-    return there[:, :2] if terrain.frame.up == "z" else there[:, ::2]
-
-
-def _extent(plan: FloatArray) -> str:
-    """From where to where points (..., 2) in plan go."""
-    corners: list[Callable[..., Any]] = [np.min, np.max]
-    low, high = (", ".join(f"{c:g}" for c in corner(plan.reshape(-1, 2), axis=0)) for corner in corners)
-    return f"from ({low}) to ({high})"
 
 
 def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:

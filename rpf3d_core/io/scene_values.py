@@ -2,13 +2,16 @@
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.polygons import polygon_of
+
+MOST_ROCKS = 4_000_000_000
+"""Rocks of one scene: a rock's number is a word of 32 bits of the random streams."""
 
 MISSING_FILE = "missing_file"
 """The kind of refusal that a scene's `data_hint` speaks to."""
@@ -58,6 +61,15 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Count = Annotated[int, Field(strict=True)]
 Name = Annotated[str, Field(strict=True, min_length=1)]
 Vector = tuple[Number, Number, Number]
+Rocks = Annotated[Count, Field(ge=1, le=MOST_ROCKS)]
+ROCKS_MARKS = ("[rocks]", "[auto]")
+if TYPE_CHECKING:
+    RocksOrAuto = int | Literal["auto"]
+else:
+    RocksOrAuto = Annotated[
+        Annotated[Rocks, Tag(ROCKS_MARKS[0])] | Annotated[Literal["auto"], Tag(ROCKS_MARKS[1])],
+        Discriminator(lambda value: ROCKS_MARKS[isinstance(value, str)]),
+    ]
 HalfWidths = tuple[Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)]]
 InputFile = Annotated[Path, BeforeValidator(existing_file)]
 Corner = tuple[Number, Number]

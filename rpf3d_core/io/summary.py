@@ -18,8 +18,9 @@ from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.io.areas import REACHED_BY
 from rpf3d_core.io.findings import Findings
+from rpf3d_core.io.hazard_zones import zones_section
 from rpf3d_core.io.observed import compare
-from rpf3d_core.io.scene import scene_digest
+from rpf3d_core.io.scene import releases_digest, scene_digest
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
@@ -42,7 +43,7 @@ def summary(findings: Findings) -> dict[str, Any]:
     facts = {
         "program": "rpf3d",
         "versions": versions(),
-        "scene": {"file": scene.path.name, "digest": scene_digest(scene), **_settings(scene)},
+        "scene": {"file": scene.path.name, **_digests(scene), **_settings(scene)},
         "terrain": _terrain(scene, terrain, findings.faults),
         **_counts(findings),
         **_speed(findings),
@@ -50,7 +51,7 @@ def summary(findings: Findings) -> dict[str, Any]:
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
-        "hazard": _hazard(findings.maps),
+        "hazard": {**_hazard(findings.maps), "zones": zones_section(findings.maps, scene.hazard)},
     }
     if scene.areas_of_interest:
         facts["areas_reached_by"] = REACHED_BY
@@ -83,6 +84,11 @@ def _version(package: str) -> str | None:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
         return None
+
+
+def _digests(scene: Scene) -> dict[str, str]:
+    """What tells scenes apart, and those whose rocks start alike."""
+    return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:

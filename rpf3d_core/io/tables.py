@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.ensemble.sizes import diameter_of
 from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
@@ -26,23 +27,26 @@ UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
     "max_speed": "m/s", "entered_ground_at_speed": "m/s", "speed": "m/s", "speed_in": "m/s", "speed_out": "m/s",
     "max_energy_j": "J", "energy_in_j": "J",
+    "mass_kg": "kg", "diameter_m": "m", "release_x": "m", "release_y": "m", "release_z": "m",
 }  # fmt: skip
 
 
 @contextmanager
 def open_tables(
-    folder: Path, sources: Sequence[str], terrain: Terrain, impacts: bool = True
+    folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:
     """Write deposits.csv, one line a rock, and impacts.parquet, one line an impact, block after block.
 
-    impacts : whether to write the latter. Yields a function that takes the rocks of a block, and their impacts.
+    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet. Yields a function that takes the rocks
+    of a block, and their impacts.
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
         parquet: list[Any] = []
 
         def write(deposits: Deposits, struck: Impacts) -> None:
-            _write_lines(deposits_file, deposits_table(sources, terrain, deposits), header=not deposits_file.tell())
+            lines = deposits_table(sources, terrain, deposits, density)
+            _write_lines(deposits_file, lines, header=not deposits_file.tell())
             if not impacts:
                 return
             table = impacts_table(sources, terrain, deposits, struck)
@@ -67,11 +71,11 @@ def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profi
     _write_csv(path, _table({**_rock_names(sources, deposits, profiles["row"]), **columns}))
 
 
-def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits) -> pa.Table:
+def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, density: float) -> pa.Table:
     """Deposits of R rocks as a table of R rows.
 
     `runout_m` is the horizontal distance from release to end; `zone` that of the last facet touched;
-    `max_height` vertical, above the terrain.
+    `max_height` vertical, above the terrain; `diameter_m` that of a sphere of the rock's mass and density (kg/m^3).
     """
     return _table(
         {
@@ -88,6 +92,9 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits)
             "max_height": _or_null(deposits.max_height),
             "zone": _names(terrain.zones, zones_of_facets(terrain, deposits.facet)),
             "entered_ground_at_speed": _or_null(deposits.ground_speed),
+            "mass_kg": deposits.mass,
+            "diameter_m": diameter_of(deposits.mass, density),
+            **_xyz(terrain.frame.points_to_input(deposits.release), prefix="release_"),
         }
     )
 

@@ -53,7 +53,7 @@ def hazard_layers(maps: HazardMaps) -> list[Layer]:
     """The layers of a recording, in the order in which they lie over the terrain."""
     share, energy = reach_probability(maps.facets, maps.flown), maps.facets.energy.p95
     return [
-        Layer(REACH, "Reach probability", share, reach_scale(maps.flown), "%", 0.01),
+        Layer(REACH, "Reach probability", share, reach_scale(maps.flown, share), "%", 0.01),
         Layer(ENERGY, "Energy, p95", energy, scale_of_energy(energy), "kJ", JOULE_PER_KJ),
     ]
 
@@ -90,7 +90,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
-    """Markdown: the bench table with most rocks first met, and what the colours mean."""
+    """Markdown: the printed bench table, and what the colours mean."""
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson). p95 energy is translational, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",

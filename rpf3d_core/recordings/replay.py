@@ -1,8 +1,10 @@
 """Opening a run's recording in the rerun viewer."""
 
 import importlib.util
+import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
@@ -10,17 +12,42 @@ from rpf3d_core.errors import InputError
 RECORDING = "run.rrd"
 LOOPBACK = "127.0.0.1"
 """The viewer listens for live data; only this machine may reach it."""
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
+SETTLED = 4.0
+"""Seconds after which a viewer that still runs has opened its window; one without a screen ends after 1.6 s."""
 
 
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
-    """Open the viewer on the recording of a result folder, and return its process without waiting for it.
+    """Open the viewer on the recording of a result folder, and return its process once it is seen to run.
 
     Raises
     ------
     InputError
-        If the folder holds no recording, or rerun is not installed.
+        If the folder holds no recording, rerun is not installed, or the viewer cannot open, for want of a display.
     """
-    return subprocess.Popen(viewer_command(recording_of(folder)))
+    recording = recording_of(folder)
+    command = viewer_command(recording)
+    _check_display(recording)
+    with tempfile.TemporaryFile() as log:
+        viewer = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT)
+        try:
+            code = viewer.wait(SETTLED)
+        except subprocess.TimeoutExpired:
+            return viewer
+        if code:
+            log.seek(0)
+            said = log.read().decode(errors="replace").strip().splitlines()
+            raise InputError(f"{recording}: the rerun viewer could not open it ({said[-1] if said else code})")
+        return viewer
+
+
+def _check_display(recording: Path) -> None:
+    """Refuse where there is no screen, which the viewer says at length."""
+    if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
+        raise InputError(
+            f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open the file "
+            "in the rerun viewer of a machine that has one"
+        )
 
 
 def recording_of(folder: str | Path) -> Path:

@@ -16,6 +16,7 @@ from rpf3d_core.hazard.benches import (
     Bench,
     bench_table,
     benches_section,
+    left_out,
     text_rows,
     three_figures,
 )
@@ -90,13 +91,23 @@ def test_the_section_of_the_summary_holds_zones_and_areas_apart_and_is_json(tabl
     assert section["areas_of_interest"]["few"]["energy_p95_j"] is None
 
 
-def test_the_printed_table_has_the_rows_with_most_rocks_in_their_own_order_and_none_without():
+def test_the_printed_table_has_the_zones_with_most_rocks_first_none_without_and_tells_how_many_are_left_out():
     rocks = [0, 5, 40, 3, 0, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]
-    rows = text_rows([bench(f"bench_{n}", count) for n, count in enumerate(rocks)])
+    benches = [bench(f"bench_{n}", count) for n, count in enumerate(rocks)]
+    rows = text_rows(benches)
     assert len(rows) == SHOWN == 12
-    assert [row[0] for row in rows] == [f"bench_{n}" for n in (1, 2, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14)]
+    assert [row[0] for row in rows] == [f"bench_{n}" for n in (2, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 1)]
+    assert left_out(benches) == 1 and left_out(benches[:9]) == 0
     assert [row[0] for row in text_rows([bench("a", 0), bench("b", 1)])] == ["b"]
     assert all(len(row) == len(TEXT_HEADER) for row in rows)
+
+
+def test_every_area_is_printed_also_one_that_no_rock_reached():
+    many = [bench(f"bench_{n}", 900) for n in range(20)]
+    areas = [bench(f"area_{n}", n)._replace(kind=AREA) for n in range(14)]
+    rows = text_rows([*many, *areas])
+    assert [row[0] for row in rows[SHOWN:]] == [f"area_{n} (area)" for n in range(14)]
+    assert rows[SHOWN][1] == "0 % (0-0.4)"
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,13 @@ from rpf3d_core.hazard.scales import (
 
 @pytest.mark.parametrize(("flown", "low"), [(3000, 2e-4), (40_000, 2e-5), (10**7, 1e-5), (1, 0.1), (0, 0.1)])
 def test_reach_probability_begins_at_or_below_one_rock(flown, low):
-    scale = reach_scale(flown)
+    scale = reach_scale(flown, np.array([np.nan, 0.7]))
     assert scale.low == pytest.approx(low) and scale.high == 1.0 and scale.logarithmic
+
+
+def test_reach_probability_ends_at_a_round_share_that_no_cell_exceeds_a_power_of_ten_above_its_beginning():
+    for most, high in ((0.034, 0.05), (0.05, 0.05), (0.9, 1.0), (2e-4, 2e-3), (np.nan, 1.0)):
+        assert reach_scale(3000, np.array([np.nan, most])).high == pytest.approx(high)
 
 
 def test_energies_lie_between_round_ends_at_least_a_power_of_ten_apart():

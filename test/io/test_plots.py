@@ -9,10 +9,12 @@ from matplotlib.image import imread
 
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
+from rpf3d_core.io import plots_hazard, plots_map, plots_profiles
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.plan_view import Window, seen_from_above, shaded
 from rpf3d_core.io.plots_map import rocks_window, write_map
 from rpf3d_core.io.plots_profiles import RESOLUTION, write_profile_plots
-from rpf3d_core.io.plots_sheet import round_length, whole_window
+from rpf3d_core.io.plots_sheet import MOST_RELEASES, round_length, starts_of, whole_window
 from rpf3d_core.io.profiles import profile_of, terrain_below, typical_rows
 from rpf3d_core.io.tables import runout
 from rpf3d_core.terrain.facets import Terrain
@@ -29,6 +31,25 @@ MARKER_PIXELS = 8
 
 SAME_COLOUR = 2
 """Steps of 255 that a colour may lose on its way through a picture's floating point numbers."""
+
+
+ALL = Flown(6, 6, {Outcome.STOPPED: 5, Outcome.LEFT_TERRAIN: 1})
+"""The rocks of `thrown`."""
+PARTIAL = Flown(6000, 8000, {Outcome.STOPPED: 5584, Outcome.LEFT_TERRAIN: 415, Outcome.FAILED: 1})
+"""Many rocks, of which those of `thrown` are drawn."""
+
+
+def texts(legend) -> list[str]:
+    return [text.get_text() for text in legend.get_texts()]
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Every figure that is saved, by the name of its file, instead of the file."""
+    saved = {}
+    for module in (plots_map, plots_profiles, plots_hazard):
+        monkeypatch.setattr(module, "save", lambda figure, path: saved.update({path.name: figure}))
+    return saved
 
 
 def stairs() -> Terrain:
@@ -114,7 +135,7 @@ def test_profiles_are_pictures_with_the_drawn_points_beside_them(tmp_path):
     terrain = floor(SURVEY)
     flights = thrown(terrain)
     samples = sample_paths(flights.paths, [0, 2, 4, 5])
-    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY)
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, ALL)
     overview, sections = lines_of(tmp_path / "overview.csv"), lines_of(tmp_path / "sections.csv")
     assert list(overview[0]) == ["source", "rock", "t", "distance", "elevation", "speed"]
     assert list(sections[0]) == ["source", "rock", "t", "distance", "elevation", "speed", "terrain"]
@@ -134,7 +155,8 @@ def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
     terrain = floor(frame)
     flights = thrown(terrain)
     square = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
-    write_map(tmp_path / "map.png", "floor", terrain, flights.deposits, sample_paths(flights.paths), {"ramp": [square]})
+    areas = {"ramp": [square]}
+    write_map(tmp_path / "map.png", "floor", terrain, flights.deposits, sample_paths(flights.paths), areas, ALL)
     picture = imread(tmp_path / "map.png")
     for colour in zone_colours(terrain.zones):
         assert pixels_like(picture, colour) > 1000
@@ -143,24 +165,61 @@ def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
         assert pixels_like(beside_the_legend, OUTCOME_COLOURS[outcome]) >= MARKER_PIXELS
 
 
+def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_partial(figures, tmp_path):
+    terrain, flights = floor(), thrown(floor())
+    samples = sample_paths(flights.paths, [0, 5])
+    write_map(tmp_path / "map.png", "pit", terrain, flights.deposits, samples, {}, PARTIAL)
+    main, side = figures["map.png"].axes[:2]
+    assert main.get_title(loc="left") == "pit: 6,000 of 8,000 rocks, partial"
+    told = texts(side.get_legend())
+    assert told[:6] == [
+        "release", "stopped (5,584)", "left terrain (415)", "failed (1)", "ends (6 of 6,000 drawn)",
+        "path (2 of 6,000 drawn)",
+    ]  # fmt: skip
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, PARTIAL)
+    title = figures["overview.png"].axes[0].get_title(loc="left")
+    assert title == "Paths of 2 of 6,000 rocks, partial"
+    (legend,) = figures["sections.png"].legends
+    assert legend.get_title().get_text().startswith("Shortest, median and longest runout of 2 of 6,000")
+    write_map(tmp_path / "map.png", "pit", terrain, flights.deposits, sample_paths(flights.paths), {}, ALL)
+    assert texts(figures["map.png"].axes[1].get_legend())[:4] == ["release", "stopped (5)", "left terrain (1)", "path"]
+
+
+def test_a_map_shows_the_whole_of_an_area_that_the_rocks_are_near_and_leaves_one_far_off_to_the_overview():
+    terrain, flights = floor(), thrown(floor())
+    wide, samples = Window(*(100 * side for side in whole_window(terrain))), sample_paths(flights.paths)
+    near, far = (np.array([[x, 0.0], [300.0, 0.0], [300.0, 200.0]]) for x in (0.0, 250.0))
+    window = rocks_window(wide, flights.deposits, samples, {"ramp": [near]})
+    assert window.right > 300.0 and window.top > 200.0
+    without = rocks_window(wide, flights.deposits, samples, {})
+    assert rocks_window(wide, flights.deposits, samples, {"far": [far]}) == without
+
+
+def test_where_very_many_rocks_start_a_few_of_the_places_are_drawn():
+    spread = np.random.default_rng(1).uniform(0.0, 9.0, (10_000, 3))
+    assert len(starts_of(spread)) == MOST_RELEASES
+    assert len(starts_of(np.repeat(spread[:18], 500, axis=0))) == 18, "rocks from one place are one sign"
+    assert starts_of(np.empty((0, 3))).shape == (0, 2)
+
+
 def test_a_map_of_rocks_in_a_corner_shows_that_corner():
     terrain, flights = floor(), thrown(floor())
     samples = sample_paths(flights.paths)
     whole = whole_window(terrain)
     far = Window(*(10 * side for side in whole))
-    window = rocks_window(far, flights.deposits, samples)
+    window = rocks_window(far, flights.deposits, samples, {})
     assert window.width < 0.2 * far.width
     for places in (flights.deposits.x, flights.deposits.release, samples.x):
         assert window.left < places[:, 0].min() and places[:, 0].max() < window.right
         assert window.bottom < places[:, 1].min() and places[:, 1].max() < window.top
-    assert rocks_window(whole, none_thrown().deposits, sample_paths(none_thrown().paths)) == whole
+    assert rocks_window(whole, none_thrown().deposits, sample_paths(none_thrown().paths), {}) == whole
 
 
 def test_no_rocks_make_empty_pictures(tmp_path):
     terrain, flights = floor(UNMOVED), none_thrown()
     samples = sample_paths(flights.paths)
-    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {})
-    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY)
+    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {}, Flown(0, 0, {}))
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, Flown(0, 0, {}))
     assert {path.name for path in tmp_path.iterdir()} == {
         "map.png", "overview.png", "overview.csv", "sections.png", "sections.csv",
     }  # fmt: skip

@@ -10,6 +10,7 @@ from matplotlib.image import imread
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.scales import Scale, colours_at, places
 from rpf3d_core.io import plots_hazard as module
+from rpf3d_core.io.findings import Flown
 from rpf3d_core.io.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.io.plots_hazard import norm_of, themes, write_hazard_pictures
 from rpf3d_core.io.plots_sheet import whole_window
@@ -19,6 +20,7 @@ CELL = 2.0
 STEP = 3
 """Of 255: a colour map of 256 steps, and rounding."""
 
+FLOWN = Flown(300, 400, {})
 SQUARE = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
 
 
@@ -31,13 +33,18 @@ def maps_over(terrain):
     return maps_of(terrain, lines_of_rocks(terrain), CELL)
 
 
+def nobody():
+    none = np.empty(0)
+    return Points(none.astype(int), np.empty((0, 2)), none, none, none, none.astype(bool))
+
+
 def releases(count=1):
     return np.tile([-15.0, 0.0, 1.0], (count, 1))
 
 
 def drawn(terrain, maps, name, areas=None):
     """A picture as pixels (H, W, 3), and a function from local plan points (N, 2) to their rows and columns."""
-    ground = module._ground(terrain, maps, releases(0))
+    ground = module._ground(terrain, maps, releases(0), areas or {})
     figure = module.hazard_figure("title", themes(maps)[name], ground, maps, releases(0), areas or {})
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
@@ -57,7 +64,7 @@ def centres(raster):
 
 
 def test_there_are_three_pictures(tmp_path, terrain):
-    write_hazard_pictures(tmp_path, "floor", terrain, maps_over(terrain), releases(), {"ramp": [SQUARE]})
+    write_hazard_pictures(tmp_path, "floor", terrain, maps_over(terrain), releases(), {"ramp": [SQUARE]}, FLOWN)
     assert {path.name for path in tmp_path.iterdir()} == PICTURES
     assert all(imread(path).shape[0] > 800 for path in tmp_path.iterdir())
 
@@ -103,11 +110,34 @@ def test_areas_and_releases_are_drawn_and_the_title_tells_the_number_of_rocks(tm
     changed = np.abs(outlined - without).max(axis=-1) > 100
     rows, columns = pixels_of(SQUARE)
     assert changed[rows.min() : rows.max() + 1, columns.min() - 2 : columns.min() + 3].any()
-    figure = module.hazard_figure("a", themes(maps)["height_p95"], module._ground(terrain, maps, releases()), maps,
-                                  releases(), {})  # fmt: skip
-    assert figure.axes[0].get_title(loc="left") == "a, 300 rocks"
+    ground = module._ground(terrain, maps, releases(), {})
+    figure = module.hazard_figure("a", themes(maps)["height_p95"], ground, maps, releases(), {})
+    assert figure.axes[0].get_title(loc="left") == "a"
     (points,) = [line for line in figure.axes[0].lines if line.get_linestyle() == "None"]
     np.testing.assert_allclose(points.get_xydata(), [[499_985.0, 4_500_000.0]])
+
+
+def test_the_title_tells_how_many_rocks_there_are_and_that_the_run_is_partial(tmp_path, monkeypatch):
+    titles = []
+    monkeypatch.setattr(module, "save", lambda figure, _: titles.append(figure.axes[0].get_title(loc="left")))
+    terrain = floor()
+    write_hazard_pictures(tmp_path, "pit", terrain, maps_over(terrain), releases(), {}, FLOWN)
+    assert titles[0] == "pit: reach probability, 300 of 400 rocks, partial"
+
+
+NO_VALUES = [(FEWEST_ROCKS - 1, "no cell was reached by\n20 rocks. More"), (0, "no rock")]
+
+
+@pytest.mark.parametrize(("rocks", "why"), NO_VALUES, ids=["few rocks", "none"])
+def test_a_picture_without_values_says_so_and_what_would_give_some(rocks, why):
+    terrain = floor()
+    maps = maps_of(terrain, lines_of_rocks(terrain, rocks) if rocks else nobody(), CELL)
+    for name, empty in (("energy_p95", True), ("reach_probability", not rocks)):
+        ground = module._ground(terrain, maps, releases(), {})
+        figure = module.hazard_figure("title", themes(maps)[name], ground, maps, releases(), {})
+        said = [text.get_text() for text in figure.axes[1].texts]
+        bars = [axes for axes in figure.axes if axes.get_xlabel() == themes(maps)[name].unit]
+        assert (any(why in text for text in said), len(bars)) == (empty, 0 if empty else 1)
 
 
 def test_many_releases_are_dots_and_few_are_marks():
@@ -135,9 +165,10 @@ def test_only_the_part_of_the_terrain_that_rocks_came_to_is_shown():
     terrain = floor()
     points = lines_of_rocks(terrain, 20)
     near = Points(points.rock, points.plan * 0.1, points.t, points.speed, points.height, points.touching)
-    ground = module._ground(terrain, maps_of(terrain, near, 1.0), np.empty((0, 3)))
+    ground = module._ground(terrain, maps_of(terrain, near, 1.0), np.empty((0, 3)), {})
     assert ground.window.width < 0.5 * whole_window(terrain).width and ground.whole is not None
-    far = module._ground(terrain, maps_of(terrain, near, 1.0), np.array([[-19.0, -19.0, 0.0], [19.0, 19.0, 0.0]]))
+    both = np.array([[-19.0, -19.0, 0.0], [19.0, 19.0, 0.0]])
+    far = module._ground(terrain, maps_of(terrain, near, 1.0), both, {})
     assert far.window == whole_window(terrain) and far.whole is None
 
 
@@ -154,7 +185,6 @@ def test_a_hillshade_is_grey_and_darker_away_from_the_light():
 
 
 def test_no_rocks_make_pictures_of_bare_ground(tmp_path):
-    terrain, none = floor(), np.empty(0)
-    empty = Points(none.astype(int), np.empty((0, 2)), none, none, none, none.astype(bool))
-    write_hazard_pictures(tmp_path, "floor", terrain, maps_of(terrain, empty, CELL), np.empty((0, 3)), {})
+    terrain, none = floor(), (np.empty((0, 3)), {}, Flown(0, 0, {}))
+    write_hazard_pictures(tmp_path, "floor", terrain, maps_of(terrain, nobody(), CELL), *none)
     assert {path.name for path in tmp_path.iterdir()} == PICTURES

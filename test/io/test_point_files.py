@@ -20,12 +20,41 @@ TWO = [[1.0, 2.0, 3.0], [4.0, -5.5, 6e3]]
         ("a.csv", '"id","Z","X","note","Y"\r\n7,3,1,,2\r\n8,6000,4,seen,-5.5\r\n'),
         ("a.csv", "\ufeffx;y;z;date\n1;2;3;2020-01-02\n4;-5.5;6e3;2020-01-02\n"),
         ("a.xyz", "x y z\n1 2 3\n4 -5.5 6e3\n"),
+        ("a.csv", "name,x,y,z\nBlock 30,1,2,3\n\"30, the other\",4,-5.5,6e3\n"),
+        ("a.csv", "# survey\nEasting (m),Northing (m),Elevation (m),id\n1,2,3,a\n# done\n4,-5.5,6e3,#b\n"),
+        ("a.txt", "E\tN\tz\n1\t2\t3\n4\t-5.5\t6e3\n"),
+        ("a.csv", "X_m,Y_m,Z_m,height\n1,2,3,99\n4,-5.5,6e3,99\n"),
     ],
-    ids=["blanks", "commas", "CSV", "columns-in-another-order", "semicolons-and-a-mark", "header-in-text"],
+    ids=["blanks", "commas", "CSV", "columns-in-another-order", "semicolons-and-a-mark", "header-in-text",
+         "names-with-blanks-and-separators", "eastings", "tabs", "a-height-beside-z"],
 )
 def test_points_are_read_from_text_and_csv(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_bytes(text.encode())
     assert read_points(tmp_path / name).tolist() == TWO
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", "id,easting,northing\nb,1,2\n"),
+        ("a.xyz", "1 2\n"),
+        ("a.xyz", "1 2 0\n"),
+        ("a.geojson", '{"type": "Point", "coordinates": [1, 2]}'),
+    ],
+)
+def test_points_in_plan_will_do_where_no_height_is_needed(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    assert read_points(tmp_path / name, heights=False).tolist() == [[1.0, 2.0, 0.0]]
+
+
+def test_the_plan_of_an_input_that_points_up_along_y_is_x_and_z_and_has_no_eastings(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_text("1 2\n")
+    (tmp_path / "a.csv").write_text("x,z\n1,2\n")
+    for name in ("a.xyz", "a.csv"):
+        assert read_points(tmp_path / name, up="y", heights=False).tolist() == [[1.0, 0.0, 2.0]]
+    (tmp_path / "a.csv").write_text("easting,northing,elevation\n1,2,3\n")
+    with pytest.raises(InputError, match=r"a header must name x, y and z once each.*; known are x; y; z, in capitals"):
+        read_points(tmp_path / "a.csv", up="y")
 
 
 POINTS = [{"type": "Point", "coordinates": point} for point in TWO]
@@ -51,13 +80,20 @@ def test_points_are_read_from_geojson(tmp_path: Path, name: str, content: object
     [
         ("a.xyz", "", "holds no point; each line must begin with x y z"),
         ("a.csv", "x,y,z\n", "holds no point"),
-        ("a.xyz", "1 2 3\n1 nan 3\n", "line 2: must begin with three finite numbers x y z, but is '1 nan 3'"),
-        ("a.xyz", "1 2\n", "line 1: must begin with three finite numbers x y z, but is '1 2'"),
-        ("a.csv", "id,x,y\n1,2,3\n", "line 1: a header must name x, y and z once each, but is 'id x y'"),
+        ("a.xyz", "1 2 3\n1 nan 3\n", "line 2, column 2: y must be a plain, finite number, but is 'nan'; without a h"),
+        ("a.xyz", "1 2\n", "line 1, column 3: z must be a plain, finite number, but is missing; without"),
+        ("a.csv", "id,x,y\n1,2,3\n", "line 1: a header must name x, y and z once each, but is 'id, x, y'; known are"),
         ("a.csv", "x,y,z,X\n1,2,3,4\n", "line 1: a header must name x, y and z once each"),
-        ("a.csv", "id,x,y,z\n1,2,,4\n", "line 2: must hold three finite numbers x y z"),
-        ("a.csv", "id,x,y,z\n1,2,3\n", "line 2: must hold three finite numbers x y z"),
-        ("a.csv", "east,north,up\n1,2,3\n", "line 1: must begin with three finite numbers x y z, but is 'east north"),
+        ("a.csv", "id,x,Y_m,z\n1,2,,4\n", "line 2, column 3 (Y_m): y must be a plain, finite number, but is missing"),
+        ("a.csv", "id,x,y,z\n1,2,3\n", "line 2, column 4 (z): z must be a plain, finite number, but is missing"),
+        ("a.csv", 'x,y,z\n"1,234.5",150,60\n', "line 2, column 1 (x): x must be a plain, finite number, but is '1,23"),
+        ("a.csv", "x;y;z\n1,5;2,5;3,5\n", "line 2, column 1 (x): x must be a plain, finite number, but is '1,5'"),
+        ("a.csv", "x,y,z\n1_000,2,3\n", "line 2, column 1 (x): x must be a plain, finite number, but is '1_000'"),
+        ("a.csv", "Block 30,100,150,60\n", "line 1, column 1: x must be a plain, finite number, but is 'Block 30'"),
+        ("a.csv", 'x,y,z\n1,"2,3\n', "line 2: cannot be read as CSV"),
+        ("a.csv", "easting,northing,E,z\n1,2,3,4\n", "line 1: a header must name x, y and z once each"),
+        ("a.xyz", "1 2 3\n4,5,6\n", "line 2, column 1: x must be a plain, finite number, but is '4,5,6'"),
+        ("a.csv", "oost,noord,hoogte\n1,2,3\n", "known are x, east, easting, e; y, north, northing, n; z, el"),
         ("a.geojson", "{", "cannot be read as GeoJSON"),
         ("a.geojson", '{"type": "Polygon", "coordinates": []}', "must be GeoJSON that holds points only, but has 'Pol"),
         ("a.geojson", '{"type": "Point", "coordinates": [1, 2]}', "a point must be three finite numbers"),

@@ -54,6 +54,11 @@ def test_a_run_leaves_all_files_of_the_design(tmp_path):
     assert all(path.stat().st_size > 0 for path in folder.rglob("*"))
 
 
+def test_a_run_without_paths_has_no_profiles(tmp_path):
+    folder = written(tmp_path / "out", tmp_path, more="outputs: {trajectories: 0}\n")
+    assert names(folder) == FILES - {"profiles"}
+
+
 def test_the_summary_in_the_folder_says_how_long_writing_took(tmp_path, no_pictures):
     facts = json.loads((written(tmp_path / "out", tmp_path) / "summary.json").read_text())
     assert facts["wall_s"] == 2.0 and facts["write_s"] > 0.0 and facts["rocks"] == 6
@@ -100,8 +105,8 @@ def test_a_disk_without_room_is_refused_before_anything_else_and_left_clean(tmp_
     assert names(tmp_path) == set()
 
 
-def test_a_run_of_no_rocks_leaves_all_files_too(tmp_path):
-    assert names(written(tmp_path / "out", tmp_path, none_thrown())) == FILES
+def test_a_run_of_no_rocks_leaves_all_files_but_profiles(tmp_path):
+    assert names(written(tmp_path / "out", tmp_path, none_thrown())) == FILES - {"profiles"}
 
 
 def test_folders_above_are_made(tmp_path, no_pictures):

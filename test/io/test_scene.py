@@ -2,8 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+import rasterio
+from command_line import rpf3d
 from pydantic import ValidationError
+from rasterio.transform import from_origin
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene, scene_digest
@@ -28,6 +32,7 @@ NEXT_LINE = SMALL.count("\n") + 1
 A_SHARE = "a number from 0 to 1 (-),"
 PLACES = "points, points_file, line, polygon, zone"
 NOT_THERE = "but there is no such file (looked for"
+ONE_A_POINT = "must be a whole number from 1 to 4000000000; left out, one for each point that is given, or one"
 SPREAD_SENTENCE = (
     "line 7: `sources[0].spread` is [1, -1, 0], but must be three numbers >= 0 (m), uniform half-widths of the position"
 )
@@ -70,6 +75,67 @@ def test_a_small_scene_is_read_with_every_default(folder: Path) -> None:
     assert (scene.max_time, scene.max_impacts, scene.outputs.trajectories) == (3600.0, 100_000, 200)
 
 
+def test_a_source_that_does_not_say_how_many_rocks_has_one_for_each_of_its_points(folder: Path) -> None:
+    (folder / "holes.csv").write_text("x,y,z\n" + 18 * "1,2,3\n")
+    for places, rocks in (
+        ("points_file: holes.csv", 18),
+        ("points: [[0, 0, 1], [0, 1, 1]]", 2),
+        ("line: [[0, 0, 1], [0, 1, 1]]", 1),
+        ("points_file: holes.csv, rocks: 3", 3),
+    ):
+        assert read(folder, SMALL.replace("points: [[0, 0, 1]]", places)).sources[0].rocks == rocks
+
+
+def test_corners_that_cross_enclose_an_area_and_are_said_to_cross(folder: Path) -> None:
+    for corners, why in (
+        ("[[0, 0], [2, 2], [2, 0], [0, 2]]", "it crosses itself: Self-intersection[1 1]"),
+        ("[[0, 0], [1, 1], [2, 2]]", "it encloses no area"),
+    ):
+        (line,) = refusal(folder, SMALL.replace("points: [[0, 0, 1]]", f"polygon: {corners}"))
+        assert line.startswith("scene.yaml, line 7: `sources[0].polygon`") and why in line
+
+
+def write_geotiff(path: Path, crs: str | None) -> None:
+    options = {"driver": "GTiff", "height": 3, "width": 3, "count": 1, "dtype": "float32", "crs": crs}
+    with rasterio.open(path, "w", transform=from_origin(100, 230, 10, 10), **options) as grid:
+        grid.write(np.zeros((3, 3), np.float32), 1)
+
+
+def test_the_reference_system_is_that_of_geotiff_files_unless_it_is_told(folder: Path) -> None:
+    write_geotiff(folder / "a.tif", "EPSG:31287")
+    write_geotiff(folder / "plain.tif", None)
+    scene = SMALL.replace("slope.obj", "a.tif")
+    assert read(folder, scene).terrain.crs == "EPSG:31287"
+    assert read(folder, scene.replace("terrain:", "terrain:\n  crs: epsg:31287")).terrain.crs == "epsg:31287"
+    assert read(folder, scene.replace("a.tif", "plain.tif")).terrain.crs is None
+    assert read(folder, SMALL.replace("terrain:", "terrain:\n  crs: EPSG:25833")).terrain.crs == "EPSG:25833"
+
+
+def test_two_reference_systems_of_one_terrain_are_refused_with_both(folder: Path) -> None:
+    write_geotiff(folder / "a.tif", "EPSG:31287")
+    write_geotiff(folder / "b.tif", "EPSG:25833")
+    scene = SMALL.replace("slope.obj", "a.tif")
+    assert refusal(folder, scene.replace("terrain:", "terrain:\n  crs: EPSG:25833")) == [
+        "scene.yaml, line 2: `terrain.crs` is 'EPSG:25833', but a.tif is in 'EPSG:31287'; name that, or leave crs out"
+    ]
+    both = scene.replace("{path: a.tif, zone: hard}", "{path: a.tif, zone: hard}\n    - {path: b.tif, zone: hard}")
+    assert refusal(folder, both) == [
+        "scene.yaml, line 4: `terrain.files[1].path` is in 'EPSG:25833', but files[0] in 'EPSG:31287'; reproject one"
+    ]
+
+
+@pytest.mark.parametrize(("crs", "why"), [("EPSG:999999", "is no known coordinate"), ("EPSG:4326", "is in degrees")])
+def test_a_reference_system_that_cannot_be_used_is_refused_with_its_line_and_nothing_else_is_said(
+    folder: Path, crs: str, why: str
+) -> None:
+    (folder / "scene.yaml").write_text(SMALL.replace("terrain:", f"terrain:\n  crs: {crs}"))
+    for words in (("check", "scene.yaml"), ("run", "scene.yaml", "--out", "out")):
+        done = rpf3d(*words, cwd=folder)
+        (line,) = done.stderr.splitlines()
+        assert done.returncode == 2
+        assert line.startswith(f"rpf3d: scene.yaml, line 2: `terrain.crs` is '{crs}', which {why}")
+
+
 def test_a_scene_does_not_change_after_it_is_read(folder: Path) -> None:
     scene = read(folder, SMALL)
     with pytest.raises(ValidationError):
@@ -109,6 +175,14 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         ("seed: 1.5", "`seed` is 1.5, but must be a whole number from 0 to"),
         ("seed: 9223372036854775808", "`seed` is 9223372036854775808, but must be a whole number from 0 to"),
         ("max_impacts: 0", "`max_impacts` is 0, but must be a whole number of at least 1"),
+        *(
+            (f"rocks: {written}", f"`rocks` is {shown}, but must be a whole number from 1 to 4000000000, or auto")
+            for written, shown in (
+                ("Auto", "'Auto'"), ("0", "0"), ("-5", "-5"), ("1e4", "10000.0"), ("10.5", "10.5"), ('"100"', "'100'"),
+                ("10,000", "'10,000'"), ("[3]", "[3]"), ("1" + 20 * "0", "1" + 20 * "0"), ("true", "true"),
+            )
+        ),
+        ("target: {most_rocks: 0}", "`target.most_rocks` is 0, but must be a whole number from 1 to 4000000000"),
         ("gravity: 0", "`gravity` is 0, but must be a number above 0 (m/s2)"),
         ("ground: slide", "`ground` is 'slide', but must be none or sliding"),
         ("rebound: cubic", "`rebound` is 'cubic', but must be constant or thesis_literal"),
@@ -197,10 +271,15 @@ def test_a_wrong_top_level_entry_is_refused_with_its_line_and_what_would_be_righ
             "[[0, 0, 1]]",
             "[[0, 0, 1]], spread: [1, -1, 0], velocity: [0, .nan, 0], rocks: 0",
             [
-                "line 7: `sources[0].rocks` is 0, but must be a whole number of at least 1",
+                f"line 7: `sources[0].rocks` is 0, but {ONE_A_POINT}",
                 SPREAD_SENTENCE,
                 "line 7: `sources[0].velocity` is [0, nan, 0], but must be three numbers [vx, vy, vz] (m/s)",
             ],
+        ),
+        (
+            "[[0, 0, 1]]",
+            "[[0, 0, 1]], rocks: 100000000000000000000",
+            [f"line 7: `sources[0].rocks` is 100000000000000000000, but {ONE_A_POINT}"],
         ),
         (
             "points: [[0, 0, 1]]",

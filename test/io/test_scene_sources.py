@@ -68,6 +68,18 @@ def test_a_polygon_is_drawn_in_the_plan_of_the_input(tmp_path: Path, how: str, u
     assert (plan[:, 0] > 10.0).mean() == pytest.approx(share, abs=4.0 * math.sqrt(share * (1 - share) / 500))
 
 
+@pytest.mark.parametrize(("up", "header"), [("z", "name,easting,northing"), ("y", "name,x,z")])
+def test_a_file_of_points_in_plan_will_do_for_rocks_that_start_above_the_ground(
+    tmp_path: Path, up: str, header: str
+) -> None:
+    (tmp_path / "holes.csv").write_text(f"{header}\nBlock 30,12,3\n")
+    x = released(read(tmp_path, "points_file: holes.csv, above_ground: 1", up))
+    expected = [12.0, 3.0, -3.0] if up == "z" else [12.0, -3.0, 3.0]
+    np.testing.assert_allclose(x, np.tile(expected, (500, 1)), atol=ON_THE_GROUND)
+    with pytest.raises(rpf3d.InputError, match=r"holes.csv, line 1: a header must name x, y and z once each"):
+        read(tmp_path, "points_file: holes.csv", up)
+
+
 def test_a_hole_in_a_polygon_and_parts_that_overlap_are_respected(tmp_path: Path) -> None:
     def square(west: float, south: float, side: float) -> list[list[float]]:
         ring = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]

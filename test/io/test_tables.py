@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -13,7 +14,7 @@ from rpf3d_core.io.tables import open_tables, write_trajectories
 
 DEPOSIT_COLUMNS = [
     "source", "rock", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed", "max_energy_j",
-    "max_height", "zone", "entered_ground_at_speed",
+    "max_height", "zone", "entered_ground_at_speed", "mass_kg", "diameter_m", "release_x", "release_y", "release_z",
 ]  # fmt: skip
 IMPACT_COLUMNS = [
     "source", "rock", "index", "t", "x", "y", "z", "facet", "zone", "normal_x", "normal_y", "normal_z",
@@ -22,9 +23,12 @@ IMPACT_COLUMNS = [
 TRAJECTORY_COLUMNS = ["source", "rock", "t", "x", "y", "z", "speed", "mode"]
 
 
+DENSITY = 2700.0
+
+
 def write_tables(folder, sources, terrain, *blocks, impacts=True):
     """deposits.csv and impacts.parquet of flights, block after block."""
-    with open_tables(folder, sources, terrain, impacts) as write:
+    with open_tables(folder, sources, terrain, DENSITY, impacts) as write:
         for flights in blocks:
             write(flights.deposits, flights.impacts)
 
@@ -75,6 +79,13 @@ def test_deposits_say_how_each_rock_ended(terrain, deposit_lines):
         assert int(line["impacts"]) == BOUNCES
         assert float(line["entered_ground_at_speed"]) == deposits.ground_speed[i]
         assert line["zone"] == ("floor" if deposits.x[i, 0] > 0 else "bench_1")
+
+
+def test_deposits_say_how_heavy_and_large_each_rock_is_and_where_it_started(terrain, deposit_lines):
+    for line, release in zip(deposit_lines, thrown(terrain).deposits.release, strict=True):
+        assert float(line["mass_kg"]) == MASS
+        assert DENSITY * math.pi / 6.0 * float(line["diameter_m"]) ** 3 == pytest.approx(MASS, rel=1e-12)
+        assert [float(line[f"release_{axis}"]) for axis in "xyz"] == in_input_axes(terrain.frame, release)
 
 
 def test_a_value_that_does_not_exist_is_left_empty(terrain, tmp_path):
