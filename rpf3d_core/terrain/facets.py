@@ -10,10 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.values import Vec
-from rpf3d_core.vectors import cross, norm, scale, subtract
 
 IntArray = NDArray[np.int32]
 
@@ -69,10 +67,12 @@ class Terrain:
 
 def facets_of(terrain: Terrain) -> Facets:
     """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
-    geometry, box = np.empty((len(terrain.triangles), 12)), np.empty((2, 3))
-    _lay_out(terrain.vertices, terrain.triangles, geometry, box)
-    (x, y, z), (u, v, w) = box.tolist()
-    low, high = (x, y, z), (u, v, w)
+    geometry = np.empty((len(terrain.triangles), 12))
+    for k in range(3):  # one corner after another: no second copy of them all
+        geometry[:, 3 * k : 3 * k + 3] = terrain.vertices[terrain.triangles[:, k]]
+    geometry[:, 9:] = unit_normals(area_vectors(terrain.vertices, terrain.triangles))
+    low = (float(geometry[:, 0:9:3].min()), float(geometry[:, 1:9:3].min()), float(geometry[:, 2:9:3].min()))
+    high = (float(geometry[:, 0:9:3].max()), float(geometry[:, 1:9:3].max()), float(geometry[:, 2:9:3].max()))
     return Facets(
         geometry=geometry.reshape(-1),
         corners=geometry[:, :9],
@@ -82,35 +82,6 @@ def facets_of(terrain: Terrain) -> Facets:
         high=high,
         tolerance=RELATIVE_TOLERANCE * math.dist(low, high),
     )
-
-
-@loop
-def _lay_out(vertices: Any, triangles: Any, geometry: Any, box: Any) -> None:
-    """Corners and unit normal of facet f into geometry[f] (12,), the corners of the box of them all into box (2, 3).
-
-    In one pass: with NumPy's many passes over arrays this large it took ten times as long.
-    """
-    box[0], box[1] = math.inf, -math.inf
-    for f in range(len(triangles)):
-        for k in range(3):
-            for axis in range(3):
-                value = vertices[triangles[f, k], axis]
-                geometry[f, 3 * k + axis] = value
-                box[0, axis] = min(box[0, axis], value)
-                box[1, axis] = max(box[1, axis], value)
-        geometry[f, 9], geometry[f, 10], geometry[f, 11] = _unit_normal(geometry[f])
-
-
-@kernel
-def _unit_normal(corners: Any) -> Vec:
-    """The unit normal of three corners, one after another (9,); zero where they span no area."""
-    a = (corners[0], corners[1], corners[2])
-    u, w = subtract((corners[3], corners[4], corners[5]), a), subtract((corners[6], corners[7], corners[8]), a)
-    area = scale(0.5, cross(u, w))
-    length = norm(area)
-    if length > 0.0:
-        return area[0] / length, area[1] / length, area[2] / length
-    return 0.0, 0.0, 0.0
 
 
 def unit_normals(areas: FloatArray) -> FloatArray:
