@@ -16,10 +16,14 @@ numba: ModuleType | None
 try:
     import numba
     import numba.extending
+except ImportError:
+    numba = None
+
+try:  # these may move with a release of numba; without them `prefetch` does nothing
     from llvmlite import ir
     from numba.core import cgutils, types
 except ImportError:
-    numba = None
+    ir = None
 
 HAS_NUMBA = numba is not None
 
@@ -110,7 +114,14 @@ def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba wants
 
 prefetch: Callable[[Any, Any, Any], None] = _ask_for
 
-if numba is not None:
+if numba is not None and ir is None:
+
+    @numba.extending.overload(_ask_for)
+    def _no_prefetch(array, row, column):  # type: ignore[no-untyped-def]
+        return lambda array, row, column: None
+
+
+if numba is not None and ir is not None:
 
     @numba.extending.intrinsic
     def _prefetch(typing_context, array, row, column):  # type: ignore[no-untyped-def]

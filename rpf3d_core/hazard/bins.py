@@ -28,7 +28,7 @@ MOST_MASS_OCTAVES = 20
 class Scales(NamedTuple):
     """The largest energy (J), speed (m/s) and height (m) that bins tell apart, how many bins each has, and an octave.
 
-    Powers of two (the energy apart from the factor mass / 2), so that scaling rounds nothing. Where all rocks have one
+    Those of speed and height are powers of two, so that scaling rounds nothing. Where all rocks have one
     mass, speed has no bins: its percentiles are told from those of the energy.
     """
 

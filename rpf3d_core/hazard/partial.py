@@ -1,8 +1,8 @@
 """What a part of an ensemble has counted, in a form that travels between processes and machines.
 
 Only cells that rocks came to are kept, and of their bins only those that hold a rock: a rock fills one bin of energy,
-one of speed and one of height in each cell, out of several hundred. Joining parts gives the bits of one run
-(`hazard.tally`).
+one of height and, where masses differ, one of speed in each cell, out of several hundred. Joining parts gives the bits
+of one run (`hazard.tally`).
 """
 
 from collections.abc import Sequence

@@ -14,7 +14,9 @@ import numpy as np
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_grid import cell_index
-from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
+from rpf3d_core.detection.plan_boxes import overlap
+from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.over_facet import VERTICAL
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -23,6 +25,9 @@ from rpf3d_core.values import Vec
 UNKNOWN, YES, NO = 0, 1, 2
 NOTHING = -1
 """Beyond a side: a border, more than one facet, or one that is wound the other way."""
+CROWDED = 64
+"""Facets in a bucket beyond which it is not asked whether it is clear: each is held against all others there, and where
+a fine mesh lies in cells made for a coarse one that would be millions of pairs."""
 MIDDLE = (0.5137, 0.5071)
 """Of a bucket, in cells: beside the exact middle, where edges of regular terrains like to run."""
 
@@ -50,7 +55,7 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
 
 
 @kernel
-def beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
+def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
     """Facet g and its side m that lie beyond side k of facet f; g is NOTHING where there is no one such facet."""
     known = sheet.beyond[3 * f + k]
     if known == UNKNOWN:
@@ -92,12 +97,14 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
     bucket = j * locator.nx + i
     x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
     over, near = 0, 0
+    if locator.starts[bucket + 1] - locator.starts[bucket] > CROWDED:
+        return False
     for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
         f: Any = np.int64(locator.ids[np.uintp(entry)])
         if stored_normal(facets, f)[2] <= VERTICAL:
             return False
         for k in range(3):
-            if beyond(sheet, locator, facets, f, k)[0] == NOTHING:
+            if facet_beyond(sheet, locator, facets, f, k)[0] == NOTHING:
                 return False
         inside = _least_inside(facets, f, x, y)
         over += 1 if inside > facets.tolerance else 0
@@ -123,7 +130,10 @@ def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int
     i = cell_index(a[0], locator.x, locator.cell, locator.nx)
     j = cell_index(a[1], locator.y, locator.cell, locator.ny)
     bucket, found, others = j * locator.nx + i, NOTHING, 0
+    corner_only = probe_of(grid_of(locator), i, j, a, a)
     for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
+        if not overlap(locator.boxes[np.uintp(entry)], corner_only):
+            continue
         g: Any = np.int64(locator.ids[np.uintp(entry)])
         if g == f:
             continue

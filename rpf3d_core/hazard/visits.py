@@ -110,6 +110,14 @@ def note_height(visits: Visits, k: int, height: float) -> None:
 
 
 @kernel
+def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> None:
+    """The rock was in a cell between two times (s), no faster and no higher than told (m^2/s^2, m)."""
+    k = visit(visits, cell, t, mass)
+    note_stay(visits, k, t, until, speed2)
+    note_height(visits, k, height)
+
+
+@kernel
 def note_count(visits: Visits, k: int, which: int) -> None:
     """One more impact or deposit in the cell of visit k."""
     if k >= 0:

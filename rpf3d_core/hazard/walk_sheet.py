@@ -15,9 +15,9 @@ from rpf3d_core.detection.stretch import SLOWEST
 from rpf3d_core.hazard.ground import Ground
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.over_facet import above_plane, along_across, crossing, largest_above
-from rpf3d_core.hazard.sheet import NOTHING, beyond, is_alone
+from rpf3d_core.hazard.sheet import NOTHING, facet_beyond, is_alone
 from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_height, note_stay, visit, visited
+from rpf3d_core.hazard.visits import Visits, note_height, visit_for, visited
 from rpf3d_core.terrain.facet_geometry import REACH
 
 NOWHERE = -1
@@ -72,7 +72,7 @@ def walk_sheet(
             walked = until
         if leave >= track.duration:
             return way.f, walked
-        way = _beyond(ground, arc, way)
+        way = _way_beyond(ground, arc, way)
         if way.f == NOWHERE:
             return NOWHERE, walked
     return NOWHERE, walked
@@ -115,9 +115,9 @@ def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
 
 
 @kernel
-def _beyond(ground: Ground, arc: Arc, way: Way) -> Way:
+def _way_beyond(ground: Ground, arc: Arc, way: Way) -> Way:
     """The way over the facet beyond the exit. Its own side m runs from the corner on the left to that on the right."""
-    f, m = beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
+    f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
         return Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
     third = m - 1 if m > 0 else 2
@@ -147,17 +147,9 @@ def _pass_over(
         cursor = _next_cursor(ground.raster, squares, track, cursor)
     if most >= -REACH * ground.facets.tolerance:
         speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-        _stay(facets, f, t, until, speed2, most, mass)
-        _stay(zones, ground.facets.zone[f], t, until, speed2, most, mass)
+        visit_for(facets, f, t, until, speed2, most, mass)
+        visit_for(zones, ground.facets.zone[f], t, until, speed2, most, mass)
     return cursor
-
-
-@kernel
-def _stay(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> None:
-    """Note a stay in a cell between two times (s)."""
-    k = visit(visits, cell, t, mass)
-    note_stay(visits, k, t, until, speed2)
-    note_height(visits, k, height)
 
 
 @kernel

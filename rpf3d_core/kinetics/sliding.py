@@ -50,6 +50,7 @@ class Piece(NamedTuple):
 
     stopped : friction holds the rock; late : time was up
     left_first, left_second : which of the facets it stood on it has slid off
+    bends : nothing has happened to it, the same slide goes on
     """
 
     motion: Motion
@@ -58,6 +59,7 @@ class Piece(NamedTuple):
     late: bool
     left_first: bool
     left_second: bool
+    bends: bool
 
 
 class Line(NamedTuple):
@@ -107,8 +109,9 @@ def _slide_on_curve(path: SlidePath, n: Vec, motion: Motion, leave: float, stop:
     if late:
         end = slide_state(path, time_point(path, time_left, y))
     after = Motion(motion.t + end.t, add(motion.x, end.offset), without(end.v, n), motion.w)
-    bends = late or bend < min(leave, stop)
-    return Piece(after, end.length, stop <= leave and not bends, late, leave < stop and not bends, False)
+    bends = bend < min(leave, stop) and not late
+    ends = not (bends or late)
+    return Piece(after, end.length, stop <= leave and ends, late, leave < stop and ends, False, bends)
 
 
 @kernel
@@ -127,7 +130,7 @@ def slide_on_line(
     leave = min(first, second)
     distance = min(stop, leave)
     if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane is known to no digit
-        return Piece(motion, 0.0, False, False, True, True)
+        return Piece(motion, 0.0, False, False, True, True, False)
     end = math.sqrt(max(u * u + 2.0 * a * distance, 0.0)) if stop > leave else lowest
     t = 2.0 * distance / (u + end) if distance > 0.0 else 0.0
     late = t > time_left
@@ -138,8 +141,8 @@ def slide_on_line(
     if not late and stop > leave and end == 0.0:  # it starts from rest on the way out: let it be on its way
         after = Motion(motion.t, motion.x, scale(CREEP, line.direction), motion.w)
     if late or stop <= leave:
-        return Piece(after, distance, line.holds and not late, late, False, False)
-    return Piece(after, distance, False, False, first <= leave, second <= leave)
+        return Piece(after, distance, line.holds and not late, late, False, False, False)
+    return Piece(after, distance, False, False, first <= leave, second <= leave, False)
 
 
 class Gully(NamedTuple):
@@ -220,6 +223,7 @@ def slide_in_gully(
         piece.late,
         piece.left_first or (piece.left_second and way_first <= way_second + near),
         piece.left_second or (piece.left_first and way_second <= way_first + near),
+        False,
     )
 
 

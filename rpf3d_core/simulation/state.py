@@ -81,9 +81,15 @@ def with_ground(tally: Tally, facet: int, speed: float) -> Tally:
 
 
 @kernel
-def with_slide(tally: Tally) -> Tally:
-    """The tally after a slide over a facet."""
+def with_slide(tally: Tally, length: float, motion: Motion, tolerance: float, bends: bool) -> Tally:
+    """The tally after a piece of a slide of some length (m) that ended with `motion`.
+
+    Where the slide only bends it goes on: that is no contact, and no sign that the rock gets nowhere.
+    """
+    after = with_piece(tally, length, motion, tolerance)
+    contacts, idle = tally.contacts + 1, after.idle
+    if bends:
+        contacts, idle = tally.contacts, min(tally.idle, after.idle)
     return Tally(
-        tally.path, tally.impacts, tally.pieces, tally.contacts + 1, tally.speed2, tally.ground_speed, tally.facet,
-        tally.idle,
-    )  # fmt: skip
+        after.path, after.impacts, after.pieces, contacts, after.speed2, after.ground_speed, after.facet, idle
+    )

@@ -19,7 +19,7 @@ from rpf3d_core.kinetics.sliding import (
 from rpf3d_core.materials.library import surface_of
 from rpf3d_core.simulation.record import Record, note_piece
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.simulation.state import MOVING, State, with_piece, with_slide
+from rpf3d_core.simulation.state import MOVING, State, with_slide
 from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Mode, Outcome, Vec
@@ -59,7 +59,7 @@ def slide_on(
     """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
     piece = _slide(facets, materials, settings, state, key)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
-    tally = with_slide(with_piece(state.tally, piece.length, piece.motion, facets.tolerance))
+    tally = with_slide(state.tally, piece.length, piece.motion, facets.tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, facets.tolerance)
     return State(piece.motion, left, stands, tally, _outcome(settings, piece, tally.idle))

@@ -72,7 +72,7 @@ def test_what_travels_grows_with_what_rocks_did_and_not_with_the_terrain(prepare
     tally = tallies.facets
     dense = sum(bins.nbytes for bins in tally.bins_found())
     assert len(pickle.dumps(packed(tally))) < 0.2 * dense
-    assert len(packed(tally).rocks) <= 3 * tally.found().rocks.sum(), "a rock fills three bins of a cell"
+    assert len(packed(tally).rocks) <= 2 * tally.found().rocks.sum(), "a rock of the only mass fills two bins"
 
 
 def test_parts_of_another_ensemble_are_refused(prepared):

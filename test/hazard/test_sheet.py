@@ -9,8 +9,12 @@ from hazard_tallied import flown, numbers, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.ground import plain_ground
-from rpf3d_core.hazard.sheet import NO, NOTHING, UNKNOWN, YES, beyond, is_alone, unknown_sheet
+from rpf3d_core.hazard.sheet import CROWDED, NO, NOTHING, UNKNOWN, YES, facet_beyond, is_alone, unknown_sheet
 from rpf3d_core.terrain.facets import facets_of
+
+ON_EDGES = 0.05
+"""Share of visits in which a track along an edge, or through a vertex, may be told to be over one of the facets that
+meet there or another: in plan it is over both."""
 
 
 def asked(terrain):
@@ -19,7 +23,7 @@ def asked(terrain):
     locator = bucket_locator(facets)
     sheet = unknown_sheet(facets, locator)
     count = range(len(terrain.triangles))
-    found = np.array([[beyond(sheet, locator, facets, f, k) for k in range(3)] for f in count])
+    found = np.array([[facet_beyond(sheet, locator, facets, f, k) for k in range(3)] for f in count])
     return found, np.array([is_alone(sheet, locator, facets, f) for f in count])
 
 
@@ -111,3 +115,54 @@ def test_plain_python_asks_the_same_sheet():
     ground, middle = plain_ground(tallies.ground), int(np.flatnonzero(inner(terrain, 6.0))[0])
     assert is_alone(ground.sheet, ground.locator, ground.facets, middle)
     assert tallies.ground.sheet.alone[middle] == YES, "what it has found out is kept in the arrays"
+
+
+def test_a_fold_narrower_than_a_bucket_is_no_clear_ground():
+    """Wound right and without a border, it shows in nothing but facets that face down; it misses the middle."""
+    ticks = [(float(x), 0.0) for x in range(-10, 11)]
+    fold = [(0.30, 0.05), (0.12, 0.10)]
+    terrain = made.strip([*ticks[:11], *fold, *ticks[11:]], across=20)
+    assert bucket_locator(facets_of(terrain)).cell == pytest.approx(1.0), "wider than the fold"
+    _, alone = asked(terrain)
+    x = terrain.vertices[terrain.triangles][..., 0]
+    assert not alone[(x.max(axis=1) > 0.12) & (x.min(axis=1) < 0.30)].any()
+    assert alone[(np.abs(x).min(axis=1) > 3.0) & inner(terrain, 3.0)].all()
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_facet_that_is_there_twice_is_not_alone(which):
+    """Whether or not it lies over the middle of its bucket."""
+    whole = made.floor(10.0, cells=20)
+    at = which * len(whole.triangles) // 2 + 20 * 10 + 10
+    twice = np.concatenate([whole.triangles, whole.triangles[at : at + 1]])
+    terrain = dataclasses.replace(whole, triangles=twice, zone=np.zeros(len(twice), dtype=np.int32))
+    _, alone = asked(terrain)
+    assert asked(whole)[1][at] and not alone[at] and not alone[-1]
+
+
+def test_a_crowded_bucket_is_not_asked_for_pairs():
+    """A fine patch beside a coarse mesh: held against each other, its facets would take seconds a bucket."""
+    terrain = made.joined(made.floor(50.0, cells=10), made.floor(2.0, z=-30.0, cells=40))
+    facets = facets_of(terrain)
+    locator = bucket_locator(facets)
+    sheet = unknown_sheet(facets, locator)
+    assert np.diff(locator.starts).max() > 10 * CROWDED
+    assert not is_alone(sheet, locator, facets, len(terrain.triangles) - 1)
+    assert not sheet.beyond.any(), "nothing was asked"
+
+
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (0.3, 0.7)])
+def test_tracks_from_vertices_and_along_edges_pass_what_buckets_find(along):
+    terrain = rough()
+    walked, searched = over(terrain), over(terrain)
+    searched.ground.sheet.alone[:] = NO
+    corners = terrain.vertices[terrain.triangles[inner(terrain, 3.0)]]
+    places = np.concatenate([corners[:, 0], 0.5 * (corners[:, 0] + corners[:, 1])])
+    places[:, 2] += 2.0
+    physics = made.flight(made.surface(0.5, 0.9), "none")
+    for tallies in (walked, searched):
+        made.fly(made.engine_over("compiled", terrain), physics, places, (*along, 3.0), watch=tallies)
+    one, other = (tallies.maps(len(places), ()) for tallies in (walked, searched))
+    assert np.array_equal(one.cells.rocks, other.cells.rocks)
+    assert np.abs(one.facets.rocks - other.facets.rocks).sum() <= ON_EDGES * one.facets.rocks.sum()
+    np.testing.assert_allclose(one.cells.height.largest, other.cells.height.largest, rtol=1e-5, atol=1e-6)
