@@ -117,6 +117,8 @@ def run(
         f"fly {flights.fly_s:.2f} s, write {time.perf_counter() - began[0]:.1f} s",
         soft_wrap=True,
     )
+    if result.scene.method.stepping is not None:
+        screen.print(f"method {result.scene.method.describe()}; `method: events` is exact", soft_wrap=True)
     _print_convergence(result)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
     if result.totals.rocks < result.planned:
@@ -252,7 +254,8 @@ def _print_check(report: "Check") -> None:
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
     lines += [["effects", ", ".join(named.effects) or "none named"]]
-    lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
+    models = f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"
+    lines += [["models", f"{models}, method {named.method.describe()}"]]
     lines += [["hazard maps", report.maps.describe()]]
     if report.cost:
         lines += [["cost", _describe_cost(report.cost)]]
