@@ -23,8 +23,10 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
+    from rpf3d_core.accuracy.price_list import PriceList
     from rpf3d_core.check import Check, Cost
     from rpf3d_core.choices import Rocks
+    from rpf3d_core.io.scene_model import Scene
     from rpf3d_core.run import Run
 
 app = typer.Typer(
@@ -46,6 +48,7 @@ PIPE_WIDTH = 240
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
 RocksOption = Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")]
+TargetOption = Annotated[float, typer.Option(help="What the total error (-) is to keep to, between 0 and 1.")]
 EngineOption = Annotated[str | None, typer.Option(help="reference, compiled or auto, instead of the scene's.")]
 
 
@@ -88,6 +91,9 @@ def run(
     rocks: RocksOption = None,
     engine: EngineOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="Fly as many rocks as keep the error of the map under this; see `rpf3d cost`.")
+    ] = None,
 ) -> None:
     """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
 
@@ -95,6 +101,7 @@ def run(
     """
     from rpf3d_core.run import run_scene
 
+    chosen, wanted = (scene, _number_of_rocks(rocks)) if accuracy is None else _within(accuracy, scene, out, rocks)
     with _interruptible() as (stop, flying), _progress() as (begin, writing):
         began: list[float] = []
 
@@ -107,7 +114,7 @@ def run(
             began.append(time.perf_counter())
             writing()
 
-        result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+        result = run_scene(chosen, out, wanted, engine, seed, start, stop, write)
     _print_outcomes(result)
     _print_benches(result)
     flights = result.flights
@@ -146,6 +153,64 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
         )
     if not report.fit:
         raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
+
+
+@app.command()
+def cost(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(help="Folder to write the price list to.", show_default=False)],
+    target: TargetOption = 0.05,
+) -> None:
+    """Measure what accuracy costs on a scene: errors of fixed steps, of the terrain and of the number of rocks."""
+    from rpf3d_core.accuracy.files import write_price_list
+    from rpf3d_core.accuracy.tables import NOTE, findings, tables
+
+    prices = _measured(scene, out, target)
+    for header, rows in tables(prices):
+        _print_table(header, rows)
+    screen.print(NOTE, style="dim", highlight=False)
+    for line in findings(prices, target):
+        screen.print(line, soft_wrap=True)
+    screen.print(f"price list in {write_price_list(out, prices, target)}", soft_wrap=True)
+
+
+def _within(accuracy: float, scene: Path, out: Path, rocks: str | None) -> tuple["Scene | Path", "Rocks"]:
+    """The scene by events, and the number of rocks that an accuracy takes; tells what else there is to choose."""
+    from rpf3d_core.accuracy.choice import exact_run
+    from rpf3d_core.accuracy.tables import findings
+
+    if rocks is not None:
+        raise InputError("--rocks and --accuracy both say how many rocks fly; give one of them")
+    prices = _price_list(scene, out, accuracy)
+    for line in findings(prices, accuracy):
+        screen.print(line, soft_wrap=True)
+    return exact_run(scene, prices, accuracy)
+
+
+def _price_list(scene: Path, out: Path, target: float) -> "PriceList":
+    """The price list of a scene: that in the folder if it is of the very same scene, or a new one, written there."""
+    from rpf3d_core.accuracy.choice import check_target
+    from rpf3d_core.accuracy.files import read_price_list, write_price_list
+    from rpf3d_core.io.scene import read_scene, scene_digest
+
+    check_target(target)
+    prices = read_price_list(out, scene_digest(read_scene(scene)))
+    if prices is None:
+        prices = _measured(scene, out, target)
+        write_price_list(out, prices, target)
+    return prices
+
+
+def _measured(scene: Path, out: Path, target: float) -> "PriceList":
+    """The price list of a scene, measured while the screen says what is being measured."""
+    from rpf3d_core.accuracy.choice import check_target
+    from rpf3d_core.accuracy.measure import price_list
+    from rpf3d_core.io.results import check_folder
+
+    check_target(target)
+    check_folder(out)  # before the measuring, not after
+    with screen.status("measuring") as status:
+        return price_list(scene, status.update)
 
 
 @app.command()

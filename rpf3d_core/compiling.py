@@ -195,7 +195,9 @@ def _cache_folder() -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-NO_KERNELS = ("io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py")
+NO_KERNELS = (
+    "accuracy", "io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
+)  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 
 

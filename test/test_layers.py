@@ -19,6 +19,7 @@ LAYERS = (
     {"hazard"},
     {"io", "recordings"},
     {"choices", "prepared", "compare"},
+    {"accuracy"},
     {"run", "compare_tables", "thesis"},
     {"study", "thesis_report"},
     {"check"},

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.accuracy.flown import Flown, Reached
-from rpf3d_core.ensemble.flights import FloatArray, Flights, IntArray
+from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.hazard.convergence import Step
-from rpf3d_core.values import DEPOSITED
+from rpf3d_core.values import DEPOSITED, Mode
 
 
 class Metres(NamedTuple):
@@ -21,14 +21,15 @@ class Difference(NamedTuple):
     """How far an answer is from another of the same rocks.
 
     of_map : `map_distance` (-); of_shares : the largest difference of a share of any place (-)
-    first_impact, stop, height : m; other_outcome : share of rocks with another outcome (-)
+    first_impact, stop, bounce : m, of the places and of the height of the first bounce
+    other_outcome : share of rocks with another outcome (-)
     """
 
     of_map: float
     of_shares: float
     first_impact: Metres
     stop: Metres
-    height: Metres
+    bounce: Metres
     other_outcome: float
 
 
@@ -63,8 +64,8 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
     return list(zip(*both, strict=True))
 
 
-def difference(found: Flown, exact: Flown) -> Difference:
-    """How far rocks flown one way are from the same rocks flown exactly."""
+def difference(found: Flown, exact: Flown, gravity: float) -> Difference:
+    """How far rocks flown one way are from the same rocks flown exactly; gravity in m/s^2."""
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
@@ -73,7 +74,7 @@ def difference(found: Flown, exact: Flown) -> Difference:
         of_shares=share_distance(found.places, exact.places),
         first_impact=metres(np.linalg.norm(first_impacts(mine) - first_impacts(theirs), axis=1)),
         stop=metres(stop[at_rest]),
-        height=metres(np.abs(mine.deposits.max_height - theirs.deposits.max_height)),
+        bounce=metres(np.abs(first_bounces(mine, gravity) - first_bounces(theirs, gravity))),
         other_outcome=float((mine.deposits.outcome != theirs.deposits.outcome).mean()),
     )
 
@@ -84,6 +85,20 @@ def first_impacts(flights: Flights) -> FloatArray:
     rows, first = np.unique(flights.impacts.row, return_index=True)
     places[rows] = flights.impacts.x[first]
     return places
+
+
+def first_bounces(flights: Flights, gravity: float) -> FloatArray:
+    """How high each of R rocks rose after its first impact (R,) m; NaN where it did not fly on, or no path was kept.
+
+    gravity : m/s^2
+    """
+    rises = np.full(len(flights.deposits.rock), np.nan)
+    paths = flights.paths
+    _, first = np.unique(paths.row, return_index=True)
+    second = first[(first + 1 < len(paths.row))] + 1
+    second = second[paths.mode[second] == Mode.FLIGHT]
+    rises[paths.row[second]] = np.maximum(paths.v[second, 2], 0.0) ** 2 / (2.0 * gravity)
+    return rises
 
 
 def metres(distances: FloatArray) -> Metres:

@@ -22,7 +22,7 @@ PILOT = 40
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of an ensemble: cells (S,) of the scene's raster that rocks came to, and how many of `flown` rocks (S,)."""
+    """The map of an ensemble: cells (S,) of the raster that rocks came to, and how many of `flown` rocks (S,)."""
 
     cells: IntArray
     rocks: IntArray
@@ -33,7 +33,7 @@ class Reached:
 class Flown:
     """N rocks flown one way.
 
-    rows : (N,) which of the releases that were to fly; flights : all of them, with impacts and paths
+    rows : (N,) which of the releases that were to fly; flights : all of them, with impacts and, if asked for, paths
     reached : their map; places : shares of zones or areas of interest; seconds : of one core, to fly and to count them
     """
 
@@ -68,17 +68,18 @@ def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
     return replace(prepared, engine=engine)
 
 
-def fly(prepared: Prepared, releases: Releases, budget: float = math.inf) -> Flown:
+def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> Flown:
     """Fly and count rocks, fewer of them where all would take more than a budget (s of one core).
 
     Fewer are evenly spread over all, so they stand for the same sources and places.
+    paths : whether to keep them, beside the impacts
     """
     _warm(prepared)
     rows = np.arange(len(releases.x))
     if budget < math.inf and len(rows) > PILOT:
-        pilot = _fly_rows(prepared, releases, spread(rows, PILOT))
+        pilot = _fly_rows(prepared, releases, spread(rows, PILOT), paths)
         rows = spread(rows, max(int(budget / max(pilot.seconds, 1e-9) * PILOT), PILOT))
-    return _fly_rows(prepared, releases, rows)
+    return _fly_rows(prepared, releases, rows, paths)
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
@@ -86,17 +87,17 @@ def spread(rows: IntArray, some: int) -> IntArray:
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 
-def _warm(prepared: Prepared) -> Tallies:
-    tallies, flight = empty_tallies(prepared), prepared.flight
+def _warm(prepared: Prepared) -> None:
+    """Compile what flying and counting takes, for that is no part of their price."""
+    flight = prepared.flight
     warm(prepared.engine, flight.models, flight.materials, flight.settings)
-    tallies.warm()
-    return tallies
+    empty_tallies(prepared).warm()
 
 
-def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray) -> Flown:
+def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: bool) -> Flown:
     tallies, some = empty_tallies(prepared), taken(releases, rows)
     began = time.process_time()
-    flights = fly_ensemble(prepared.engine, prepared.flight, some, watch=tallies)
+    flights = fly_ensemble(prepared.engine, prepared.flight, some, paths=None if paths else 0, watch=tallies)
     seconds = time.process_time() - began
     return Flown(rows, flights, reached_in(tallies, len(rows)), places_in(prepared, tallies, len(rows)), seconds)
 

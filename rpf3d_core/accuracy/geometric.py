@@ -41,8 +41,10 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: Flown) -> It
             return
         terrain = decimated(prepared.terrain, 1.0 / part)
         coarse = over_terrain(prepared, terrain, engine_of(prepared.engine.name, facets_of(terrain)))
-        found = fly(coarse, put_back(some, prepared.engine, coarse.engine))
-        yield Coarser(part, len(terrain.triangles), difference(found, exact), found.seconds_per_1000)
+        found = fly(coarse, put_back(some, prepared.engine, coarse.engine), paths=True)
+        yield Coarser(
+            part, len(terrain.triangles), difference(found, exact, prepared.scene.gravity), found.seconds_per_1000
+        )
 
 
 def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepared:

@@ -14,7 +14,7 @@ from rpf3d_core.prepared import Prepared
 
 FEWEST = 125
 """Rocks that the doublings begin with."""
-MOST = 64_000
+MOST = 32_000
 """Rocks that they end with."""
 QUANTILE = 0.95
 

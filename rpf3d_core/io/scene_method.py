@@ -25,7 +25,7 @@ class SteppingSpec(Part):
     )
     squared: bool = Field(
         False, strict=True,
-        description="true or false, whether the squared distance is compared with the threshold, as in the thesis' code",
+        description="true or false, whether the squared distance is compared with it, as in the thesis' code",
     )  # fmt: skip
 
 
