@@ -81,23 +81,31 @@ def difference(found: Flown, exact: Flown, gravity: float) -> Difference:
 
 def first_impacts(flights: Flights) -> FloatArray:
     """Where each of R rocks first met the ground (R, 3) m; NaN where it never did."""
-    places = np.full((len(flights.deposits.rock), 3), np.nan)
+    return _first_of(flights, flights.impacts.x)
+
+
+def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
+    """Of the values (I, 3) of all impacts, those of the first of each rock (R, 3); NaN where it has none."""
+    some = np.full((len(flights.deposits.rock), 3), np.nan)
     rows, first = np.unique(flights.impacts.row, return_index=True)
-    places[rows] = flights.impacts.x[first]
-    return places
+    some[rows] = values[first]
+    return some
 
 
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
-    """How high each of R rocks rose after its first impact (R,) m; NaN where it did not fly on, or no path was kept.
+    """How high each of R rocks would rise off a level ground with the speed that its first impact left it: (R,) m.
 
-    gravity : m/s^2
+    With the speed along the facet's normal, for off a steep face a rock does not rise at all. NaN where it did not fly
+    on, or no path was kept. gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths
     _, first = np.unique(paths.row, return_index=True)
-    second = first[(first + 1 < len(paths.row))] + 1
+    second = first + 1  # at least its end
     second = second[paths.mode[second] == Mode.FLIGHT]
-    rises[paths.row[second]] = np.maximum(paths.v[second, 2], 0.0) ** 2 / (2.0 * gravity)
+    row = paths.row[second]
+    away = (paths.v[second] * _first_of(flights, flights.impacts.normal)[row]).sum(axis=1)
+    rises[row] = away**2 / (2.0 * gravity)
     return rises
 
 

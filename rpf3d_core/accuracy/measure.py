@@ -1,11 +1,12 @@
 """Measure the price list of a scene, in one go: what `rpf3d cost` does."""
 
 from collections.abc import Callable
+from itertools import chain
 from pathlib import Path
 
 from rpf3d_core.accuracy.flown import fly, some_rocks
 from rpf3d_core.accuracy.geometric import coarser_terrains
-from rpf3d_core.accuracy.numerical import SETTINGS, Steps, rounding, stepped_answers
+from rpf3d_core.accuracy.numerical import SETTINGS, Steps, raster_answers, rounding, stepped_answers
 from rpf3d_core.accuracy.precise import Off, off_exact
 from rpf3d_core.accuracy.price_list import (
     EVENTS,
@@ -82,8 +83,9 @@ def _numerical(
     lines = [priced_events(rounding(prepared, releases, exact), exact.seconds_per_1000)]
     own = _own_steps(scene)
     settings = SETTINGS if own is None or own in SETTINGS else (*SETTINGS, own)
-    for found in stepped_answers(prepared, releases, exact, settings):
-        tell(f"numerical: dt {found.setting.dt:g} s, threshold {found.setting.threshold:g} m done")
+    answers = (stepped_answers(prepared, releases, exact, settings), raster_answers(prepared, releases, exact))
+    for found in chain(*answers):
+        tell(f"numerical: {', '.join(f'{name} {value}' for name, value in found.setting._asdict().items())}: done")
         lines.append(priced_steps(found, sampled))
     return lines, off_exact(prepared, exact.flights)
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.differences import Difference, difference, map_distance
 from rpf3d_core.accuracy.flown import Flown, flight_seconds, fly, spread, with_engine
+from rpf3d_core.accuracy.geometric import put_back
+from rpf3d_core.accuracy.on_raster import on_raster
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
@@ -41,6 +43,17 @@ SETTINGS = (
 )
 
 
+class OnRaster(NamedTuple):
+    """A setting of the fixed-step method on a raster: cell m, dt s."""
+
+    cell: float
+    dt: float
+
+
+RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
+"""Cells in those of the scene's maps, which are half as large as a facet; time steps in s."""
+MOST_NODES = 2_000_000
+"""Heights of a raster; a finer one is left out."""
 GUESSED_STEP = 2e-5
 """Seconds that a step may take before one has been timed: VTK called from Python."""
 
@@ -60,15 +73,16 @@ class Measured(NamedTuple):
     """What came of a setting: how far off, over how many rocks.
 
     tunnelled : share of rocks (-) that ended under the ground; steps : mean number a rock
-    vtk : the price where VTK finds the closest facet, called from Python, as in the thesis; compiled : by this engine
+    vtk : the price where VTK finds the closest facet, called from Python, as in the thesis; None on a raster, where
+        none is looked for; compiled : by this engine
     """
 
-    setting: Steps
+    setting: Steps | OnRaster
     rocks: int
     off: Difference
     tunnelled: float
     steps: float
-    vtk: Price
+    vtk: Price | None
     compiled: Price
 
 
@@ -95,6 +109,22 @@ def stepped_answers(
         yield Measured(
             setting, rocks, difference(found, same[rocks], prepared.scene.gravity), lost, steps, vtk, compiled
         )
+
+
+def raster_answers(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Measured]:
+    """As `stepped_answers`, on rasters of the terrain: rocks start at their height above the raster's ground."""
+    for cell in (times * prepared.raster.cell for times in RASTER_CELLS):
+        low, high = prepared.engine.facets.low, prepared.engine.facets.high
+        if (high[0] - low[0]) * (high[1] - low[1]) > MOST_NODES * cell * cell:
+            continue
+        for dt in RASTER_STEPS:
+            raster = on_raster(prepared, cell, dt)
+            found = fly(raster, put_back(releases, prepared.engine, raster.engine), paths=True)
+            off = difference(found, exact, prepared.scene.gravity)
+            lost = float(under_ground(found.flights.deposits, raster.engine).mean())
+            steps = flight_seconds(found.flights) / len(found.rows) / dt
+            price = Price(found.seconds_per_1000, found.seconds_per_1000 / 1000.0 / max(steps, 1.0), True)
+            yield Measured(OnRaster(cell, dt), len(found.rows), off, lost, steps, None, price)
 
 
 def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engine:

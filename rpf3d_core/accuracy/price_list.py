@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.accuracy.differences import Difference, Metres
 from rpf3d_core.accuracy.geometric import Coarser
-from rpf3d_core.accuracy.numerical import Measured, Steps
+from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
 from rpf3d_core.accuracy.precise import DIGITS, Off
 from rpf3d_core.accuracy.statistical import Sampled, floor_of
 
@@ -36,7 +36,7 @@ UNITS = {
     "error": "1", "floor": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1", "dt": "s",
     "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
     "stop_m": "m, [median, p95] over rocks at rest",
-    "bounce_height_m": "m, [median, p95] over rocks, of the rise after the first impact",
+    "bounce_height_m": "m, [median, p95] over rocks, of the rise with the normal speed after the first impact",
     "seconds_per_1000_rocks": "s", "seconds": "s", "place_m": "m", "time_s": "s",
 }  # fmt: skip
 EVENTS: Mapping[str, Any] = {"method": "events"}
@@ -76,21 +76,22 @@ def priced_events(error: float, seconds_per_1000: float) -> Priced:
     return Priced(EVENTS, error, seconds_per_1000, {"timed": True})
 
 
-def steps_setting(steps: Steps) -> dict[str, Any]:
-    """A setting of the thesis' method, as it stands in the list."""
-    return {"method": "stepping", **steps._asdict()}
+def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
+    """A setting of a fixed-step method, as it stands in the list."""
+    return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """The line of a setting of the thesis' method."""
+    """The line of a setting of a fixed-step method."""
+    price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
         "tunnelled": found.tunnelled,
         "steps_per_rock": found.steps,
-        "timed": found.vtk.by_clock,
+        "timed": price.by_clock,
         "seconds_per_1000_rocks_compiled": found.compiled.seconds_per_1000,
     }
-    return Priced(steps_setting(found.setting), found.off.of_map, found.vtk.seconds_per_1000, more)
+    return Priced(steps_setting(found.setting), found.off.of_map, price.seconds_per_1000, more)
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA, loop
 from rpf3d_core.detection.stepped import stepped
+from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.materials.library import key_of, keys_of
 from rpf3d_core.simulation.march import follow, ground_below
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
@@ -142,6 +143,24 @@ def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False,
     if isinstance(engine, Reference):
         from rpf3d_core.detection import vtk_closest  # noqa: F401  (its rule is needed by this engine only)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)
+    return other
+
+
+def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
+    """The same engine with contacts found in fixed steps below a raster's cells (`detection.stepped_raster`).
+
+    engine : over the raster's facets, two for each square that is `there` (ny, nx), row by row
+    x, y : corner of the first square, m; cell : m; dt : s
+
+    A rock is found below the ground only after it went through, which on the lowest ground is below the terrain's box:
+    it is followed for as far again as the box is large.
+    """
+    ny, nx = there.shape
+    first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
+    other = copy(engine)
+    other.method = SteppedRaster(x, y, cell, nx, ny, first, dt)
+    low, high = engine.facets.low, engine.facets.high
+    other.facets = engine.facets._replace(low=(low[0], low[1], low[2] - math.dist(low, high)))
     return other
 
 
