@@ -1,6 +1,6 @@
 """Write docs/accuracy.md and its pictures: what accuracy costs on the demo pit and on Authume, measured on the spot.
 
-python docs/accuracy.py    (or make accuracy; takes about two minutes a scene)
+python docs/accuracy.py    (or make accuracy; takes about a minute a scene)
 """
 
 import sys
@@ -19,44 +19,46 @@ TARGET = 0.05
 MEASURED = {"demo": "The demo pit", "authume_p1": "Authume"}
 
 HEAD = """# What accuracy costs
-`rpf3d cost SCENE --out DIR` measures, on your own scene, what each setting leaves open and what it costs: a table on the
-screen, `cost.json`, `cost.png` and `cost.rrd` in the folder. `rpf3d run SCENE --out DIR --accuracy 0.05` flies as many
-rocks as keep the error under 0.05; it reads the price list in the folder if it is of the very same scene, and measures
-it first if not. `docs/accuracy.py` (`make accuracy`) measures and writes this page.
+`rpf3d cost SCENE --out DIR` measures, on your own scene, what each setting leaves open and what it costs: a table on
+the screen, `cost.json`, `cost.png` and `cost.rrd` in the folder. `rpf3d run SCENE --out DIR --accuracy 0.05` flies as
+many rocks as keep the error under 0.05; it reads the price list in the folder if it is of the very same scene, and
+measures it first if not. `docs/accuracy.py` (`make accuracy`) measures and writes this page.
 
 ## Three errors in one currency
 - **numerical**: how contacts are found. The same rocks are flown event by event, which is exact, and in fixed time
-  steps, as in the thesis (`method: {stepping: ...}` in a scene): at each step VTK tells the closest facet, and a rock that
-  is nearer than the threshold and moves into it has an impact. *squared* compares the squared distance with the
-  threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* steps over heights sampled in cells, and has an
-  impact at the first step below the ground. Rebound, materials, the end of bouncing and outcomes are the same code.
-- **geometric**: the terrain's resolution. The same rocks, from the same heights above the ground, over a half to 1/64 of
-  the triangles (quadric decimation), compared with the terrain as it is. What the survey itself misses is in no number
-  here; what the first halving changes is the nearest that can be measured.
-- **statistical**: the number of rocks. Two ensembles with other rocks; each is off the truth by what lies between them
-  over the square root of two.
+  steps, as in the thesis (`method: {stepping: ...}` in a scene): at each step VTK tells the closest facet, and a rock
+  that is nearer than the threshold and moves into it has an impact. *squared* compares the squared distance with the
+  threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* steps over heights sampled in cells, and has
+  an impact at the first step below the ground. Rebound, materials, the end of bouncing and outcomes are the same
+  code.
+- **geometric**: the terrain's resolution. The same rocks, from the same heights above the ground, over a half to 1/64
+  of the triangles (quadric decimation), compared with the terrain as it is. What the survey itself misses is in no
+  number here; what the first halving changes is the nearest that can be measured.
+- **statistical**: the number of rocks. Two ensembles with other rocks; each is off the truth by what lies between
+  them over the square root of two.
 
-All three are told as **map error**: the sum over all cells of |p - q| over the sum of p + q, with p and q the two maps of
-reach probability. It is 0 for equal maps and 1 for maps without a common cell, and says which share of all visits to
-cells one map has elsewhere than the other. It depends on the cell of the maps (`hazard.cell`): smaller cells ask for
-more rocks. The total is the sum of the three, for a bias and an interval do not cancel; a target is met against the
-terrain as it is, so its geometric error is 0 there.
+All three are told as **map error**: the sum over all cells of |p - q| over the sum of p + q, with p and q the two
+maps of reach probability. It is 0 for equal maps and 1 for maps without a common cell, and says which share of all
+visits to cells one map has elsewhere than the other. It depends on the cell of the maps (`hazard.cell`): smaller
+cells ask for more rocks. The total is the sum of the three, for a bias and an interval do not cancel; a target is met
+against the terrain as it is, so its geometric error is 0 there.
 
 *chance* is the map error between two ensembles of as many, but other, rocks. The rocks of the numerical and geometric
 lines are the same as those that they are compared with, so errors far below chance are still seen.
 
-Events have errors too: those of rounding. The facets that rocks met are followed again with 50 digits, impact by impact.
-How far a difference grows is the scene's matter, not that of the arithmetic: every bounce off another facet multiplies
-it, on rough ground by more than ten. So the line of events tells how far the *map* moves where all rocks start one
-contact tolerance further east, which is thousands of times what rounding does.
+Events have errors too: those of rounding. The facets that rocks met are followed again with 50 digits, impact by
+impact. How far a difference grows is the scene's matter, not that of the arithmetic: every bounce off another facet
+may multiply it. So the line of events tells how far the *map* moves where all rocks start one contact tolerance
+further east, which is thousands of times what rounding does.
 """
 READING = """## How to read it
-- A threshold is a bias that no step removes: from some step on, smaller ones only cost. An impact is found a threshold
-  too early, which is a multiple of it along the ground where the rock comes in flat.
+- A threshold is a bias that no step removes: from some step on, smaller ones only cost. An impact is found a
+  threshold too early, which is a multiple of it along the ground where the rock comes in flat.
 - A step so long that a rock moves further than twice the threshold lets rocks fall through the ground (*tunnelled*).
-- Where both shrink together the error goes with the step, and the price with its inverse: ten times better is ten times
-  dearer (test/cost holds the order of one). Events have no such price list: their error is that of rounding.
-- A raster does not converge to the answer as its step shrinks; it converges to that of another terrain.
+- Where both shrink together the error goes with the step, and the price with its inverse: ten times better is ten
+  times dearer (test/cost holds the order of one). Events have no such price list: their error is that of rounding.
+- A raster does not converge to the answer as its step shrinks; it converges to that of another terrain. A
+  smaller cell need not be nearer: of a face of 70 degrees it makes stairs.
 """
 
 

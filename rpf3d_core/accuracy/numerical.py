@@ -148,11 +148,19 @@ def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float,
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Which of R rocks left the terrain downwards, with ground above them: (R,). They went through it unnoticed."""
+    """Which of R rocks left the terrain with ground above them: (R,). They went through it unnoticed.
+
+    One that goes through the lowest ground leaves the terrain's box there and then, as deep as the tolerance; one that
+    leaves at the box' side does not count for that.
+    """
     top = np.array(deposits.x)
     top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
     found = engine.ground_below(top)
-    below = (found[:, 1] >= 0) & (top[:, 2] - found[:, 0] > deposits.x[:, 2] + NEAR * engine.facets.tolerance)
+    slack = NEAR * engine.facets.tolerance
+    depth = np.where(found[:, 1] >= 0, top[:, 2] - found[:, 0] - deposits.x[:, 2], -np.inf)
+    low, high = np.array(engine.facets.low[:2]) + slack, np.array(engine.facets.high[:2]) - slack
+    within = ((deposits.x[:, :2] > low) & (deposits.x[:, :2] < high)).all(axis=1)
+    below = (depth > slack) | (within & (depth > -slack))
     return np.asarray(below & (deposits.outcome == Outcome.LEFT_TERRAIN))
 
 

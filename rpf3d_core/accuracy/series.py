@@ -37,7 +37,7 @@ def _method_name(setting: Mapping[str, Any]) -> str:
     if setting["method"] == "stepping":
         squared = " (squared)" if setting["squared"] else ""
         return f"steps, threshold {setting['threshold']:g} m{squared}"
-    return "steps on a raster" if setting["method"] == "raster" else "events"
+    return f"steps, raster of {setting['cell']:g} m" if setting["method"] == "raster" else "events"
 
 
 def word_of(setting: Mapping[str, Any]) -> str:
@@ -48,6 +48,4 @@ def word_of(setting: Mapping[str, Any]) -> str:
         return "all" if setting["part"] == 1 else f"1/{setting['part']}"
     if setting["method"] == "events":
         return "events"
-    if setting["method"] == "raster":
-        return f"cell {setting['cell']:g} m, {setting['dt']:g} s"
     return f"{setting['dt']:g} s"

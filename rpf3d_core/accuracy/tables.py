@@ -112,7 +112,7 @@ def _exactness(prices: PriceList) -> list[str]:
     return [
         f"events against 50 digits: first impacts of {first.impacts} rocks off by {first.place_median:.1e} m "
         f"(median) and {first.place_max:.1e} m (largest), all {len(prices.off_exact)} in a row by {largest_off:.1e} m "
-        f"at most; impact {len(prices.off_exact)} (of {last.impacts}) by {last.place_median:.1e} m"
+        f"at most; the last of them, of {last.impacts}, by {last.place_median:.1e} m"
     ]
 
 

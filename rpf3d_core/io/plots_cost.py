@@ -1,6 +1,7 @@
 """cost.png: what accuracy costs, error against seconds, both logarithmic."""
 
 from collections.abc import Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Protocol
 
@@ -11,8 +12,8 @@ from matplotlib.figure import Figure
 from rpf3d_core.io.plots_profiles import save
 
 LOOKS = {"geometric": ("tab:green", "s"), "statistical": ("tab:blue", "o")}
-"""Colour and marker of the series that are one of their kind; those of fixed steps go from yellow to red."""
-STEPS = ("#fdae61", "#f46d43", "#a50026", "#7b3294", "#c2a5cf", "0.4")
+"""Colour and marker of the series that are one of their kind; those of fixed steps have one each, in turn."""
+STEPS = ("#fdae61", "#f46d43", "#a50026", "#7b3294", "0.65", "0.4", "tab:brown", "tab:pink", "tab:olive")
 NOTHING = 1e-4
 """Where an error of 0 is drawn: logarithms have no place for it."""
 
@@ -46,7 +47,7 @@ def write_cost(path: Path, name: str, series: Sequence[DrawnSeries], target: flo
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
-    steps = iter(STEPS)
+    steps = cycle(STEPS)
     for one in series:
         colour, marker = LOOKS.get(one.kind, ("", "^"))
         if one.name == "events":
