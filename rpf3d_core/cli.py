@@ -23,7 +23,6 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
-    from rpf3d_core.accuracy.price_list import PriceList
     from rpf3d_core.check import Check, Cost
     from rpf3d_core.choices import Rocks
     from rpf3d_core.io.scene_model import Scene
@@ -162,55 +161,32 @@ def cost(
     target: TargetOption = 0.05,
 ) -> None:
     """Measure what accuracy costs on a scene: errors of fixed steps, of the terrain and of the number of rocks."""
-    from rpf3d_core.accuracy.files import write_price_list
+    from rpf3d_core.accuracy.command import measured
     from rpf3d_core.accuracy.tables import NOTE, findings, tables
 
-    prices = _measured(scene, out, target)
+    with screen.status("measuring") as status:
+        prices = measured(scene, out, target, status.update)
     for header, rows in tables(prices):
         _print_table(header, rows)
     screen.print(NOTE, style="dim", highlight=False)
     for line in findings(prices, target):
         screen.print(line, soft_wrap=True)
-    screen.print(f"price list in {write_price_list(out, prices, target)}", soft_wrap=True)
+    screen.print(f"price list in {out.resolve()}", soft_wrap=True)
 
 
-def _within(accuracy: float, scene: Path, out: Path, rocks: str | None) -> tuple["Scene | Path", "Rocks"]:
+def _within(accuracy: float, scene: Path, out: Path, rocks: str | None) -> tuple["Scene", int]:
     """The scene by events, and the number of rocks that an accuracy takes; tells what else there is to choose."""
     from rpf3d_core.accuracy.choice import exact_run
+    from rpf3d_core.accuracy.command import kept_or_measured
     from rpf3d_core.accuracy.tables import findings
 
     if rocks is not None:
         raise InputError("--rocks and --accuracy both say how many rocks fly; give one of them")
-    prices = _price_list(scene, out, accuracy)
+    with screen.status("measuring") as status:
+        prices = kept_or_measured(scene, out, accuracy, status.update)
     for line in findings(prices, accuracy):
         screen.print(line, soft_wrap=True)
     return exact_run(scene, prices, accuracy)
-
-
-def _price_list(scene: Path, out: Path, target: float) -> "PriceList":
-    """The price list of a scene: that in the folder if it is of the very same scene, or a new one, written there."""
-    from rpf3d_core.accuracy.choice import check_target
-    from rpf3d_core.accuracy.files import read_price_list, write_price_list
-    from rpf3d_core.io.scene import read_scene, scene_digest
-
-    check_target(target)
-    prices = read_price_list(out, scene_digest(read_scene(scene)))
-    if prices is None:
-        prices = _measured(scene, out, target)
-        write_price_list(out, prices, target)
-    return prices
-
-
-def _measured(scene: Path, out: Path, target: float) -> "PriceList":
-    """The price list of a scene, measured while the screen says what is being measured."""
-    from rpf3d_core.accuracy.choice import check_target
-    from rpf3d_core.accuracy.measure import price_list
-    from rpf3d_core.io.results import check_folder
-
-    check_target(target)
-    check_folder(out)  # before the measuring, not after
-    with screen.status("measuring") as status:
-        return price_list(scene, status.update)
 
 
 @app.command()

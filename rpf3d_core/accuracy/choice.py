@@ -60,10 +60,11 @@ def errors_of_scene(prices: PriceList) -> dict[str, float]:
     }
 
 
-def largest(prices: PriceList) -> str:
-    """The name of the largest of the three errors of a scene."""
+def largest(prices: PriceList) -> str | None:
+    """The name of the largest of the three errors of a scene; None where all are 0."""
     errors = errors_of_scene(prices)
-    return max(errors, key=lambda name: errors[name])
+    name = max(errors, key=lambda name: errors[name])
+    return name if errors[name] > 0.0 else None
 
 
 def cheapest(prices: PriceList, target: float) -> Choice | None:

@@ -119,6 +119,8 @@ def raster_answers(prepared: Prepared, releases: Releases, exact: Flown) -> Iter
             continue
         for dt in RASTER_STEPS:
             raster = on_raster(prepared, cell, dt)
+            if raster is None:
+                continue
             found = fly(raster, put_back(releases, prepared.engine, raster.engine), paths=True)
             off = difference(found, exact, prepared.scene.gravity)
             lost = float(under_ground(found.flights.deposits, raster.engine).mean())

@@ -22,14 +22,16 @@ class Squares(NamedTuple):
     there: np.ndarray
 
 
-def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared:
+def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
     """The same scene on heights sampled every `cell` m, flown in steps of dt (s).
 
     Heights are those of the ground straight below, from above everything: of an overhang the upper side. A square
     belongs to the zone of the ground under the middles of its two facets; one with a corner beside the terrain is
-    a hole.
+    a hole. None where nothing but holes is left, as of a terrain smaller than a cell.
     """
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
+    if len(terrain.triangles) == 0:
+        return None
     engine = engine_of(prepared.engine.name, facets_of(terrain))
     raster = (squares.x, squares.y, squares.cell, squares.there)
     return over_terrain(prepared, terrain, stepping_over_squares(engine, *raster, dt))
@@ -46,7 +48,7 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
     there = (found[:, 1] >= 0).reshape(x.shape)
     nodes[:, 2] -= found[:, 0]
     triangles, vertices = grid_triangles(there), nodes[there.ravel()]
-    zone = _zones_under(terrain, engine, vertices[triangles].mean(axis=1))
+    zone = _zones_under(terrain, engine, vertices[triangles].mean(axis=1)) if len(triangles) else np.empty(0, np.int32)
     full = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
     raster = Terrain(vertices, triangles, zone, terrain.zones, terrain.frame)
     return raster, Squares(float(low[0]), float(low[1]), cell, full)

@@ -27,8 +27,8 @@ DEFINITIONS = {
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
     "that p95",
     "seconds_per_1000_rocks": "of one processor core; numerical: every step is looked at, VTK finds the closest facet, "
-    "called from Python (compiled: by this program's own index); timed is false where steps were counted instead and "
-    "multiplied by the time of one",
+    "called from Python (compiled: by this program's own index), nothing is counted into maps; all others with "
+    "maps; timed is false where steps were counted instead and multiplied by the time of one",
     "seconds": "of one processor core for that many rocks",
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
 }  # fmt: skip

@@ -92,16 +92,21 @@ def findings(prices: PriceList, target: float) -> list[str]:
     told = {
         "numerical": "numerical (the scene's method)",
         "geometric": "geometric (half of its triangles)",
-        "statistical": f"statistical ({prices.rocks:,} rocks)",
+        "statistical": f"statistical ({prices.rocks:,} {'rock' if prices.rocks == 1 else 'rocks'})",
     }
     each = ", ".join(f"{told[name]} {number(error)}" for name, error in errors.items())
     return [
         *_exactness(prices),
-        f"errors of this scene: {each}; the largest is the {largest(prices)} one",
+        f"errors of this scene: {each}; {_largest(prices)}",
         f"total up to {target:g} (the sum of the three, against the terrain as it is), cheapest: "
         f"{_choice(cheapest(prices, target))}",
         f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
     ]
+
+
+def _largest(prices: PriceList) -> str:
+    name = largest(prices)
+    return "none of them is seen" if name is None else f"the largest is the {name} one"
 
 
 def _exactness(prices: PriceList) -> list[str]:

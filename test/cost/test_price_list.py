@@ -120,6 +120,8 @@ def test_the_largest_error_is_that_of_the_scene_as_it_stands() -> None:
     assert errors_of_scene(price_list()) == {"numerical": 0.0, "geometric": 0.01, "statistical": pytest.approx(0.2)}
     assert largest(price_list()) == "statistical"
     assert largest(price_list(rocks=1_000_000)) == "geometric"
+    alike = [Priced({"rocks": 100}, 0.0, 0.01, {"seconds": 1e-3})]  # as rocks that all start alike have it
+    assert largest(price_list(statistical=alike, geometric=[])) is None
     assert largest(price_list(rocks=1_000_000, method=STEPS)) == "numerical"
 
 

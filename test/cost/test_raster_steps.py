@@ -81,3 +81,8 @@ def test_no_rock_falls_through_a_raster_and_both_engines_fly_alike() -> None:
         assert (deposits.outcome == Outcome.STOPPED).mean() > 0.5
         both.append(deposits.x)
     np.testing.assert_array_equal(*both)
+
+
+def test_of_a_terrain_smaller_than_a_cell_a_raster_leaves_nothing() -> None:
+    terrain = rough_grid(4, 2.0, 0.2, 0.1, seed=6)
+    assert len(rastered(terrain, engine_over(NAME, terrain), 5.0)[0].triangles) == 0
