@@ -44,7 +44,8 @@ cells ask for more rocks. The total is the sum of the three, for a bias and an i
 against the terrain as it is, so its geometric error is 0 there.
 
 *chance* is the map error between two ensembles of as many, but other, rocks. The rocks of the numerical and geometric
-lines are the same as those that they are compared with, so errors far below chance are still seen.
+lines are the same as those that they are compared with, so errors far below chance are still seen. Settings too slow
+for 2,000 rocks are told from fewer (`rocks` in `cost.json`), so their last digit wanders.
 
 Events have errors too: those of rounding. The facets that rocks met are followed again with 50 digits, impact by
 impact. How far a difference grows is the scene's matter, not that of the arithmetic: every bounce off another facet

@@ -22,7 +22,7 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.values import Outcome
 
-BUDGET = 0.8
+BUDGET = 1.5
 """Seconds of one core that a setting may take to tell its error, and again to tell its price."""
 TIMED_ROCKS = 10
 """Rocks that are stepped one by one, every step looked at, to tell the price."""

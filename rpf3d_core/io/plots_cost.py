@@ -58,7 +58,7 @@ def write_cost(path: Path, name: str, series: Sequence[DrawnSeries], target: flo
     axes.set_xlabel("seconds of one core (fixed steps, triangles: for 1,000 rocks; number of rocks: for that many)")
     axes.set_ylabel("error of the map of reach probability (-)")
     axes.grid(which="major", color="0.9")
-    axes.legend(fontsize=8, loc="lower right")
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside, it would hide points
     axes.set_title(f"{name}: what accuracy costs", loc="left")
     save(figure, path)
 
