@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_hazard, scene_model
+from rpf3d_core.io import scene_hazard, scene_method, scene_model
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -21,6 +21,8 @@ PARTS = (
     ("rock", scene_model.RockSpec),
     ("sources[]", scene_model.SourceSpec),
     ("areas_of_interest[]", scene_model.AreaSpec),
+    ("method", scene_method.MethodSpec),
+    ("method.stepping", scene_method.SteppingSpec),
     ("hazard", scene_hazard.HazardSpec),
     ("hazard.matrix", scene_hazard.MatrixSpec),
     ("target", scene_model.TargetSpec),

@@ -57,6 +57,14 @@ def _length_term(h: float, u: float) -> float:
 
 
 @kernel
+def time_over(arc: Arc, begin: float, length: float) -> float:
+    """A time (s) by which the arc, from `begin` on, has gone no further than `length` (m)."""
+    vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
+    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
+    return begin + 2.0 * length / (speed + math.sqrt(speed * speed + 2.0 * arc.gravity * length))
+
+
+@kernel
 def gravity_along(n: Vec, gravity: float) -> Vec:
     """The part of gravity (m/s^2) along a plane of unit normal n.
 

@@ -25,6 +25,7 @@ from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
     from rpf3d_core.check import Check, Cost
     from rpf3d_core.choices import Rocks
+    from rpf3d_core.io.scene_model import Scene
     from rpf3d_core.run import Run
 
 app = typer.Typer(
@@ -46,6 +47,7 @@ PIPE_WIDTH = 240
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
 RocksOption = Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")]
+TargetOption = Annotated[float, typer.Option(help="What the total error (-) is to keep to, between 0 and 1.")]
 EngineOption = Annotated[str | None, typer.Option(help="reference, compiled or auto, instead of the scene's.")]
 
 
@@ -99,6 +101,9 @@ def run(
     rocks: RocksOption = None,
     engine: EngineOption = None,
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="Fly as many rocks as keep the error of the map under this; see `rpf3d cost`.")
+    ] = None,
 ) -> None:
     """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
 
@@ -110,6 +115,7 @@ def run(
 
     began: list[float] = []
     try:
+        chosen, wanted = (scene, _number_of_rocks(rocks)) if accuracy is None else _within(accuracy, scene, out, rocks)
         with _interruptible() as (stop, flying), _progress() as (begin, writing):
 
             def start(number: int) -> Callable[[int], None]:
@@ -121,7 +127,7 @@ def run(
                 began.append(time.perf_counter())
                 writing()
 
-            result = run_scene(scene, out, _number_of_rocks(rocks), engine, seed, start, stop, write)
+            result = run_scene(chosen, out, wanted, engine, seed, start, stop, write)
     except KeyboardInterrupt:
         _end_interrupted("nothing was written")
     _print_outcomes(result)
@@ -134,6 +140,8 @@ def run(
         f"fly {flights.fly_s:.2f} s, write {time.perf_counter() - began[0]:.1f} s",
         soft_wrap=True,
     )
+    if result.scene.method.stepping is not None:
+        screen.print(f"method {result.scene.method.describe()}; `method: events` is exact", soft_wrap=True)
     _print_convergence(result)
     screen.print(f"results in {out.resolve()}", soft_wrap=True)
     if result.totals.rocks < result.planned:
@@ -159,6 +167,44 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
         )
     if not report.fit:
         raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
+
+
+@app.command()
+def cost(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(help="Folder to write the price list to.", show_default=False)],
+    target: TargetOption = 0.05,
+) -> None:
+    """Measure what accuracy costs on a scene: errors of fixed steps, of the terrain and of the number of rocks."""
+    from rpf3d_core.accuracy.command import measured
+    from rpf3d_core.accuracy.tables import NOTE, findings, tables
+
+    try:
+        with screen.status("measuring") as status:
+            prices = measured(scene, out, target, status.update)
+    except KeyboardInterrupt:
+        _end_interrupted("nothing was written")
+    for header, rows in tables(prices):
+        _print_table(header, rows)
+    screen.print(NOTE, style="dim", highlight=False)
+    for line in findings(prices, target):
+        screen.print(line, soft_wrap=True)
+    screen.print(f"price list in {out.resolve()}", soft_wrap=True)
+
+
+def _within(accuracy: float, scene: Path, out: Path, rocks: str | None) -> tuple["Scene", int]:
+    """The scene by events, and the number of rocks that an accuracy takes; tells what else there is to choose."""
+    from rpf3d_core.accuracy.choice import exact_run
+    from rpf3d_core.accuracy.command import kept_or_measured
+    from rpf3d_core.accuracy.tables import findings
+
+    if rocks is not None:
+        raise InputError("--rocks and --accuracy both say how many rocks fly; give one of them")
+    with screen.status("measuring") as status:
+        prices = kept_or_measured(scene, out, accuracy, status.update)
+    for line in findings(prices, accuracy):
+        screen.print(line, soft_wrap=True)
+    return exact_run(scene, prices, accuracy)
 
 
 @app.command()
@@ -268,7 +314,8 @@ def _print_check(report: "Check") -> None:
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
     lines += [["rocks", report.rocks.describe()]]
     lines += [["effects", ", ".join(named.effects) or "none named"]]
-    lines += [["models", f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"]]
+    models = f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"
+    lines += [["models", f"{models}, method {named.method.describe()}"]]
     lines += [["hazard maps", report.maps.describe()]]
     if report.cost:
         lines += [["cost", _describe_cost(report.cost)]]

@@ -20,8 +20,8 @@ except ImportError:
     numba = None
 
 try:  # these may move with a release of numba; without them `prefetch` does nothing
-    from llvmlite import ir
     from numba.core import cgutils, types
+    from numba.core.cgutils import ir  # type: ignore[attr-defined]  # llvmlite's, of the version that numba wants
 except ImportError:
     ir = None
 
@@ -206,7 +206,9 @@ def _cache_folder() -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-NO_KERNELS = ("io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py")
+NO_KERNELS = (
+    "accuracy", "io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
+)  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 
 

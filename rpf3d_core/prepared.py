@@ -32,7 +32,7 @@ from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.kinetics.ground import GROUND_MODELS
 from rpf3d_core.kinetics.rebound import REBOUND_MODELS
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, engine_of
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, engine_of, stepping
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
@@ -117,9 +117,10 @@ def check_engine(scene: Scene) -> None:
 
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """The scene's engine, with its index over the terrain."""
+    """The scene's engine, with its index over the terrain, and the method that the scene names."""
     rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
-    return engine_of(choose_engine(scene.engine, rocks, HAS_NUMBA), facets_of(terrain))
+    engine, steps = engine_of(choose_engine(scene.engine, rocks, HAS_NUMBA), facets_of(terrain)), scene.method.stepping
+    return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 
 def scene_flight(scene: Scene, terrain: Terrain) -> Flight:

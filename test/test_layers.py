@@ -19,6 +19,7 @@ LAYERS = (
     {"hazard"},
     {"io", "recordings"},
     {"choices", "prepared", "compare"},
+    {"accuracy"},
     {"run", "compare_tables", "thesis"},
     {"study", "thesis_report"},
     {"check"},
@@ -43,8 +44,8 @@ ACROSS = {
 CONFINED = {
     "numba": ("rpf3d_core/compiling.py",),
     "llvmlite": ("rpf3d_core/compiling.py",),
-    "vtk": ("rpf3d_core/detection/vtk_locator.py", "rpf3d_core/io/"),
-    "vtkmodules": ("rpf3d_core/detection/vtk_locator.py", "rpf3d_core/io/"),
+    "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),
+    "vtkmodules": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
     "matplotlib": ("rpf3d_core/io/plots",),

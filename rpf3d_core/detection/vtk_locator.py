@@ -11,7 +11,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
 from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
-from rpf3d_core.arc import Arc, position
+from rpf3d_core.arc import Arc, position, time_over
 from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
@@ -73,7 +73,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
     """Look at the facets in one box after another along the arc until the best contact lies within the boxes."""
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
-        leave = min(_time_over(arc, begin, length * locator.size), end)
+        leave = min(time_over(arc, begin, length * locator.size), end)
         if not leave > begin:  # NaN, or a step that rounding swallows
             leave = end
         locator.locator.FindCellsWithinBounds(_box(arc, begin, leave, REACH * facets.tolerance), locator.found)
@@ -82,13 +82,6 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
         if best.t <= leave or not leave < end:
             return best
         begin, length = leave, min(2.0 * length, LONGEST_BOX)
-
-
-def _time_over(arc: Arc, begin: float, length: float) -> float:
-    """A time by which the arc, from `begin` on, has gone no further than `length` (m)."""
-    vx, vy, vz = arc.v[0], arc.v[1], arc.v[2] - arc.gravity * begin
-    speed = math.sqrt(vx * vx + vy * vy + vz * vz)
-    return begin + 2.0 * length / (speed + math.sqrt(speed * speed + 2.0 * arc.gravity * length))
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:

@@ -26,9 +26,11 @@ MEGABYTE = 1_000_000
 LEAST_ROOM = 20 * MEGABYTE
 """Bytes that must be free on the disk: what a few rocks over a small terrain leave behind, pictures and all."""
 
+PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
+"""What accuracy costs: of a scene rather than of a run, so a run that replaces another leaves it there."""
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
-    "profiles", "map.png", "hazard", "convergence.png", "run.rrd",
+    "profiles", "map.png", "hazard", "convergence.png", "run.rrd", *PRICE_LIST,
 }  # fmt: skip
 """All that a result folder may hold; a folder with anything else in it is never replaced."""
 
@@ -51,6 +53,9 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
         part.mkdir(parents=True)
         _check_room(folder, part)
         yield part
+        for name in PRICE_LIST:
+            if (target / name).is_file():
+                shutil.copy2(target / name, part / name)
         _replace(target, part)
     except OSError as fault:
         raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
@@ -95,8 +100,12 @@ def _refuse_foreign_content(target: Path) -> None:
 
 
 def _is_result(target: Path) -> bool:
+    return any(_is_ours(target / name) for name in (SUMMARY, PRICE_LIST[0]))
+
+
+def _is_ours(path: Path) -> bool:
     try:
-        return bool(json.loads((target / SUMMARY).read_text(encoding="utf-8"))["program"] == "rpf3d")
+        return bool(json.loads(path.read_text(encoding="utf-8"))["program"] == "rpf3d")
     except (OSError, ValueError, KeyError, TypeError):
         return False
 

@@ -19,6 +19,7 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
+from rpf3d_core.io.scene_method import MethodSpec, method_values
 from rpf3d_core.io.scene_values import (
     MOST_ROCKS,
     Count,
@@ -328,6 +329,9 @@ class Scene(Part):
         default_factory=HazardSpec, description="a mapping with cell, reach_levels, matrix and memory_gb"
     )
     engine: Literal["auto", "reference", "compiled"] = Field("auto", description="auto, reference or compiled")
+    method: Annotated[MethodSpec, BeforeValidator(method_values)] = Field(
+        default_factory=MethodSpec, description="events, or a mapping with stepping"
+    )
     seed: Count = Field(1, ge=0, le=LARGEST_SEED, description=f"a whole number from 0 to {LARGEST_SEED}")
     outputs: OutputSpec = Field(
         default_factory=OutputSpec, description="a mapping with trajectories, impacts, pictures and recording"

@@ -94,7 +94,11 @@ def _digests(scene: Scene) -> dict[str, str]:
 def _settings(scene: Scene) -> dict[str, Any]:
     """The choices that decide the answer, beside the materials."""
     names = ("seed", "rebound", "ground", "stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
-    return {**{name: getattr(scene, name) for name in names}, "effects": list(scene.effects)}
+    return {
+        **{name: getattr(scene, name) for name in names},
+        "effects": list(scene.effects),
+        "method": scene.method.describe(),
+    }
 
 
 def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, Any]:

@@ -55,6 +55,13 @@ class RecordedOutputs(Protocol):
         """Number of rocks to show."""
 
 
+class RecordedMethod(Protocol):
+    """What a recording needs of the way contacts were found."""
+
+    def describe(self) -> str:
+        """In words."""
+
+
 class RecordedScene(Protocol):
     """What a recording needs of a scene; `io.scene_model.Scene` has it."""
 
@@ -77,6 +84,10 @@ class RecordedScene(Protocol):
     @property
     def materials(self) -> Mapping[str, Any]:
         """By zone or pattern."""
+
+    @property
+    def method(self) -> RecordedMethod:
+        """How contacts were found."""
 
     @property
     def outputs(self) -> RecordedOutputs:
@@ -231,7 +242,7 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
     counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
     outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
     return [
-        f"scene {scene.path.name}, seed {scene.seed}",
+        f"scene {scene.path.name}, seed {scene.seed}, method {scene.method.describe()}",
         f"terrain: {len(terrain.triangles)} triangles in the zones {', '.join(terrain.zones)}",
         frame_line(terrain.frame),
         *([f"mesh: {counted}"] if counted else []),

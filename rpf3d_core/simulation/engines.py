@@ -2,12 +2,15 @@
 
 import math
 import time
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA, loop
+from rpf3d_core.detection.stepped import stepped
+from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.materials.library import key_of, keys_of
 from rpf3d_core.simulation.march import follow, ground_below
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
@@ -18,6 +21,9 @@ from rpf3d_core.values import ZERO, Motion
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
 """The height is told by who looks at the paths, and NaN until then."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
+
+SAMPLE = 100_000
+"""Facets at least from which their usual size is told."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -40,7 +46,10 @@ class Starts(NamedTuple):
 
 
 class Reference:
-    """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other."""
+    """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other.
+
+    method : what finds the contacts of flights: the locator, which meets every event, or steps (`stepping`)
+    """
 
     name = "reference"
 
@@ -49,6 +58,7 @@ class Reference:
 
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
+        self.method: Any = self.locator
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
@@ -62,7 +72,7 @@ class Reference:
         Returns the number of the first rock that found no room in the record, R if all did.
         """
         keys = keys_of(materials, starts.source.tolist(), starts.rock.tolist())
-        arguments = (self.locator, self.facets, plain(materials), settings, starts.x.tolist(), starts.v.tolist(), keys)
+        arguments = (self.method, self.facets, plain(materials), settings, starts.x.tolist(), starts.v.tolist(), keys)
         done = _follow_all.py_func(*models, *arguments, record, first, begin, finals, counts)  # type: ignore[attr-defined]
         return int(done)
 
@@ -74,7 +84,10 @@ class Reference:
 
 
 class Compiled:
-    """The same functions through numba, candidates from a bucket grid; may be called from several threads at once."""
+    """The same functions through numba, candidates from a bucket grid; may be called from several threads at once.
+
+    method : as of `Reference`
+    """
 
     name = "compiled"
 
@@ -83,6 +96,7 @@ class Compiled:
 
         self.facets = facets
         self.locator = bucket_locator(facets)
+        self.method: Any = self.locator
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
@@ -90,7 +104,7 @@ class Compiled:
     ) -> int:  # fmt: skip
         """As `Reference.follow`."""
         keys = keys_of(materials, starts.source, starts.rock)
-        ground = (self.locator, self.facets, materials, settings)
+        ground = (self.method, self.facets, materials, settings)
         follow_all: Any = _follow_all
         return int(follow_all(*models, *ground, starts.x, starts.v, keys, record, first, begin, finals, counts))
 
@@ -118,6 +132,43 @@ def engine_of(name: str, facets: Facets) -> Engine:
         return Compiled(facets)
     reason = "numba is not installed" if name == Compiled.name else "engines are reference and compiled"
     raise ValueError(f"engine {name!r} cannot be used: {reason}")
+
+
+def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
+    """The same engine with contacts found in fixed steps (`detection.stepped`); heights above ground stay exact.
+
+    dt : s; threshold : m, or m2 where the squared distance is compared with it; every_step : as of `Stepped`
+    """
+    other = copy(engine)
+    if isinstance(engine, Reference):
+        from rpf3d_core.detection import vtk_closest  # noqa: F401  (its rule is needed by this engine only)
+    other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)
+    return other
+
+
+def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
+    """The same engine with contacts found in fixed steps below a raster's cells (`detection.stepped_raster`).
+
+    engine : over the raster's facets, two for each square that is `there` (ny, nx), row by row
+    x, y : corner of the first square, m; cell : m; dt : s
+
+    A rock is found below the ground only after it went through, which on the lowest ground is below the terrain's box:
+    it is followed for as far again as the box is large.
+    """
+    ny, nx = there.shape
+    first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
+    other = copy(engine)
+    other.method = SteppedRaster(x, y, cell, nx, ny, first, dt)
+    low, high = engine.facets.low, engine.facets.high
+    other.facets = engine.facets._replace(low=(low[0], low[1], low[2] - math.dist(low, high)))
+    return other
+
+
+def facet_size(facets: Facets) -> float:
+    """Side (m) of a square as large as two facets of the mean area of some of them; above 0."""
+    corners = np.asarray(facets.corners)[:: max(len(facets.zone) // SAMPLE, 1)]
+    u, w = corners[:, 3:6] - corners[:, :3], corners[:, 6:9] - corners[:, :3]
+    return math.sqrt(float(np.linalg.norm(np.cross(u, w), axis=1).mean())) or 1.0
 
 
 def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:

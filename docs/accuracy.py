@@ -1,0 +1,95 @@
+"""Write docs/accuracy.md and its pictures: what accuracy costs on the demo pit and on Authume, measured on the spot.
+
+python docs/accuracy.py    (or make accuracy; takes about a minute a scene)
+"""
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from rpf3d_core.accuracy.files import PICTURE, write_price_list
+from rpf3d_core.accuracy.measure import price_list
+from rpf3d_core.accuracy.tables import document
+from rpf3d_core.errors import InputError
+
+DOCS = Path(__file__).parent
+SCENES = DOCS.parent / "config" / "scenes"
+TARGET = 0.05
+MEASURED = {"demo": "The demo pit", "authume_p1": "Authume"}
+
+HEAD = """# What accuracy costs
+`rpf3d cost SCENE --out DIR` measures, on your own scene, what each setting leaves open and what it costs: a table on
+the screen, `cost.json`, `cost.png` and `cost.rrd` in the folder. `rpf3d run SCENE --out DIR --accuracy 0.05` flies as
+many rocks as keep the error under 0.05; it reads the price list in the folder if it is of the very same scene, and
+measures it first if not. `docs/accuracy.py` (`make accuracy`) measures and writes this page.
+
+## Three errors in one currency
+- **numerical**: how contacts are found. The same rocks are flown event by event, which is exact, and in fixed time
+  steps, as in the thesis (`method: {stepping: ...}` in a scene): at each step VTK tells the closest facet, and a rock
+  that is nearer than the threshold and moves into it has an impact. *squared* compares the squared distance with the
+  threshold, as the thesis' code does: 0.05 then means 0.22 m. *raster* steps over heights sampled in cells, and has
+  an impact at the first step below the ground. Rebound, materials, the end of bouncing and outcomes are the same
+  code.
+- **geometric**: the terrain's resolution. The same rocks, from the same heights above the ground, over a half to 1/64
+  of the triangles (quadric decimation), compared with the terrain as it is. What the survey itself misses is in no
+  number here; what the first halving changes is the nearest that can be measured.
+- **statistical**: the number of rocks. Two ensembles with other rocks; each is off the truth by what lies between
+  them over the square root of two.
+
+All three are told as **map error**: the sum over all cells of |p - q| over the sum of p + q, with p and q the two
+maps of reach probability. It is 0 for equal maps and 1 for maps without a common cell, and says which share of all
+visits to cells one map has elsewhere than the other. It depends on the cell of the maps (`hazard.cell`): smaller
+cells ask for more rocks. The total is the sum of the three, for a bias and an interval do not cancel; a target is met
+against the terrain as it is, so its geometric error is 0 there.
+
+*chance* is the map error between two ensembles of as many, but other, rocks. The rocks of the numerical and geometric
+lines are the same as those that they are compared with, so errors far below chance are still seen. Settings too slow
+for 2,000 rocks are told from fewer (`rocks` in `cost.json`), so their last digit wanders.
+
+Events have errors too: those of rounding. The facets that rocks met are followed again with 50 digits, impact by
+impact. How far a difference grows is the scene's matter, not that of the arithmetic: every bounce off another facet
+may multiply it. So the line of events tells how far the *map* moves where all rocks start one contact tolerance
+further east, which is thousands of times what rounding does.
+"""
+READING = """## How to read it
+- A threshold is a bias that no step removes: from some step on, smaller ones only cost. An impact is found a
+  threshold too early, which is a multiple of it along the ground where the rock comes in flat.
+- A step so long that a rock moves further than twice the threshold lets rocks fall through the ground (*tunnelled*).
+- Where both shrink together the error goes with the step, and the price with its inverse: ten times better is ten
+  times dearer (test/cost holds the order of one). Events have no such price list: their error is that of rounding.
+- A raster does not converge to the answer as its step shrinks; it converges to that of another terrain. A
+  smaller cell need not be nearer: of a face of 70 degrees it makes stairs.
+"""
+
+
+def main() -> int:
+    """Measure, write and say how long it took; the exit code."""
+    parts = [HEAD]
+    for stem, title in MEASURED.items():
+        parts.append(_section(stem, title))
+    (DOCS / "accuracy.md").write_text("\n".join([*parts, READING]), encoding="utf-8")
+    return 0
+
+
+def _section(stem: str, title: str) -> str:
+    """What was measured on a scene, or why it was not."""
+    began, spent = time.perf_counter(), time.process_time()
+    try:
+        prices = price_list(SCENES / f"{stem}.yaml", lambda line: print(f"{stem}: {line}", file=sys.stderr))
+    except InputError as fault:
+        return f"## {title}\nNot measured: {str(fault).splitlines()[-1]}\n"
+    wall, core = time.perf_counter() - began, time.process_time() - spent
+    with tempfile.TemporaryDirectory() as folder:
+        write_price_list(folder, prices, TARGET, recording=False)
+        picture = DOCS / "pictures" / f"cost_{stem}.png"
+        picture.write_bytes((Path(folder) / PICTURE).read_bytes())
+    facts = (
+        f"`config/scenes/{stem}.yaml`: {prices.triangles:,} triangles, maps in cells of {prices.cell:g} m. Measured in "
+        f"{wall:.0f} s ({core:.0f} s of a core, compiling included)."
+    )
+    return f"## {title}\n{facts}\n\n![what accuracy costs](pictures/{picture.name})\n\n{document(prices, TARGET)}\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,32 @@
+"""What `rpf3d cost` and `rpf3d run --accuracy` do, apart from the screen."""
+
+from pathlib import Path
+
+from rpf3d_core.accuracy.choice import check_target
+from rpf3d_core.accuracy.files import read_price_list, write_price_list
+from rpf3d_core.accuracy.measure import Tell, price_list
+from rpf3d_core.accuracy.price_list import PriceList
+from rpf3d_core.io.results import check_folder
+from rpf3d_core.io.scene import read_scene, scene_digest
+
+
+def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
+    """Measure the price list of a scene and write it into a folder.
+
+    Raises
+    ------
+    InputError
+        The target (-) is not between 0 and 1, or the folder or the scene is refused: before anything is measured.
+    """
+    check_target(target)
+    check_folder(out)
+    prices = price_list(scene, tell)
+    write_price_list(out, prices, target)
+    return prices
+
+
+def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
+    """The price list in a folder if it is of the very same scene, or a new one, written there; errors as `measured`."""
+    check_target(target)
+    kept = read_price_list(out, scene_digest(read_scene(scene)))
+    return measured(scene, out, target, tell) if kept is None else kept

@@ -1,0 +1,117 @@
+"""How far one way of flying a scene's rocks is from another, in shares of the map and in metres."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.accuracy.flown import Flown, Reached
+from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
+from rpf3d_core.hazard.convergence import Step
+from rpf3d_core.values import DEPOSITED, Mode
+
+
+class Metres(NamedTuple):
+    """Median and 95th percentile over rocks (m); None where there are no rocks to tell it of."""
+
+    median: float | None
+    p95: float | None
+
+
+class Difference(NamedTuple):
+    """How far an answer is from another of the same rocks.
+
+    of_map : `map_distance` (-); of_shares : the largest difference of a share of any place (-)
+    first_impact, stop, bounce : m, of the places and of the height of the first bounce
+    other_outcome : share of rocks with another outcome (-)
+    """
+
+    of_map: float
+    of_shares: float
+    first_impact: Metres
+    stop: Metres
+    bounce: Metres
+    other_outcome: float
+
+
+def map_distance(a: Reached, b: Reached) -> float:
+    """Total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
+
+    Sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that one map has elsewhere
+    than the other. It counts each cell by how many rocks come there, so it does not depend on how many cells nobody
+    ever reaches. (Known in ecology as the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
+    """
+    cells = np.union1d(a.cells, b.cells)
+    p, q = (_shares(some, cells) for some in (a, b))
+    total = float((p + q).sum())
+    return float(np.abs(p - q).sum()) / total if total > 0.0 else 0.0
+
+
+def _shares(some: Reached, cells: IntArray) -> FloatArray:
+    """Reach probability (-) of each of S cells in order of number, among them all that were reached: (S,)."""
+    shares = np.zeros(len(cells))
+    shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
+    return shares
+
+
+def share_distance(a: Step, b: Step) -> float:
+    """The largest difference of a share, of the rocks that reach a place or stop there (-)."""
+    return max((abs(x - y) for name in {*a.places, *b.places} for x, y in _pairs(a, b, name)), default=0.0)
+
+
+def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
+    both = [(step.places[name].reached, step.places[name].stopped) if name in step.places else (0.0, 0.0)
+            for step in (a, b)]  # fmt: skip
+    return list(zip(*both, strict=True))
+
+
+def difference(found: Flown, exact: Flown, gravity: float) -> Difference:
+    """How far rocks flown one way are from the same rocks flown exactly; gravity in m/s^2."""
+    mine, theirs = found.flights, exact.flights
+    at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
+    stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
+    return Difference(
+        of_map=map_distance(found.reached, exact.reached),
+        of_shares=share_distance(found.places, exact.places),
+        first_impact=metres(np.linalg.norm(first_impacts(mine) - first_impacts(theirs), axis=1)),
+        stop=metres(stop[at_rest]),
+        bounce=metres(np.abs(first_bounces(mine, gravity) - first_bounces(theirs, gravity))),
+        other_outcome=float((mine.deposits.outcome != theirs.deposits.outcome).mean()),
+    )
+
+
+def first_impacts(flights: Flights) -> FloatArray:
+    """Where each of R rocks first met the ground (R, 3) m; NaN where it never did."""
+    return _first_of(flights, flights.impacts.x)
+
+
+def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
+    """Of the values (I, 3) of all impacts, those of the first of each rock (R, 3); NaN where it has none."""
+    some = np.full((len(flights.deposits.rock), 3), np.nan)
+    rows, first = np.unique(flights.impacts.row, return_index=True)
+    some[rows] = values[first]
+    return some
+
+
+def first_bounces(flights: Flights, gravity: float) -> FloatArray:
+    """How high each of R rocks would rise off a level ground with the speed that its first impact left it: (R,) m.
+
+    With the speed along the facet's normal, for off a steep face a rock does not rise at all. NaN where it did not fly
+    on, or no path was kept. gravity : m/s^2
+    """
+    rises = np.full(len(flights.deposits.rock), np.nan)
+    paths = flights.paths
+    _, first = np.unique(paths.row, return_index=True)
+    second = first + 1  # at least its end
+    second = second[paths.mode[second] == Mode.FLIGHT]
+    row = paths.row[second]
+    away = (paths.v[second] * _first_of(flights, flights.impacts.normal)[row]).sum(axis=1)
+    rises[row] = away**2 / (2.0 * gravity)
+    return rises
+
+
+def metres(distances: FloatArray) -> Metres:
+    """Median and 95th percentile of distances (N,) m, those that are not known left out."""
+    known = distances[np.isfinite(distances)]
+    if len(known) == 0:
+        return Metres(None, None)
+    return Metres(float(np.median(known)), float(np.percentile(known, 95)))

@@ -1,0 +1,47 @@
+"""cost.json, cost.png and cost.rrd in a folder, and reading the first of them again."""
+
+import json
+from pathlib import Path
+
+from rpf3d_core.accuracy.price_list import PriceList, price_list_of, section
+from rpf3d_core.accuracy.series import series_of
+from rpf3d_core.accuracy.tables import document, findings
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.results import check_folder
+from rpf3d_core.io.summary import plain, versions
+
+JSON, PICTURE, RECORDING = "cost.json", "cost.png", "cost.rrd"
+
+
+def write_price_list(folder: str | Path, prices: PriceList, target: float, recording: bool = True) -> Path:
+    """Write the price list into a folder, beside the result that it may hold; the folder.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written to.
+    """
+    from rpf3d_core.io.plots_cost import write_cost  # matplotlib takes most of a second to import
+    from rpf3d_core.recordings.cost import write_cost_recording
+
+    place, series = check_folder(folder), series_of(prices)
+    facts = {**section(prices), "versions": versions(), "target": target, "findings": findings(prices, target)}
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        (place / JSON).write_text(json.dumps(plain(facts), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        write_cost(place / PICTURE, prices.scene, series, target)
+        if recording:
+            write_cost_recording(place / RECORDING, series, place / PICTURE, document(prices, target))
+    except OSError as fault:
+        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+    return place
+
+
+def read_price_list(folder: str | Path, digest: str) -> PriceList | None:
+    """The price list in a folder if it is of the scene of a digest; None if there is none, or it is of another."""
+    try:
+        facts = json.loads((Path(folder) / JSON).read_text(encoding="utf-8"))
+        prices = price_list_of(facts)
+    except (OSError, KeyError, TypeError, ValueError):
+        return None
+    return prices if prices.digest == digest else None

@@ -1,0 +1,68 @@
+"""What the resolution of the terrain does to the answer: the same rocks over fewer and fewer triangles."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.accuracy.differences import Difference, difference
+from rpf3d_core.accuracy.flown import Flown, fly
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.io.decimated import decimated
+from rpf3d_core.prepared import Prepared
+from rpf3d_core.simulation.engines import Engine, engine_of
+from rpf3d_core.terrain.facets import Terrain, facets_of
+
+PARTS = (2, 4, 8, 16, 32, 64)
+"""The terrain has a half of its triangles, a quarter, and so on."""
+FEWEST = 8
+"""Triangles; a terrain of fewer tells nothing."""
+
+
+class Coarser(NamedTuple):
+    """The answer over a terrain of some of the scene's triangles; `part` : one in so many."""
+
+    part: int
+    triangles: int
+    off: Difference
+    seconds_per_1000: float
+
+
+def coarser_terrains(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Coarser]:
+    """The scene flown over coarser terrains, the same rocks from the same heights above the ground.
+
+    exact : the same releases over the terrain as it is
+    """
+    some = taken(releases, exact.rows)
+    for part in PARTS:
+        if len(prepared.terrain.triangles) < FEWEST * part:
+            return
+        terrain = decimated(prepared.terrain, 1.0 / part)
+        coarse = over_terrain(prepared, terrain, engine_of(prepared.engine.name, facets_of(terrain)))
+        found = fly(coarse, put_back(some, prepared.engine, coarse.engine), paths=True)
+        yield Coarser(
+            part, len(terrain.triangles), difference(found, exact, prepared.scene.gravity), found.seconds_per_1000
+        )
+
+
+def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepared:
+    """The same scene over another terrain of the same zones; its map keeps its cells."""
+    return replace(prepared, terrain=terrain, engine=engine)
+
+
+def put_back(releases: Releases, before: Engine, after: Engine) -> Releases:
+    """Releases at the same height above another ground; where that has none below them, at the same altitude.
+
+    Heights are those above the ground straight below, and the new ground is its highest point there: no rock starts
+    under it.
+    """
+    height = before.ground_below(releases.x)[:, 0]
+    top = np.array(releases.x)
+    top[:, 2] = max(after.facets.high[2], float(top[:, 2].max())) + ABOVE_EVERYTHING
+    found = after.ground_below(top)
+    x = np.array(releases.x)
+    there = found[:, 1] >= 0
+    x[there, 2] = (top[:, 2] - found[:, 0] + height)[there]
+    return replace(releases, x=x)

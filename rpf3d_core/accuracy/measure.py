@@ -1,0 +1,101 @@
+"""Measure the price list of a scene, in one go: what `rpf3d cost` does."""
+
+from collections.abc import Callable
+from itertools import chain
+from pathlib import Path
+
+from rpf3d_core.accuracy.flown import fly, some_rocks
+from rpf3d_core.accuracy.geometric import coarser_terrains
+from rpf3d_core.accuracy.numerical import SETTINGS, Steps, raster_answers, rounding, stepped_answers
+from rpf3d_core.accuracy.precise import Off, off_exact
+from rpf3d_core.accuracy.price_list import (
+    EVENTS,
+    Priced,
+    PriceList,
+    priced_events,
+    priced_full_terrain,
+    priced_sample,
+    priced_steps,
+    priced_terrain,
+    steps_setting,
+)
+from rpf3d_core.accuracy.statistical import Sampled, doublings
+from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.scene import read_scene, scene_digest
+from rpf3d_core.io.scene_method import MethodSpec
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.prepared import Prepared, prepare
+
+PAIRED = 2000
+"""Rocks that are flown by events and in steps: enough to tell a hundredth of a share, few enough for small steps."""
+OVER_TERRAINS = 16_000
+"""Rocks that are flown over each terrain."""
+DOUBLINGS_S = 8.0
+"""Seconds of one core for the doublings of the number of rocks."""
+
+Tell = Callable[[str], None]
+"""Told what is measured next."""
+
+
+def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:
+    """Measure what accuracy costs on a scene.
+
+    Raises
+    ------
+    InputError
+        The scene, one of its files or a source is refused; or numba is not installed.
+    """
+    scene = scene if isinstance(scene, Scene) else read_scene(scene)
+    if not HAS_NUMBA:
+        raise InputError(f"{scene.path}: what accuracy costs is measured with the compiled engine, which needs numba")
+    tell("preparing: terrain, index, compiled code")
+    prepared = prepare(scene.model_copy(update={"engine": "compiled", "method": MethodSpec()}))
+    tell("statistical: doubling the number of rocks")
+    sampled = list(doublings(prepared, DOUBLINGS_S))
+    numerical, exact = _numerical(prepared, scene, sampled, tell)
+    return PriceList(
+        scene=scene.path.name,
+        digest=scene_digest(scene),
+        rocks=sum(source.rocks for source in scene.sources),
+        method=steps_setting(own) if (own := _own_steps(scene)) else EVENTS,
+        cell=prepared.raster.cell,
+        triangles=len(prepared.terrain.triangles),
+        numerical=numerical,
+        geometric=_geometric(prepared, sampled, tell),
+        statistical=[priced_sample(found) for found in sampled],
+        off_exact=exact,
+    )
+
+
+def _own_steps(scene: Scene) -> Steps | None:
+    """The steps that a scene names."""
+    its = scene.method.stepping
+    return None if its is None else Steps(its.dt, its.threshold, its.squared)
+
+
+def _numerical(
+    prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
+) -> tuple[list[Priced], list[Off]]:  # fmt: skip
+    tell("numerical: events, and 50 digits")
+    releases = some_rocks(prepared, PAIRED)
+    exact = fly(prepared, releases, paths=True)
+    lines = [priced_events(rounding(prepared, releases, exact), exact.seconds_per_1000)]
+    own = _own_steps(scene)
+    settings = SETTINGS if own is None or own in SETTINGS else (*SETTINGS, own)
+    answers = (stepped_answers(prepared, releases, exact, settings), raster_answers(prepared, releases, exact))
+    for found in chain(*answers):
+        tell(f"numerical: {', '.join(f'{name} {value}' for name, value in found.setting._asdict().items())}: done")
+        lines.append(priced_steps(found, sampled))
+    return lines, off_exact(prepared, exact.flights)
+
+
+def _geometric(prepared: Prepared, sampled: list[Sampled], tell: Tell) -> list[Priced]:
+    tell("geometric: the terrain as it is")
+    releases = some_rocks(prepared, OVER_TERRAINS)
+    exact = fly(prepared, releases, paths=True)
+    lines = [priced_full_terrain(len(prepared.terrain.triangles), exact.seconds_per_1000)]
+    for found in coarser_terrains(prepared, releases, exact):
+        tell(f"geometric: 1/{found.part} of the triangles done")
+        lines.append(priced_terrain(found, OVER_TERRAINS, sampled))
+    return lines

@@ -1,0 +1,176 @@
+"""What fixed steps do to the answer, and what each of them costs: the same rocks, event by event and step by step."""
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.accuracy.differences import Difference, difference, map_distance
+from rpf3d_core.accuracy.flown import Flown, flight_seconds, fly, spread, with_engine
+from rpf3d_core.accuracy.geometric import put_back
+from rpf3d_core.accuracy.on_raster import on_raster
+from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.prepared import Prepared
+from rpf3d_core.simulation.engines import Engine, Reference, stepping
+from rpf3d_core.terrain.facet_geometry import NEAR
+from rpf3d_core.terrain.facets import facets_of
+from rpf3d_core.values import Outcome
+
+BUDGET = 1.5
+"""Seconds of one core that a setting may take to tell its error, and again to tell its price."""
+TIMED_ROCKS = 10
+"""Rocks that are stepped one by one, every step looked at, to tell the price."""
+
+
+class Steps(NamedTuple):
+    """A setting of the thesis' method: dt s, threshold m; squared : as of `detection.stepped.stepped`."""
+
+    dt: float
+    threshold: float
+    squared: bool = False
+
+
+SETTINGS = (
+    *(Steps(dt, threshold) for threshold in (0.5, 0.05, 0.005) for dt in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)),
+    Steps(1e-3, 0.05, True),
+    Steps(1e-4, 0.05, True),  # the thesis' own code with its own defaults (appendix; section 3.1)
+)
+
+
+class OnRaster(NamedTuple):
+    """A setting of the fixed-step method on a raster: cell m, dt s."""
+
+    cell: float
+    dt: float
+
+
+RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
+"""Cells in those of the scene's maps, which are half as large as a facet; time steps in s."""
+MOST_NODES = 2_000_000
+"""Heights of a raster; a finer one is left out."""
+GUESSED_STEP = 2e-5
+"""Seconds that a step may take before one has been timed: VTK called from Python."""
+
+
+class Price(NamedTuple):
+    """Seconds of one core to step 1,000 rocks, every step looked at, and to take one step.
+
+    by_clock : whether whole rocks were timed, or their steps counted and multiplied by the time of a coarser one
+    """
+
+    seconds_per_1000: float
+    step: float
+    by_clock: bool
+
+
+class Measured(NamedTuple):
+    """What came of a setting: how far off, over how many rocks.
+
+    tunnelled : share of rocks (-) that ended under the ground; steps : mean number a rock
+    vtk : the price where VTK finds the closest facet, called from Python, as in the thesis; None on a raster, where
+        none is looked for; compiled : by this engine
+    """
+
+    setting: Steps | OnRaster
+    rocks: int
+    off: Difference
+    tunnelled: float
+    steps: float
+    vtk: Price | None
+    compiled: Price
+
+
+def stepped_answers(
+    prepared: Prepared, releases: Releases, exact: Flown, settings: tuple[Steps, ...] = SETTINGS
+) -> Iterator[Measured]:
+    """Fly the releases with each setting; the answer to compare with is that of events, of the same rocks.
+
+    exact : all releases, by events
+    """
+    # Over the same terrain, but with VTK's own index, which is not needed for anything else.
+    by_vtk = with_engine(prepared, Reference(facets_of(prepared.terrain)))
+    same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
+    for setting in settings:
+        found = fly(with_engine(prepared, _stepping(prepared.engine, setting)), releases, BUDGET, paths=True)
+        rocks = len(found.rows)
+        if rocks not in same:
+            same[rocks] = fly(prepared, taken(releases, found.rows), paths=True)
+        steps = flight_seconds(found.flights) / rocks / setting.dt
+        vtk = _price(by_vtk, releases, setting, steps, step_vtk)
+        compiled = _price(prepared, releases, setting, steps, step_compiled)
+        step_vtk, step_compiled = vtk.step, compiled.step
+        lost = float(under_ground(found.flights.deposits, prepared.engine).mean())
+        yield Measured(
+            setting, rocks, difference(found, same[rocks], prepared.scene.gravity), lost, steps, vtk, compiled
+        )
+
+
+def raster_answers(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Measured]:
+    """As `stepped_answers`, on rasters of the terrain: rocks start at their height above the raster's ground."""
+    for cell in (times * prepared.raster.cell for times in RASTER_CELLS):
+        low, high = prepared.engine.facets.low, prepared.engine.facets.high
+        if (high[0] - low[0]) * (high[1] - low[1]) > MOST_NODES * cell * cell:
+            continue
+        for dt in RASTER_STEPS:
+            raster = on_raster(prepared, cell, dt)
+            if raster is None:
+                continue
+            found = fly(raster, put_back(releases, prepared.engine, raster.engine), paths=True)
+            off = difference(found, exact, prepared.scene.gravity)
+            lost = float(under_ground(found.flights.deposits, raster.engine).mean())
+            steps = flight_seconds(found.flights) / len(found.rows) / dt
+            price = Price(found.seconds_per_1000, found.seconds_per_1000 / 1000.0 / max(steps, 1.0), True)
+            yield Measured(OnRaster(cell, dt), len(found.rows), off, lost, steps, None, price)
+
+
+def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engine:
+    return stepping(engine, setting.dt, setting.threshold, setting.squared, every_step)
+
+
+def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
+    """Time some rocks of so many steps each; where one would take more than the budget, count its steps.
+
+    step : seconds that a step may take, from an earlier setting
+    """
+    if steps * step > BUDGET:
+        return Price(1000.0 * steps * step, step, False)
+    rocks = int(np.clip(BUDGET / max(steps * step, 1e-9), 1, TIMED_ROCKS))
+    engine, flight = _stepping(prepared.engine, setting, every_step=True), prepared.flight
+    some = taken(releases, spread(np.arange(len(releases.x)), rocks))
+    began = time.process_time()
+    flights = fly_ensemble(engine, flight, some)
+    seconds = time.process_time() - began
+    return Price(1000.0 * seconds / rocks, seconds * setting.dt / max(flight_seconds(flights), setting.dt), True)
+
+
+def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
+    """Which of R rocks left the terrain with ground above them: (R,). They went through it unnoticed.
+
+    One that goes through the lowest ground leaves the terrain's box there and then, as deep as the tolerance; one that
+    leaves at the box' side does not count for that.
+    """
+    top = np.array(deposits.x)
+    top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
+    found = engine.ground_below(top)
+    slack = NEAR * engine.facets.tolerance
+    depth = np.where(found[:, 1] >= 0, top[:, 2] - found[:, 0] - deposits.x[:, 2], -np.inf)
+    low, high = np.array(engine.facets.low[:2]) + slack, np.array(engine.facets.high[:2]) - slack
+    within = ((deposits.x[:, :2] > low) & (deposits.x[:, :2] < high)).all(axis=1)
+    below = (depth > slack) | (within & (depth > -slack))
+    return np.asarray(below & (deposits.outcome == Outcome.LEFT_TERRAIN))
+
+
+def rounding(prepared: Prepared, releases: Releases, exact: Flown) -> float:
+    """How far the map (-) moves where all rocks start a tolerance (m) further east.
+
+    That is some thousand times what rounding does to an impact (`precise`), so it bounds what rounding can do to the
+    map however chaotic the scene is.
+    """
+    moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
+    return map_distance(fly(prepared, moved).reached, exact.reached)

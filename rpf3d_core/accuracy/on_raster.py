@@ -1,0 +1,62 @@
+"""A scene's terrain as a raster of heights, and the engine that steps over it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.accuracy.geometric import over_terrain
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
+from rpf3d_core.prepared import Prepared
+from rpf3d_core.simulation.engines import Engine, engine_of, stepping_over_squares
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.squares import grid_triangles
+
+
+class Squares(NamedTuple):
+    """Where the squares of a raster lie: corner x, y (m), side `cell` (m); there : (ny, nx) those that are no hole."""
+
+    x: float
+    y: float
+    cell: float
+    there: np.ndarray
+
+
+def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
+    """The same scene on heights sampled every `cell` m, flown in steps of dt (s).
+
+    Heights are those of the ground straight below, from above everything: of an overhang the upper side. A square
+    belongs to the zone of the ground under the middles of its two facets; one with a corner beside the terrain is
+    a hole. None where nothing but holes is left, as of a terrain smaller than a cell.
+    """
+    terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
+    if len(terrain.triangles) == 0:
+        return None
+    engine = engine_of(prepared.engine.name, facets_of(terrain))
+    raster = (squares.x, squares.y, squares.cell, squares.there)
+    return over_terrain(prepared, terrain, stepping_over_squares(engine, *raster, dt))
+
+
+def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Squares]:
+    """A terrain as a raster of heights, every `cell` m from its south-western corner, two facets a square."""
+    low, high = np.array(engine.facets.low), np.array(engine.facets.high)
+    nx, ny = (max(int(width / cell), 1) for width in (high - low)[:2])
+    x, y = np.meshgrid(low[0] + cell * np.arange(nx + 1), low[1] + cell * np.arange(ny + 1))
+    top = np.full(x.shape, high[2] + ABOVE_EVERYTHING)
+    nodes = np.stack([x, y, top], axis=-1).reshape(-1, 3)
+    found = engine.ground_below(nodes)
+    there = (found[:, 1] >= 0).reshape(x.shape)
+    nodes[:, 2] -= found[:, 0]
+    triangles, vertices = grid_triangles(there), nodes[there.ravel()]
+    zone = _zones_under(terrain, engine, vertices[triangles].mean(axis=1)) if len(triangles) else np.empty(0, np.int32)
+    full = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
+    raster = Terrain(vertices, triangles, zone, terrain.zones, terrain.frame)
+    return raster, Squares(float(low[0]), float(low[1]), cell, full)
+
+
+def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
+    """The zone of the ground at each of N points in plan (m): (N,); the first zone where there is none."""
+    top = np.array(points)
+    top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
+    facet = engine.ground_below(top)[:, 1].astype(np.int64)
+    return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

@@ -1,0 +1,147 @@
+"""How far events are from exact arithmetic: the facets that a rock met, followed again with 50 digits.
+
+The facets are taken as recorded, so this tells of places and times. Whether another facet should have been met is
+told by the differences' size: it could only be one within that distance. Decimal numbers of Python's own library, for
+an impact takes no more than sums, products and one square root.
+"""
+
+from collections.abc import Iterator, Sequence
+from decimal import Decimal, localcontext
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.kinetics.rebound import ConstantRestitution
+from rpf3d_core.materials.library import RockKey, Surface, keys_of, surface_of
+from rpf3d_core.prepared import Prepared
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Mode
+
+DIGITS = 50
+ROCKS = 50
+"""Rocks that are followed again."""
+
+Point = tuple[Decimal, Decimal, Decimal]
+
+
+class Struck(NamedTuple):
+    """An impact in high precision: when (s) and where (m) it is, and the velocity (m/s) after it."""
+
+    t: Decimal
+    x: Point
+    v: Point
+
+
+class Off(NamedTuple):
+    """How far recorded impacts are from those of exact arithmetic: median and largest, m and s; of how many."""
+
+    impacts: int
+    place_median: float
+    place_max: float
+    time_median: float
+    time_max: float
+
+
+def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[Off]:
+    """How far the first impacts of some rocks are off, then the second, and so on; nothing for another rebound model.
+
+    flights : with all impacts and paths
+    """
+    if not isinstance(prepared.flight.models.rebound, ConstantRestitution):
+        return []
+    rows = np.unique(np.linspace(0, len(flights.deposits.rock) - 1, rocks).astype(int))
+    gaps = [gap for row in rows for gap in _gaps(prepared, flights, int(row))]
+    numbers = sorted({number for number, _, _ in gaps})
+    return [_off([(place, time) for its, place, time in gaps if its == number]) for number in numbers]
+
+
+def _off(gaps: list[tuple[float, float]]) -> Off:
+    places, times = zip(*gaps, strict=True)
+    return Off(len(gaps), *(float(value) for some in (places, times) for value in (np.median(some), max(some))))
+
+
+def _gaps(prepared: Prepared, flights: Flights, row: int) -> Iterator[tuple[int, float, float]]:
+    """Number of each impact of a rock before it first settles or slides, and how far it is off (m, s)."""
+    struck = np.flatnonzero(flights.impacts.row == row)
+    modes = flights.paths.mode[flights.paths.row == row]
+    alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
+    facets = [int(f) for f in flights.impacts.facet[struck[:alone]]]
+    start = np.flatnonzero(flights.paths.row == row)[0]
+    release = (flights.paths.x[start].tolist(), flights.paths.v[start].tolist())
+    surfaces = _surfaces(prepared, flights, row, facets)
+    with localcontext() as context:
+        context.prec = DIGITS
+        times = flights.impacts.t[struck].tolist()
+        exact = impacts_in_digits(
+            prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times
+        )
+        for number, impact in enumerate(exact):
+            recorded = flights.impacts.x[struck[number]].tolist()
+            gap = _minus(impact.x, _decimals(recorded))
+            yield number, float(_dot(gap, gap).sqrt()), abs(float(impact.t - Decimal(times[number])))
+
+
+def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
+    """The ground of each impact of a rock, as it found it."""
+    materials: Any = prepared.flight.materials
+    source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
+    key = None if keys_of(materials, source, rock) is None else RockKey(source, rock)
+    zone = prepared.engine.facets.zone
+    return [surface_of(materials, int(zone[f]), key, number) for number, f in enumerate(facets)]
+
+
+def impacts_in_digits(
+    facets: Facets, surfaces: Sequence[Surface], gravity: float, x: Sequence[float], v: Sequence[float],
+    struck: Sequence[int], times: Sequence[float],
+) -> list[Struck]:  # fmt: skip
+    """The impacts of a rock from x (3,) m with v (3,) m/s on facets one after another, in the digits of the context.
+
+    Numbers are taken as they are in the machine: a coefficient of 0.1 is the double nearest to it.
+
+    surfaces, times : of each impact, the ground and the recorded time (s), which tells a parabola's two roots apart
+    """
+    at, velocity, t, g = _decimals(x), _decimals(v), Decimal(0), Decimal(gravity)
+    found = []
+    for f, surface, recorded in zip(struck, surfaces, times, strict=False):
+        a, b, c = (_decimals(np.asarray(facets.corners)[f, k : k + 3].tolist()) for k in (0, 3, 6))
+        n = _cross(_minus(b, a), _minus(c, a))
+        fall = _root(-g * n[2] / 2, _dot(n, velocity), _dot(n, _minus(at, a)), Decimal(recorded) - t)
+        at = (at[0] + velocity[0] * fall, at[1] + velocity[1] * fall, at[2] + (velocity[2] - g * fall / 2) * fall)
+        velocity = _rebound(surface, (velocity[0], velocity[1], velocity[2] - g * fall), n)
+        t += fall
+        found.append(Struck(t, at, velocity))
+    return found
+
+
+def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
+    """The root of a t^2 + b t + c that is nearer to a time (s)."""
+    if a == 0:
+        return -c / b
+    root = max(b * b - 4 * a * c, Decimal(0)).sqrt()
+    return min(((-b - root) / (2 * a), (-b + root) / (2 * a)), key=lambda t: abs(t - near))
+
+
+def _rebound(surface: Surface, v: Point, n: Point) -> Point:
+    """Equations 3-1 to 3-3 of the thesis as vectors (`kinetics.rebound.constant_restitution`); n of any length."""
+    share = _dot(v, n) / _dot(n, n)
+    R_n, R_t = Decimal(float(surface.R_n)), Decimal(float(surface.R_t))
+    x, y, z = (R_t * (a - share * b) - R_n * share * b for a, b in zip(v, n, strict=True))
+    return x, y, z
+
+
+def _decimals(values: Sequence[float]) -> Point:
+    x, y, z = (Decimal(value) for value in values)
+    return x, y, z
+
+
+def _minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a: Point, b: Point) -> Decimal:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Point, b: Point) -> Point:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

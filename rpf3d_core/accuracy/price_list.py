@@ -1,0 +1,176 @@
+"""The price list: what each setting leaves open on a scene, and what it costs, in one currency."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rpf3d_core.accuracy.differences import Difference, Metres
+from rpf3d_core.accuracy.geometric import Coarser
+from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
+from rpf3d_core.accuracy.precise import DIGITS, Off
+from rpf3d_core.accuracy.statistical import Sampled, floor_of
+
+DEFINITIONS = {
+    "error": (
+        "distance of the map of reach probability from what it is compared with, from 0 (the same) to 1 (no cell in "
+        "common): sum of |p - q| over all cells of the scene's raster, over the sum of p + q"
+    ),
+    "floor": "distance of two maps by events of that many rocks each, other rocks in either: what chance alone does",
+    "of_shares": "largest difference of the share of rocks that reach, or stop in, an area of interest (or zone)",
+    "numerical": "the same rocks, event by event and in fixed steps; events: how far the map moves where all rocks "
+    "start one contact tolerance further east",
+    "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
+    "misses is in none of these numbers",
+    "statistical": "maps of two independent ensembles of that many rocks, which are apart by the square root of two "
+    "times the error",
+    "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
+    "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
+    "that p95",
+    "seconds_per_1000_rocks": "of one processor core; numerical: every step is looked at, VTK finds the closest facet, "
+    "called from Python (compiled: by this program's own index), nothing is counted into maps; all others with "
+    "maps; timed is false where steps were counted instead and multiplied by the time of one",
+    "seconds": "of one processor core for that many rocks",
+    "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
+}  # fmt: skip
+UNITS = {
+    "error": "1", "floor": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1", "dt": "s",
+    "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
+    "stop_m": "m, [median, p95] over rocks at rest",
+    "bounce_height_m": "m, [median, p95] over rocks, of the rise with the normal speed after the first impact",
+    "seconds_per_1000_rocks": "s", "seconds": "s", "place_m": "m", "time_s": "s",
+}  # fmt: skip
+EVENTS: Mapping[str, Any] = {"method": "events"}
+
+
+class Priced(NamedTuple):
+    """A line of the list: a setting, its error (-), what 1,000 rocks cost (s of one core), and what else is known."""
+
+    setting: Mapping[str, Any]
+    error: float
+    seconds_per_1000_rocks: float
+    more: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class PriceList:
+    """What accuracy costs on one scene.
+
+    digest : of the scene; rocks : how many it asks for; method : the setting that it names; cell : of its map, m
+    off_exact : how far events are from arithmetic with 50 digits, impact by impact
+    """
+
+    scene: str
+    digest: str
+    rocks: int
+    method: Mapping[str, Any]
+    cell: float
+    triangles: int
+    numerical: Sequence[Priced]
+    geometric: Sequence[Priced]
+    statistical: Sequence[Priced]
+    off_exact: Sequence[Off]
+
+
+def priced_events(error: float, seconds_per_1000: float) -> Priced:
+    """The line of the method that meets every event."""
+    return Priced(EVENTS, error, seconds_per_1000, {"timed": True})
+
+
+def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
+    """A setting of a fixed-step method, as it stands in the list."""
+    return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
+
+
+def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
+    """The line of a setting of a fixed-step method."""
+    price = found.vtk or found.compiled
+    more = {
+        **_off(found.off, found.rocks, sampled),
+        "tunnelled": found.tunnelled,
+        "steps_per_rock": found.steps,
+        "timed": price.by_clock,
+        "seconds_per_1000_rocks_compiled": found.compiled.seconds_per_1000,
+    }
+    return Priced(steps_setting(found.setting), found.off.of_map, price.seconds_per_1000, more)
+
+
+def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
+    """The line of a coarser terrain."""
+    setting = {"part": found.part, "triangles": found.triangles}
+    return Priced(setting, found.off.of_map, found.seconds_per_1000, _off(found.off, rocks, sampled))
+
+
+def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
+    """The line of the terrain as it is."""
+    return Priced({"part": 1, "triangles": triangles}, 0.0, seconds_per_1000, {})
+
+
+def priced_sample(found: Sampled) -> Priced:
+    """The line of a number of rocks."""
+    more = {"half_width": found.half_width, "p95_energy_half_width": found.energy, "seconds": found.seconds}
+    return Priced({"rocks": found.rocks}, found.of_map, 1000.0 * found.seconds / found.rocks, more)
+
+
+def _off(off: Difference, rocks: int, sampled: list[Sampled]) -> dict[str, Any]:
+    return {
+        "floor": floor_of(rocks, sampled),
+        "of_shares": off.of_shares,
+        "first_impact_m": _both(off.first_impact),
+        "stop_m": _both(off.stop),
+        "bounce_height_m": _both(off.bounce),
+        "other_outcome": off.other_outcome,
+        "rocks": rocks,
+    }
+
+
+def _both(metres: Metres) -> list[float | None]:
+    return [metres.median, metres.p95]
+
+
+def section(prices: PriceList) -> dict[str, Any]:
+    """The price list as plain values for cost.json."""
+    exact = [
+        {"impact": number, "rocks": off.impacts, "place_m": [off.place_median, off.place_max],
+         "time_s": [off.time_median, off.time_max]}
+        for number, off in enumerate(prices.off_exact, start=1)
+    ]  # fmt: skip
+    return {
+        "program": "rpf3d",
+        "scene": {"file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "method": dict(prices.method)},
+        "terrain": {"triangles": prices.triangles},
+        "cell_m": prices.cell,
+        "definitions": DEFINITIONS,
+        "units": UNITS,
+        **{name: [_line(line) for line in getattr(prices, name)] for name in ("numerical", "geometric", "statistical")},
+        "events_against_exact_arithmetic": {"digits": DIGITS, "median_and_largest_by_impact": exact},
+    }
+
+
+def _line(line: Priced) -> dict[str, Any]:
+    return {
+        "setting": dict(line.setting), "error": line.error, "seconds_per_1000_rocks": line.seconds_per_1000_rocks,
+        **line.more,
+    }  # fmt: skip
+
+
+def _priced(line: Mapping[str, Any]) -> Priced:
+    more = {key: value for key, value in line.items() if key not in KEPT}
+    return Priced(line["setting"], line["error"], line["seconds_per_1000_rocks"], more)
+
+
+KEPT = ("setting", "error", "seconds_per_1000_rocks")
+
+
+def price_list_of(facts: Mapping[str, Any]) -> PriceList:
+    """The price list that a cost.json holds; KeyError, TypeError or ValueError where it is none."""
+    scene = facts["scene"]
+    lines = {
+        name: [_priced(line) for line in facts[name]]
+        for name in ("numerical", "geometric", "statistical")
+    }  # fmt: skip
+    exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
+    off = [Off(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
+    return PriceList(
+        scene["file"], scene["digest"], scene["rocks"], scene["method"], facts["cell_m"],
+        facts["terrain"]["triangles"], **lines, off_exact=off,
+    )  # fmt: skip

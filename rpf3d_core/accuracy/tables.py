@@ -1,0 +1,154 @@
+"""The price list in words: tables for the screen and for Markdown, and what it comes to."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rpf3d_core.accuracy.choice import Choice, cheapest, cheapest_by_events, errors_of_scene, largest
+from rpf3d_core.accuracy.price_list import Priced, PriceList
+from rpf3d_core.accuracy.series import word_of
+
+Row = tuple[str, ...]
+
+NUMERICAL_HEADER = (
+    "numerical: method", "dt, s", "map error", "chance", "shares", "impact, m", "stop, m", "bounce, m",
+    "tunnelled", "s / 1,000 rocks", "compiled",
+)  # fmt: skip
+GEOMETRIC_HEADER = (
+    "geometric: triangles", "part", "map error", "chance", "shares", "impact, m", "stop, m", "bounce, m",
+    "s / 1,000 rocks",
+)  # fmt: skip
+STATISTICAL_HEADER = (
+    "statistical: rocks", "map error", "shares, half-width", "p95 energy, half-width", "s", "s / 1,000 rocks",
+)  # fmt: skip
+NOTE = (
+    "map error: share of all visits to cells that one map has elsewhere than the other (0 to 1); chance: the same "
+    "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where steps were "
+    "counted and not timed"
+)
+
+
+def numerical_rows(prices: PriceList) -> list[Row]:
+    """A row for each way of finding contacts."""
+    return [_numerical(line) for line in prices.numerical]
+
+
+def _numerical(line: Priced) -> Row:
+    setting, more = line.setting, line.more
+    dt = f"{setting['dt']:g}" if "dt" in setting else ""
+    timed = "" if more.get("timed", True) else "~"
+    compiled = more.get("seconds_per_1000_rocks_compiled")
+    return (
+        _method(setting), dt, number(line.error), number(more.get("floor")), number(more.get("of_shares")),
+        *_lengths(more), number(more.get("tunnelled")), timed + number(line.seconds_per_1000_rocks), number(compiled),
+    )  # fmt: skip
+
+
+def _method(setting: Any) -> str:
+    if setting["method"] == "stepping":
+        return f"threshold {setting['threshold']:g} {'m2, squared' if setting['squared'] else 'm'}"
+    return f"raster, cell {setting['cell']:g} m" if setting["method"] == "raster" else "events (exact)"
+
+
+def geometric_rows(prices: PriceList) -> list[Row]:
+    """A row for each terrain."""
+    return [
+        (
+            f"{line.setting['triangles']:,}", word_of(line.setting), number(line.error), number(line.more.get("floor")),
+            number(line.more.get("of_shares")), *_lengths(line.more), number(line.seconds_per_1000_rocks),
+        )
+        for line in prices.geometric
+    ]  # fmt: skip
+
+
+def statistical_rows(prices: PriceList) -> list[Row]:
+    """A row for each number of rocks."""
+    return [
+        (
+            word_of(line.setting), number(line.error), number(line.more["half_width"]),
+            number(line.more["p95_energy_half_width"]), number(line.more["seconds"]),
+            number(line.seconds_per_1000_rocks),
+        )
+        for line in prices.statistical
+    ]  # fmt: skip
+
+
+def _lengths(more: Any) -> Row:
+    return tuple(number((more.get(name) or [None])[0]) for name in ("first_impact_m", "stop_m", "bounce_height_m"))
+
+
+def number(value: float | None) -> str:
+    """A number to two digits; nothing for one that is not known."""
+    if value is None:
+        return ""
+    if value == 0.0:
+        return "0"
+    text = f"{value:.2g}"
+    return f"{float(text):,.0f}" if 100.0 <= abs(value) < 1e7 else text
+
+
+def findings(prices: PriceList, target: float) -> list[str]:
+    """What the list comes to: how exact events are, the largest of the three errors, and what a target costs."""
+    errors = errors_of_scene(prices)
+    told = {
+        "numerical": "numerical (the scene's method)",
+        "geometric": "geometric (half of its triangles)",
+        "statistical": f"statistical ({prices.rocks:,} {'rock' if prices.rocks == 1 else 'rocks'})",
+    }
+    each = ", ".join(f"{told[name]} {number(error)}" for name, error in errors.items())
+    return [
+        *_exactness(prices),
+        f"errors of this scene: {each}; {_largest(prices)}",
+        f"total up to {target:g} (the sum of the three, against the terrain as it is), cheapest: "
+        f"{_choice(cheapest(prices, target))}",
+        f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
+    ]
+
+
+def _largest(prices: PriceList) -> str:
+    name = largest(prices)
+    return "none of them is seen" if name is None else f"the largest is the {name} one"
+
+
+def _exactness(prices: PriceList) -> list[str]:
+    if not prices.off_exact:
+        return []
+    first, last = prices.off_exact[0], prices.off_exact[-1]
+    largest_off = max(off.place_max for off in prices.off_exact)
+    return [
+        f"events against 50 digits: first impacts of {first.impacts} rocks off by {first.place_median:.1e} m "
+        f"(median) and {first.place_max:.1e} m (largest), all {len(prices.off_exact)} in a row by {largest_off:.1e} m "
+        f"at most; the last of them, of {last.impacts}, by {last.place_median:.1e} m"
+    ]
+
+
+def _choice(choice: Choice | None) -> str:
+    if choice is None:
+        return "nothing that was measured keeps to it"
+    parts = [
+        f"{choice.rocks:,} rocks by {_method(choice.method)}"
+        + (f", dt {choice.method['dt']:g} s" if "dt" in choice.method else ""),
+        f"{choice.terrain['triangles']:,} triangles",
+        f"total {number(choice.total)}, {number(choice.seconds)} s of one core",
+    ]
+    return ", ".join(parts)
+
+
+def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
+    """Header and rows of the three tables."""
+    return [
+        (NUMERICAL_HEADER, numerical_rows(prices)),
+        (GEOMETRIC_HEADER, geometric_rows(prices)),
+        (STATISTICAL_HEADER, statistical_rows(prices)),
+    ]
+
+
+def document(prices: PriceList, target: float) -> str:
+    """The price list as a page of Markdown, without a title."""
+    lines = [f"- {line}" for line in findings(prices, target)]
+    return "\n\n".join(["\n".join(lines), *(markdown(*table) for table in tables(prices)), NOTE])
+
+
+def markdown(header: Sequence[str], rows: Sequence[Row]) -> str:
+    """A table in Markdown."""
+    lines = [header, ("---",) * len(header), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

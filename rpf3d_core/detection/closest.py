@@ -1,0 +1,95 @@
+"""The facet closest to a point: what a fixed-step method asks at each step; one rule per index over the facets."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.detection.bucket_grid import cell_index
+from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.terrain.facet_geometry import corner, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import add, dot, scale, subtract
+
+
+class Closest(NamedTuple):
+    """The facet closest to a point and its distance (m); -1 and the radius looked at where none is within it."""
+
+    distance: float
+    facet: int
+
+
+@model_function
+def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
+    """The facet closest to x within a radius (m); which of several at one distance is the index' own choice."""
+
+
+@closest_facet.rule(BucketLocator)
+def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
+    """Look at all facets of the buckets within the radius in plan; the smaller number wins a tie."""
+    best = Closest(radius, -1)
+    i0 = cell_index(x[0] - radius, locator.x, locator.cell, locator.nx)
+    i1 = cell_index(x[0] + radius, locator.x, locator.cell, locator.nx)
+    j0 = cell_index(x[1] - radius, locator.y, locator.cell, locator.ny)
+    j1 = cell_index(x[1] + radius, locator.y, locator.cell, locator.ny)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            k = j * locator.nx + i
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                f: Any = np.int64(locator.ids[entry])
+                best = _closer(facets, f, x, best)
+    return best
+
+
+@kernel
+def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
+    """The closer of `best` and facet f; its plane is asked first, for most are further off than that."""
+    n, a = stored_normal(facets, f), corner(facets, f, 0)
+    if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
+        return best
+    if abs(dot(n, subtract(x, a))) > best.distance:
+        return best
+    distance = distance_to_facet(facets, f, x)
+    if distance < best.distance or (distance == best.distance and f < best.facet):
+        return Closest(distance, f)
+    return best
+
+
+@kernel
+def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
+    """Distance (m) from x to the closest point of facet f, which may lie on an edge or a corner."""
+    gap = subtract(x, closest_point(facets, f, x))
+    return math.sqrt(dot(gap, gap))
+
+
+@kernel
+def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
+    """The point of facet f closest to x (m): the region of its plane that x lies over decides.
+
+    Sources
+    -------
+    Ericson 2005, Real-Time Collision Detection, section 5.1.5.
+    """
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    ab, ac = subtract(b, a), subtract(c, a)
+    from_a, from_b, from_c = subtract(x, a), subtract(x, b), subtract(x, c)
+    d1, d2 = dot(ab, from_a), dot(ac, from_a)
+    d3, d4 = dot(ab, from_b), dot(ac, from_b)
+    d5, d6 = dot(ab, from_c), dot(ac, from_c)
+    if d1 <= 0.0 and d2 <= 0.0:
+        return a
+    if d3 >= 0.0 and d4 <= d3:
+        return b
+    if d6 >= 0.0 and d5 <= d6:
+        return c
+    beside_ab, beside_ac, beside_bc = d1 * d4 - d3 * d2, d5 * d2 - d1 * d6, d3 * d6 - d5 * d4
+    if beside_ab <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        return add(a, scale(d1 / (d1 - d3), ab))
+    if beside_ac <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        return add(a, scale(d2 / (d2 - d6), ac))
+    if beside_bc <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+        return add(b, scale((d4 - d3) / ((d4 - d3) + (d5 - d6)), subtract(c, b)))
+    whole = beside_ab + beside_ac + beside_bc
+    return add(a, add(scale(beside_ac / whole, ab), scale(beside_ab / whole, ac)))

@@ -1,0 +1,94 @@
+"""The price list of accuracy as a recording (.rrd): its series in logarithms, its picture, and what it comes to."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.recordings.log import APPLICATION, import_rerun
+
+COLOURS = ((0, 0, 0), (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (31, 119, 180), (44, 160, 44))
+NOTHING = 1e-4
+"""Where an error of 0 is drawn: logarithms have no place for it."""
+LINE, POINT = 1.5, 4.0
+"""Radii on the screen."""
+
+
+class RecordedSeries(Protocol):
+    """What is recorded of a series; `accuracy.series.Series` has it."""
+
+    @property
+    def name(self) -> str:
+        """Of the series."""
+
+    @property
+    def seconds(self) -> Sequence[float]:
+        """Of each point, s."""
+
+    @property
+    def errors(self) -> Sequence[float]:
+        """Of each point (-)."""
+
+    @property
+    def words(self) -> Sequence[str]:
+        """Beside each point."""
+
+
+def write_cost_recording(path: Path, series: Sequence[RecordedSeries], picture: Path, document: str) -> None:
+    """Write cost.rrd: series over (log10 seconds, log10 error), the picture (a PNG file) and a document (Markdown).
+
+    Raises
+    ------
+    InputError
+        If rerun is not installed.
+    OSError
+        The file could not be written.
+    """
+    rr = import_rerun()
+    recording = rr.RecordingStream(f"{APPLICATION}_cost")
+    recording.save(path, default_blueprint=_layout())
+    for i, one in enumerate(series):
+        _log_series(recording, one, COLOURS[i % len(COLOURS)])
+    recording.log("picture", rr.EncodedImage(path=picture), static=True)
+    recording.log("document", rr.TextDocument(document, media_type=rr.MediaType.MARKDOWN), static=True)
+    try:
+        recording.flush()
+    except RuntimeError as fault:  # all that rerun says where its file cannot be written, as on a full disk
+        raise OSError(f"{path}: the recording could not be written") from fault
+    recording.disconnect()
+
+
+def _log_series(recording: Any, one: RecordedSeries, colour: tuple[int, int, int]) -> None:
+    """A line through the points of a series, and its points with their words."""
+    rr = import_rerun()
+    places = places_of(one)
+    line, dots = (rr.new_entity_path(["cost", one.name, part]) for part in ("line", "points"))
+    recording.log(line, rr.LineStrips2D([places], colors=[colour], radii=[-LINE]), static=True)
+    labels = [f"{one.name}: {word}" for word in one.words]
+    points = rr.Points2D(places, colors=[colour], radii=[-POINT], labels=labels, show_labels=False)
+    recording.log(dots, points, static=True)
+
+
+def places_of(one: RecordedSeries) -> FloatArray:
+    """Where the points of a series are drawn (S, 2), in decades of seconds and errors (-): smaller errors lie lower.
+
+    The viewer's y points down, so it is that of the inverse error.
+    """
+    errors = np.maximum(np.asarray(one.errors, dtype=float), NOTHING)
+    return np.stack([np.log10(np.asarray(one.seconds, dtype=float)), -np.log10(errors)], axis=1)
+
+
+def _layout() -> Any:
+    """The picture beside the series, the document below."""
+    import rerun.blueprint as rrb
+
+    views = rrb.Tabs(
+        rrb.Spatial2DView(origin="picture", name="What accuracy costs"),
+        rrb.Spatial2DView(origin="cost", name="log10 seconds to the right, small errors lower; hover for the setting"),
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(views, rrb.TextDocumentView(origin="document", name="Price list"), column_shares=[3, 2]),
+        collapse_panels=True,
+    )

@@ -1,0 +1,143 @@
+"""`rpf3d cost` and `rpf3d run --accuracy` from end to end on a small pit, and the key `method` of a scene."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import call, refused
+from small_pit import scene_file
+
+from rpf3d_core.accuracy import geometric, measure, numerical, statistical
+from rpf3d_core.accuracy.numerical import Steps
+from rpf3d_core.accuracy.statistical import Sampled
+from rpf3d_core.errors import SceneError
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.run import simulate
+
+LINE = {"setting", "error", "seconds_per_1000_rocks"}
+"""What every line of the three lists has."""
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few rocks, few settings: what is measured is not looked at here, only that it is."""
+    monkeypatch.setattr(measure, "PAIRED", 60)
+    monkeypatch.setattr(measure, "OVER_TERRAINS", 200)
+    monkeypatch.setattr(statistical, "MOST", 500)
+    monkeypatch.setattr(geometric, "PARTS", (2, 8))
+    monkeypatch.setattr(numerical, "BUDGET", 0.1)
+    monkeypatch.setattr(numerical, "RASTER_STEPS", (1e-2,))
+    monkeypatch.setattr(measure, "SETTINGS", (Steps(0.1, 0.5), Steps(0.01, 0.05), Steps(1e-5, 0.05, True)))
+
+
+def test_the_price_list_has_every_series_and_a_run_buys_from_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], quick: None
+) -> None:
+    scene, out = scene_file(tmp_path, more="method: {stepping: {dt: 0.02, threshold: 0.1}}"), tmp_path / "out"
+    assert call(monkeypatch, "cost", scene, "--out", out, "--target", 0.3) == 0
+    told = capsys.readouterr().out
+    assert "the largest is the" in told and "events against 50 digits" in told
+    facts = json.loads((out / "cost.json").read_text())
+    assert facts["program"] == "rpf3d" and {"definitions", "units", "versions", "target"} <= facts.keys()
+    for name, least in (("numerical", 5), ("geometric", 3), ("statistical", 3)):
+        assert len(facts[name]) >= least
+        for line in facts[name]:
+            assert line.keys() >= LINE
+            assert 0.0 <= line["error"] <= 1.0 and line["seconds_per_1000_rocks"] > 0.0
+    methods = [line["setting"]["method"] for line in facts["numerical"]]
+    assert methods[0] == "events" and "raster" in methods
+    assert facts["scene"]["method"] == {"method": "stepping", "dt": 0.02, "threshold": 0.1, "squared": False}
+    assert facts["scene"]["method"] in [line["setting"] for line in facts["numerical"]]
+    errors = {(s.get("dt"), s.get("threshold")): line["error"] for line in facts["numerical"] if (s := line["setting"])}
+    assert errors[0.1, 0.5] > errors[0.01, 0.05] > 0.0
+    assert (out / "cost.png").read_bytes().startswith(b"\x89PNG")
+    assert _entities(out / "cost.rrd") >= {"/picture", "/document", "/cost/events/points"}
+
+    monkeypatch.setattr(measure, "doublings", None)  # measuring again would fail
+    assert call(monkeypatch, "run", scene, "--out", out, "--accuracy", 0.3) == 0
+    rocks = next(line["setting"]["rocks"] for line in facts["statistical"] if line["error"] <= 0.3)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["rocks"] == rocks
+    assert summary["scene"]["method"] == "events", "an accuracy is bought by events, whatever the scene names"
+    assert json.loads((out / "cost.json").read_text()) == facts, "a run leaves the price list where it is"
+
+
+def _entities(path: Path) -> set[str]:
+    """Entities of a recording that passes rerun's own check."""
+    import rerun.chunk
+
+    command = [sys.executable, "-m", "rerun", "rrd", "verify", str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "verified without error" in done.stdout + done.stderr
+    return {str(chunk.entity_path) for chunk in rerun.chunk.RrdReader(path).stream().to_chunks()}
+
+
+def test_a_price_list_of_another_scene_is_measured_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, quick: None
+) -> None:
+    from rpf3d_core.accuracy.files import read_price_list
+
+    (tmp_path / "cost.json").write_text('{"program": "rpf3d", "scene": {"digest": "other"}}')
+    assert read_price_list(tmp_path, "digest") is None
+    assert read_price_list(tmp_path / "nowhere", "digest") is None
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("cost", "SCENE", "--out", "OUT", "--target", "0"), "the accuracy is 0; it must be a number above 0"),
+        (("run", "SCENE", "--out", "OUT", "--accuracy", "1.5"), "the accuracy is 1.5; it must be a number above 0"),
+        (("run", "SCENE", "--out", "OUT", "--accuracy", "0.1", "--rocks", "5"), "--rocks and --accuracy both say"),
+        (("cost", "SCENE", "--out", "SCENE"), "is a file; the results need the path of a folder"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_measured(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], words: tuple, complaint: str
+) -> None:
+    places = {"SCENE": scene_file(tmp_path), "OUT": tmp_path / "out"}
+    assert complaint in refused(monkeypatch, capsys, *(places.get(word, word) for word in words))
+    assert not (tmp_path / "out").exists()
+
+
+def test_cost_needs_the_compiled_engine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from rpf3d_core.errors import InputError
+
+    monkeypatch.setattr(measure, "HAS_NUMBA", False)
+    with pytest.raises(InputError, match="needs numba"):
+        measure.price_list(scene_file(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("method", "complaint"),
+    [
+        ("steps", "`method` is 'steps', but must be events, or a mapping {stepping: {dt, threshold, squared}}"),
+        ("{}", "`method` is {}, but must be events, or a mapping"),
+        ("{stepping: {dt: 0}}", "`method.stepping.dt` is 0, but must be a number from 1e-07 to 1 (s), the time step"),
+        ("{stepping: {dt: 3}}", "`method.stepping.dt` is 3, but must be a number from 1e-07 to 1 (s), the time step"),
+        ("{stepping: {threshold: 0}}", "`method.stepping.threshold` is 0, but must be a number above 0 (m)"),
+        ("{stepping: {treshold: 1}}", "`method.stepping.treshold` is not a key of a scene; did you mean `threshold`?"),
+        ("{stepping: {squared: 1}}", "`method.stepping.squared` is 1, but must be true or false"),
+    ],
+)
+def test_a_method_that_is_none_is_refused_with_what_would_be_right(
+    tmp_path: Path, method: str, complaint: str
+) -> None:
+    with pytest.raises(SceneError) as caught:
+        read_scene(scene_file(tmp_path, more=f"method: {method}"))
+    assert complaint in str(caught.value)
+
+
+def test_a_scene_flies_by_the_method_that_it_names(tmp_path: Path) -> None:
+    exact = simulate(scene_file(tmp_path, "a.yaml", more="method: events"), rocks=20, engine="reference")
+    plain = simulate(scene_file(tmp_path, "b.yaml"), rocks=20, engine="reference")
+    steps = "method: {stepping: {dt: 0.01, threshold: 0.3}}"
+    stepped = simulate(scene_file(tmp_path, "c.yaml", more=steps), rocks=20, engine="reference")
+    assert (exact.flights.deposits.x == plain.flights.deposits.x).all()
+    assert not (exact.flights.deposits.x == stepped.flights.deposits.x).all(axis=1).any()
+    assert stepped.scene.method.describe() == "stepping (dt 0.01 s, threshold 0.3 m): inexact"
+
+
+def test_chance_is_told_of_the_nearest_number_of_rocks() -> None:
+    assert statistical.floor_of(10, [Sampled(10, 0.9, 0.1, None, 1.0)]) == 1.0, "no two maps are further apart"

@@ -1,0 +1,188 @@
+"""Distances of maps, intervals of quantiles, coarser terrains, and what the price list comes to."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scenes_of_facets import engine_over, flight, fly, rough_grid, surface
+
+from rpf3d_core.accuracy.choice import (
+    MOST_ROCKS,
+    cheapest,
+    cheapest_by_events,
+    check_target,
+    errors_of_scene,
+    largest,
+    rocks_needed,
+    statistical_error,
+)
+from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_distance, metres, share_distance
+from rpf3d_core.accuracy.flown import Reached, spread
+from rpf3d_core.accuracy.geometric import put_back
+from rpf3d_core.accuracy.numerical import under_ground
+from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList, price_list_of, section
+from rpf3d_core.accuracy.statistical import Sampled, floor_of, quantile_half_width
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.convergence import Place, Step
+from rpf3d_core.io.decimated import decimated
+from rpf3d_core.simulation.engines import stepping
+from rpf3d_core.terrain.facets import area_vectors
+from rpf3d_core.values import STANDARD_GRAVITY
+
+STEPS = {"method": "stepping", "dt": 1e-3, "threshold": 0.05, "squared": False}
+
+
+def reached(flown: int, **cells: int) -> Reached:
+    return Reached(np.array([int(c[1:]) for c in cells]), np.array(list(cells.values())), flown)
+
+
+def price_list(**changes: Any) -> PriceList:
+    statistical = [Priced({"rocks": n}, 2.0 / math.sqrt(n), 0.01, {"seconds": 1e-5 * n}) for n in (100, 400, 1600)]
+    numerical = [
+        Priced(EVENTS, 0.0, 0.01, {}), Priced(STEPS, 0.02, 5.0, {}), Priced({**STEPS, "dt": 1e-1}, 0.4, 0.001, {}),
+    ]  # fmt: skip
+    geometric = [
+        Priced({"part": 1, "triangles": 800}, 0.0, 0.010, {}), Priced({"part": 2, "triangles": 400}, 0.01, 0.004, {}),
+        Priced({"part": 4, "triangles": 200}, 0.2, 0.001, {}),
+    ]  # fmt: skip
+    base: dict[str, Any] = {
+        "scene": "a.yaml", "digest": "d", "rocks": 100, "method": EVENTS, "cell": 1.0, "triangles": 800,
+        "numerical": numerical, "geometric": geometric, "statistical": statistical, "off_exact": [],
+    }  # fmt: skip
+    return PriceList(**{**base, **changes})
+
+
+def test_the_distance_of_maps_is_0_for_equal_1_for_disjoint_and_linear_between() -> None:
+    a = reached(10, c1=10, c2=5)
+    assert map_distance(a, a) == 0.0
+    assert map_distance(a, reached(20, c1=20, c2=10)) == 0.0, "shares count, not rocks"
+    assert map_distance(a, reached(10, c3=10, c4=5)) == 1.0
+    assert map_distance(a, reached(10, c1=10, c3=5)) == pytest.approx((0.5 + 0.5) / 3.0)
+    assert map_distance(reached(10), reached(10)) == 0.0
+
+
+def test_the_distance_of_shares_is_the_largest_of_any_place_known_to_either() -> None:
+    one = Step(10, {"a": Place(0.5, 0.1, 0.0, None), "b": Place(0.2, 0.2, 0.0, None)})
+    other = Step(10, {"a": Place(0.5, 0.2, 0.0, None), "c": Place(0.25, 0.0, 0.0, None)})
+    assert share_distance(one, other) == pytest.approx(0.25)
+    assert share_distance(one, one) == 0.0
+
+
+def test_the_half_width_of_a_quantile_is_that_of_the_binomial_and_unknown_for_few_values() -> None:
+    n = 10_000
+    uniform = (np.arange(n) + 0.5) / n
+    expected = 1.96 * math.sqrt(0.95 * 0.05 / n) / 0.95
+    assert quantile_half_width(uniform, 0.95) == pytest.approx(expected, rel=0.01)
+    assert quantile_half_width(uniform[:20], 0.95) is None
+    draws = [np.random.default_rng(k).exponential(size=2000) for k in range(200)]
+    truth, within = -math.log(0.05), 0
+    for values in draws:
+        half = quantile_half_width(values, 0.95)
+        assert half is not None
+        middle = float(np.sort(values)[1899])
+        within += abs(middle - truth) <= half * middle
+    assert within / 200 > 0.9, "a 95 % interval, made symmetric, covers about as often"
+
+
+def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
+    sampled = [Sampled(100, 0.2, 0.1, None, 1.0), Sampled(400, 0.1, 0.05, None, 4.0)]
+    assert floor_of(100, sampled) == pytest.approx(0.2 * math.sqrt(2.0))
+    assert floor_of(1600, sampled) == pytest.approx(0.05 * math.sqrt(2.0))
+
+
+def test_rocks_are_the_fewest_measured_or_as_many_as_the_last_ones_promise() -> None:
+    lines = price_list().statistical
+    assert rocks_needed(lines, 0.2) == 100
+    assert rocks_needed(lines, 0.11) == 400
+    assert rocks_needed(lines, 0.01) == pytest.approx(40_000, abs=1)
+    assert rocks_needed(lines, 0.0) is None
+    assert rocks_needed(lines, 2.0 / math.sqrt(2 * MOST_ROCKS)) is None
+    assert statistical_error(lines, 6400) == pytest.approx(0.025)
+
+
+def test_the_cheapest_setting_may_be_another_terrain_but_a_run_keeps_its_own() -> None:
+    prices = price_list()
+    best = cheapest(prices, 0.12)
+    assert best is not None
+    assert (best.method, best.terrain["part"], best.rocks) == (EVENTS, 2, 400)
+    assert best.total == pytest.approx(0.11) and best.seconds == pytest.approx(0.01 * 0.4 * 0.4)
+    own = cheapest_by_events(prices, 0.12)
+    assert own is not None
+    assert (own.terrain["part"], own.rocks, own.total) == (1, 400, pytest.approx(0.1))
+    tight = cheapest(prices, 0.0101)
+    assert tight is not None and tight.terrain["part"] == 1, "what is left over half the terrain is not enough"
+    assert cheapest(prices, 1e-9) is None
+
+
+def test_the_largest_error_is_that_of_the_scene_as_it_stands() -> None:
+    assert errors_of_scene(price_list()) == {"numerical": 0.0, "geometric": 0.01, "statistical": pytest.approx(0.2)}
+    assert largest(price_list()) == "statistical"
+    assert largest(price_list(rocks=1_000_000)) == "geometric"
+    alike = [Priced({"rocks": 100}, 0.0, 0.01, {"seconds": 1e-3})]  # as rocks that all start alike have it
+    assert largest(price_list(statistical=alike, geometric=[])) is None
+    assert largest(price_list(rocks=1_000_000, method=STEPS)) == "numerical"
+
+
+@pytest.mark.parametrize("target", [0.0, 1.0, -0.1, math.nan, 5.0])
+def test_an_accuracy_that_is_no_error_of_a_map_is_refused(target: float) -> None:
+    with pytest.raises(InputError, match=r"must be a number above 0 and below 1, an error of the map"):
+        check_target(target)
+
+
+def test_a_price_list_comes_back_from_what_is_written_of_it() -> None:
+    again = price_list_of(section(price_list()))
+    assert again == price_list()
+    with pytest.raises(KeyError):
+        price_list_of({"scene": {}})
+
+
+def test_a_coarser_terrain_keeps_its_zones_where_they_were_and_its_area() -> None:
+    terrain = rough_grid(24, 24.0, 0.3, 0.2, seed=3)
+    east = terrain.vertices[terrain.triangles].mean(axis=1)[:, 0] > 12.0
+    terrain.zone[:] = east
+    coarse = decimated(terrain, 0.25)
+    assert 0.2 * len(terrain.triangles) <= len(coarse.triangles) <= 0.3 * len(terrain.triangles)
+    middles = coarse.vertices[coarse.triangles].mean(axis=1)[:, 0]
+    assert (coarse.zone[np.abs(middles - 12.0) > 2.0] == (middles > 12.0)[np.abs(middles - 12.0) > 2.0]).all()
+    plan = [area_vectors(t.vertices, t.triangles)[:, 2].sum() for t in (terrain, coarse)]
+    assert plan[1] == pytest.approx(plan[0], rel=0.02), "facets still look up, and cover the same ground"
+
+
+def test_rocks_are_put_back_to_their_height_above_another_ground() -> None:
+    fine = rough_grid(24, 24.0, 0.3, 0.4, seed=3)
+    before, after = engine_over("compiled", fine), engine_over("compiled", decimated(fine, 0.1))
+    x = np.random.default_rng(3).uniform((4, 4, 3), (20, 20, 9), (50, 3))
+    nothing = np.zeros(50)
+    releases = Releases(nothing.astype(int), np.arange(50), x, 0.0 * x, nothing, nothing)
+    moved = put_back(releases, before, after)
+    expected = before.ground_below(x)[:, 0]
+    np.testing.assert_allclose(after.ground_below(moved.x)[:, 0], expected, atol=1e-9)
+    np.testing.assert_array_equal(moved.x[:, :2], x[:, :2])
+    far = Releases(*(getattr(releases, n) for n in ("source", "rock")), x + 100.0, 0.0 * x, nothing, nothing)
+    np.testing.assert_array_equal(put_back(far, before, after).x, far.x)
+
+
+def test_rocks_that_fell_through_the_ground_are_told_from_those_that_left_it() -> None:
+    terrain = rough_grid(6, 12.0, 0.0, 0.0, centred=True)
+    engine = engine_over("reference", terrain)
+    x = np.array([[0.0, 0.1, 8.0], [0.3, 0.2, 9.0], [5.0, 0.0, 3.0]])
+    v = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [30.0, 0.0, 0.0]])
+    deposits = fly(stepping(engine, 0.1, 1e-3), flight(surface()), x, v).deposits
+    assert under_ground(deposits, engine).tolist() == [True, True, False]
+    assert not under_ground(fly(engine, flight(surface()), x, v).deposits, engine).any()
+
+
+def test_first_impacts_and_first_bounces_are_those_of_a_drop_on_a_floor() -> None:
+    engine = engine_over("reference", rough_grid(6, 12.0, 0.0, 0.0, centred=True))
+    flights = fly(engine, flight(surface(R_n=0.5)), np.array([[0.3, 0.2, 2.0], [0.0, 0.3, 4.0]]))
+    np.testing.assert_allclose(first_impacts(flights), [[0.3, 0.2, 0.0], [0.0, 0.3, 0.0]], atol=1e-9)
+    assert first_bounces(flights, STANDARD_GRAVITY) == pytest.approx([0.5, 1.0])
+    assert metres(np.array([1.0, 3.0, math.nan])).median == 2.0
+    assert metres(np.array([math.nan])).median is None
+
+
+def test_some_rocks_are_spread_over_all_of_them() -> None:
+    assert spread(np.arange(100), 5).tolist() == [0, 24, 49, 74, 99]
+    assert spread(np.arange(3), 5).tolist() == [0, 1, 2]
