@@ -193,7 +193,7 @@ def test_maps_that_need_too_much_memory_are_refused_before_a_rock_flies(
     for command in ("run", "check"):
         scene = more(folder, "hazard: {cell: 0.01, memory_gb: 0.1}\n")
         said = refused(monkeypatch, capsys, command, scene, *(("--out", folder / "out") if command == "run" else ()))
-        assert "need 0.33 GB of memory, but memory_gb allows 0.1 GB" in said
+        assert "need 0.34 GB of memory, but memory_gb allows 0.1 GB" in said
         (fits,) = re.findall(r"a cell of ([\d.]+) m fits: set cell to \1", said)
         more(folder, f"hazard: {{cell: {fits}, memory_gb: 0.1}}\n")
         assert call(monkeypatch, "check", folder / "more.yaml") == 0
