@@ -119,7 +119,7 @@ def test_a_number_or_a_distribution_is_read_as_what_is_drawn(
         ("source", "polygon: [[0, 0], [1, 0], [2, 0]]", [
             "`sources[0].polygon` must be the corners of a polygon in their order around it, but is none (it"]),
         ("source", "polygon: [[0, 0], [4, 4], [4, 0], [0, 1]]", [
-            "`sources[0].polygon` must be the corners of a polygon in their order around it, but is none (it crosses itself"]),
+            "`sources[0].polygon` must be the corners of a polygon in their order around it, but is none (it crosses"]),
         ("source", "polygon: [[0, 0], [1, 0], [1, x]]", [
             '`sources[0].polygon[2]` is [1, "x"], but must be two numbers [x, y] (m)']),
         ("source", "polygon: no.geojson", ["`sources[0].polygon` names 'no.geojson', but there is no such file"]),
