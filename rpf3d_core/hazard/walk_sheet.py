@@ -39,6 +39,9 @@ class Way(NamedTuple):
     cr: float
 
 
+NO_WAY = Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+
+
 class Cursor(NamedTuple):
     """The square that a track is over: its column and row, when it leaves them (s), and the rock's visit to it."""
 
@@ -60,7 +63,7 @@ def walk_sheet(
     """
     arc = track.arc
     speed2, walked = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1], 0.0
-    way = _way_from(ground, arc, at) if speed2 >= SLOWEST else Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+    way = _way_from(ground, arc, at) if speed2 >= SLOWEST else NO_WAY
     if way.f == NOWHERE:
         return NOWHERE, walked
     cursor = _cursor_at(ground.raster, squares, track)
@@ -81,7 +84,7 @@ def walk_sheet(
 @kernel
 def _way_from(ground: Ground, arc: Arc, at: int) -> Way:
     """The way over the facet that an arc begins over: `at`, or else one of those in the bucket of its start."""
-    way = _way_over(ground, arc, at) if at != NOWHERE else Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+    way = _way_over(ground, arc, at) if at != NOWHERE else NO_WAY
     locator = ground.locator
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
     j = cell_index(arc.x[1], locator.y, locator.cell, locator.ny)
@@ -103,7 +106,7 @@ def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
     a0, c0 = along_across(facets, f, 0, arc)
     a1, c1 = along_across(facets, f, 1, arc)
     a2, c2 = along_across(facets, f, 2, arc)
-    way, entry = Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0), np.inf
+    way, entry = NO_WAY, np.inf
     if c0 < 0.0 <= c1:
         way, entry = Way(f, 0, a1, c1, a0, c0), crossing(a2, c2, a0, c0) if c2 >= 0.0 else crossing(a1, c1, a2, c2)
     elif c1 < 0.0 <= c2:
@@ -111,7 +114,7 @@ def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
     elif c2 < 0.0 <= c0:
         way, entry = Way(f, 2, a0, c0, a2, c2), crossing(a1, c1, a2, c2) if c1 >= 0.0 else crossing(a0, c0, a1, c1)
     begun = entry <= 0.0 and is_alone(ground.sheet, ground.locator, facets, f)
-    return way if begun else Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+    return way if begun else NO_WAY
 
 
 @kernel
@@ -119,7 +122,7 @@ def _way_beyond(ground: Ground, arc: Arc, way: Way) -> Way:
     """The way over the facet beyond the exit. Its own side m runs from the corner on the left to that on the right."""
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
-        return Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+        return NO_WAY
     third = m - 1 if m > 0 else 2
     a, c = along_across(ground.facets, f, third, arc)
     if c >= 0.0:

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.recordings.log import APPLICATION, import_rerun
+from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
 
 COLOURS = ((0, 0, 0), (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (31, 119, 180), (44, 160, 44))
 NOTHING = 1e-4
@@ -53,11 +53,7 @@ def write_cost_recording(path: Path, series: Sequence[RecordedSeries], picture: 
         _log_series(recording, one, COLOURS[i % len(COLOURS)])
     recording.log("picture", rr.EncodedImage(path=picture), static=True)
     recording.log("document", rr.TextDocument(document, media_type=rr.MediaType.MARKDOWN), static=True)
-    try:
-        recording.flush()
-    except RuntimeError as fault:  # all that rerun says where its file cannot be written, as on a full disk
-        raise OSError(f"{path}: the recording could not be written") from fault
-    recording.disconnect()
+    close_recording(recording, path)
 
 
 def _log_series(recording: Any, one: RecordedSeries, colour: tuple[int, int, int]) -> None:

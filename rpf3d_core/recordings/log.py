@@ -138,6 +138,11 @@ def write_recording(
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
     log_outcomes(recording, names, terrain, flights.deposits)
+    close_recording(recording, path)
+
+
+def close_recording(recording: Any, path: Path) -> None:
+    """Write the rest of a recording to its file; OSError where that cannot be written."""
     try:
         recording.flush()
     except RuntimeError as fault:  # all that rerun says where its file cannot be written, as on a full disk
