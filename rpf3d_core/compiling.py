@@ -16,11 +16,12 @@ numba: ModuleType | None
 try:
     import numba
     import numba.extending
+    from numba.core import types
 except ImportError:
     numba = None
 
 try:  # these may move with a release of numba; without them `prefetch` does nothing
-    from numba.core import cgutils, types
+    from numba.core import cgutils
     from numba.core.cgutils import ir  # type: ignore[attr-defined]  # llvmlite's, of the version that numba wants
 except ImportError:
     ir = None
@@ -42,6 +43,9 @@ class ModelFunction(Protocol):
 
     def rule(self, cls: type) -> Callable[[F], F]:
         """Register the rule of a class."""
+
+    def otherwise(self, function: F) -> F:
+        """Register the rule of all classes that have none of their own."""
 
 
 def kernel(function: F) -> F:
@@ -71,29 +75,30 @@ def loop(function: F) -> F:
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
     """Turn a stub `f(model, *args)` into a dispatch on the class of `model`.
 
-    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers where it must compile.
+    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers where it must compile. `@f.otherwise` that
+    of all classes without one, None among them: where a scene names nothing, nothing else is compiled.
 
     Raises
     ------
     TypeError
         When called with a class that has no rule.
     """
-    rules: dict[type, Callable[..., Any]] = {}
+    rules: dict[type | str, Callable[..., Any]] = {}
+
+    def rule_of(cls: type) -> Callable[..., Any]:
+        found = rules.get(cls, rules.get(OTHERWISE))
+        if found is None:
+            raise TypeError(f"{stub.__name__} has no rule for {cls.__name__}")
+        return found
 
     def call(model, *args):  # type: ignore[no-untyped-def]
-        try:
-            rule = rules[type(model)]
-        except KeyError:
-            raise TypeError(f"{stub.__name__} has no rule for {type(model).__name__}") from None
-        return rule(model, *args)
+        return rule_of(type(model))(model, *args)
 
     if numba is not None:
 
         @numba.extending.overload(call)  # numba compares parameter lists with annotations, so neither side may have any
         def compiled(model, *args):  # type: ignore[no-untyped-def]
-            rule = rules.get(getattr(model, "instance_class", type(model)))
-            if rule is None:
-                raise TypeError(f"{stub.__name__} has no rule for {model}")
+            rule = rule_of(_class_of(model))
             return lambda model, *args: rule(model, *args)
 
     def rule(cls: type) -> Callable[[F], F]:
@@ -103,9 +108,24 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
         return register
 
-    call.rule = rule  # type: ignore[attr-defined]
+    def otherwise(function: F) -> F:
+        rules[OTHERWISE] = kernel(function)
+        return function
+
+    call.rule, call.otherwise = rule, otherwise  # type: ignore[attr-defined]
     call.__doc__, call.__name__, call.__module__ = stub.__doc__, stub.__name__, stub.__module__
     return call  # type: ignore[return-value]
+
+
+OTHERWISE = "otherwise"
+"""Where a model function keeps the rule of classes that have none of their own."""
+
+
+def _class_of(kind: Any) -> type:
+    """The class of the values of a numba type: NamedTuples and None have theirs, no others have rules."""
+    if isinstance(kind, types.NoneType):
+        return type(None)
+    return getattr(kind, "instance_class", type(kind))
 
 
 def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba wants the parameters of both alike

@@ -133,9 +133,9 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     """
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
     check_materials(scene, terrain.zones)
-    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts)
+    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts, scene.seed)
     models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
-    return Flight(drawn_materials(surfaces, scene.seed), settings, models)
+    return Flight(drawn_materials(surfaces), settings, models)
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:

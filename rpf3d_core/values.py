@@ -42,6 +42,9 @@ class Outcome(IntEnum):
     FAILED = 7
 
 
+MOVING = -1
+"""What stands instead of an outcome for a rock that is still on its way."""
+
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
     Outcome.LEFT_TERRAIN: "flew past the edge of the terrain or through a hole in it",

@@ -84,7 +84,7 @@ def test_a_class_without_a_rule_is_named() -> None:
     with pytest.raises(TypeError, match="doubled has no rule for Unknown"):
         doubled(Unknown(1.0), 3.0)
     with pytest.raises(TypeError, match="rebound has no rule for Unknown"):
-        rebound(Unknown(1.0), None, None, None)
+        rebound(Unknown(1.0), None, None, None, None)
 
 
 def test_a_class_without_a_rule_is_named_by_compiled_calls_too() -> None:

@@ -34,8 +34,9 @@ ACROSS = {
     ("detection", "terrain"): {"facets", "frame", "facet_geometry"},
     ("effects", "terrain"): {"facets", "frame", "facet_geometry"},
     ("materials", "terrain"): {"facets", "frame", "facet_geometry"},
-    # A rebound reads the ground it happens on.
-    ("kinetics", "materials"): {"library"},
+    # A rebound reads the ground it happens on, and the rock that it happens to; one that is drawn draws.
+    ("kinetics", "materials"): {"library", "falling", "streams", "distributions"},
+    ("effects", "materials"): {"library", "falling", "streams", "distributions"},
     # Effects may use the motion they change.
     ("effects", "kinetics"): None,
 }

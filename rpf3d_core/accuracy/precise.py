@@ -13,7 +13,8 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.kinetics.rebound import ConstantRestitution
-from rpf3d_core.materials.library import RockKey, Surface, keys_of, surface_of
+from rpf3d_core.materials.falling import Falling, RockKey
+from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.prepared import Prepared
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Mode
@@ -86,9 +87,9 @@ def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[i
     """The ground of each impact of a rock, as it found it."""
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
-    key = None if keys_of(materials, source, rock) is None else RockKey(source, rock)
+    key = RockKey(prepared.flight.settings.seed, source, rock)
     zone = prepared.engine.facets.zone
-    return [surface_of(materials, int(zone[f]), key, number) for number, f in enumerate(facets)]
+    return [surface_of(materials, int(zone[f]), Falling(None, key, number)) for number, f in enumerate(facets)]
 
 
 def impacts_in_digits(

@@ -155,7 +155,7 @@ def _fly_rows(
     engine: Engine, flight: Flight, releases: Releases, rows: IntArray, keep: Keep, watch: Watch | None
 ) -> list[Batch]:
     """Fly some rocks: as many as there is room to write down, then the next."""
-    starts = Starts(releases.x[rows], releases.v[rows], releases.source[rows], releases.rock[rows])
+    starts = Starts(*(getattr(releases, name)[rows] for name in Starts._fields))
     finals, counts = np.empty((len(rows), 8)), np.empty((len(rows), 4), dtype=np.int64)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
     physics = (flight.models, flight.materials, flight.settings, starts)

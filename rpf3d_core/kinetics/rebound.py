@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.compiling import model_function
+from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, dot, scale, without
@@ -37,17 +38,21 @@ class Rest(NamedTuple):
 
 
 @model_function
-def rebound(model: object, surface: Surface, motion: Motion, n: Vec) -> Motion:
+def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """Motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
 
 
 @model_function
-def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float) -> Rest:
+def rest_of_bounces(
+    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
     """Where the infinitely many bounces after `motion`, which has just left the plane of normal n, come to an end."""
 
 
 @rebound.rule(ConstantRestitution)
-def constant_restitution(model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec) -> Motion:
+def constant_restitution(
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: Falling
+) -> Motion:
     """Constant restitution of a lumped mass (thesis, equations 3-1 to 3-3; physics reference 1.1)."""
     v_n = dot(motion.v, n)
     v = add(scale(-surface.R_n * v_n, n), scale(surface.R_t, without(motion.v, n)))
@@ -55,7 +60,9 @@ def constant_restitution(model: ConstantRestitution, surface: Surface, motion: M
 
 
 @rest_of_bounces.rule(ConstantRestitution)
-def constant_rest(model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float) -> Rest:
+def constant_rest(
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
     """The geometric series of bounces on a plane (validation reference 2.2), as vectors along the facet.
 
     The k-th bounce takes T_k = T_0 R_n^k; the speed along the facet goes u_{k+1} = R_t (u_k + g_t T_k). Summed:
@@ -79,7 +86,7 @@ def constant_rest(model: ConstantRestitution, surface: Surface, motion: Motion, 
 
 
 @rebound.rule(ThesisLiteral)
-def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec) -> Motion:
+def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """Equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
 
     theta and phi are taken as the slopes of the ground along x and y, positive where it rises: the only reading under
@@ -99,7 +106,9 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 
 
 @rest_of_bounces.rule(ThesisLiteral)
-def thesis_rest(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float) -> Rest:
+def thesis_rest(
+    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
     """No closed form is known for the printed transform: the bouncing ends where it is, below `smallest_bounce`."""
     return Rest(ZERO, ZERO, without(motion.v, n), 0.0, True)
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.materials.distributions import FIXED, Distribution, quantile
-from rpf3d_core.materials.library import Materials, RockKey, Surface, materials_of, surface_of
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
 
 FIRST = int(Purpose.NORMAL_RESTITUTION)
@@ -38,7 +39,7 @@ class DrawnSurface(NamedTuple):
 
 
 class DrawnMaterials(NamedTuple):
-    """`DrawnSurface` for each of Z zones, and the seed of all draws.
+    """`DrawnSurface` for each of Z zones.
 
     kind : (Z, 3) kinds of distribution; numbers : (Z, 3, 6) their other fields, by coefficient
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
@@ -48,10 +49,9 @@ class DrawnMaterials(NamedTuple):
     numbers: Any
     stop_speed: Any
     per_impact: Any
-    seed: int
 
 
-def drawn_materials(surfaces: list[DrawnSurface], seed: int) -> Materials | DrawnMaterials:
+def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
     """Arrays of Z surfaces, in order of zone; plain `Materials` where no surface leaves anything to chance."""
     draws = [surface[:3] for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
@@ -61,22 +61,21 @@ def drawn_materials(surfaces: list[DrawnSurface], seed: int) -> Materials | Draw
         numbers=np.array([[draw[1:] for draw in row] for row in draws], dtype=float),
         stop_speed=np.array([surface.stop_speed for surface in surfaces], dtype=float),
         per_impact=np.array([surface.per_impact for surface in surfaces], dtype=np.int64),
-        seed=seed,
     )
 
 
 @surface_of.rule(DrawnMaterials)
-def drawn_surface(materials: DrawnMaterials, zone: int, key: RockKey, impacts: int) -> Surface:
+def drawn_surface(materials: DrawnMaterials, zone: int, falling: Falling) -> Surface:
     """The ground of a zone as this rock finds it: for life, or until its next impact."""
-    number = impacts + 1 if materials.per_impact[zone] else 0
-    R_n = _coefficient(materials, zone, key, number, 0)
-    R_t = _coefficient(materials, zone, key, number, 1)
-    angle = _coefficient(materials, zone, key, number, 2)
+    number = falling.impacts + 1 if materials.per_impact[zone] else 0
+    R_n = _coefficient(materials, zone, falling, number, 0)
+    R_t = _coefficient(materials, zone, falling, number, 1)
+    angle = _coefficient(materials, zone, falling, number, 2)
     return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone])
 
 
 @kernel
-def _coefficient(materials: DrawnMaterials, zone: int, key: RockKey, number: int, k: int) -> float:
+def _coefficient(materials: DrawnMaterials, zone: int, falling: Falling, number: int, k: int) -> float:
     """Coefficient k of a zone, drawn if it is left to chance."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
@@ -85,7 +84,8 @@ def _coefficient(materials: DrawnMaterials, zone: int, key: RockKey, number: int
         materials.kind[zone, k], numbers[zone, k, 0], numbers[zone, k, 1], numbers[zone, k, 2], numbers[zone, k, 3],
         numbers[zone, k, 4], numbers[zone, k, 5],
     )  # fmt: skip
-    return quantile(d, uniform_at(materials.seed, key.source, key.rock, FIRST + k + ZONES * zone, number))
+    key: Any = falling.key  # there is one: these materials draw
+    return quantile(d, uniform_at(key.seed, key.source, key.rock, FIRST + k + ZONES * zone, number))
 
 
 def _certain(surface: DrawnSurface) -> Surface:

@@ -4,7 +4,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.compiling import model_function
+from rpf3d_core.materials.falling import Falling
 
 
 class Surface(NamedTuple):
@@ -29,45 +30,18 @@ class Materials(NamedTuple):
     stop_speed: Any
 
 
-class RockKey(NamedTuple):
-    """What tells a rock's draws from those of all others: its source, and its number within it."""
-
-    source: int
-    rock: int
-
-
-class RockKeys(NamedTuple):
-    """`RockKey` for each of R rocks; both columns have R rows."""
-
-    source: Any
-    rock: Any
-
-
 def materials_of(surfaces: list[Surface]) -> Materials:
     """Arrays of Z surfaces, in order of zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 4).T
     return Materials(*(np.ascontiguousarray(column) for column in columns))
 
 
-def keys_of(materials: Any, source: Any, rock: Any) -> RockKeys | None:
-    """What draws need of R rocks; None for `Materials`, which draw nothing: then no key is compiled either."""
-    return None if isinstance(materials, Materials) else RockKeys(source, rock)
-
-
-@kernel
-def key_of(keys: RockKeys | None, i: int) -> RockKey | None:
-    """The key of rock i."""
-    if keys is None:
-        return None
-    return RockKey(keys.source[i], keys.rock[i])
-
-
 @model_function
-def surface_of(materials: object, zone: int, key: RockKey | None, impacts: int) -> Surface:
-    """The ground of a zone under a rock that has had so many impacts; one rule per class of materials."""
+def surface_of(materials: object, zone: int, falling: Falling) -> Surface:
+    """The ground of a zone as a rock finds it; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
-def fixed_surface(materials: Materials, zone: int, key: None, impacts: int) -> Surface:
+def fixed_surface(materials: Materials, zone: int, falling: Falling) -> Surface:
     """The same for every rock and every impact."""
     return Surface(materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone])

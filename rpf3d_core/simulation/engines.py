@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from rpf3d_core.compiling import HAS_NUMBA, loop
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
-from rpf3d_core.materials.library import key_of, keys_of
+from rpf3d_core.effects.hooks import Chain, links_of
+from rpf3d_core.materials.falling import Falling, RockColumns, RockKeys, key_of, rock_of
+from rpf3d_core.materials.library import Materials
 from rpf3d_core.simulation.march import follow, ground_below
+from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, plain
@@ -30,19 +33,28 @@ Integers = NDArray[np.int64]
 
 
 class Models(NamedTuple):
-    """The models that a scene names: parameters of a rebound and of a ground model."""
+    """The models that a scene names: parameters of a rebound and of a ground model, and of its effects.
+
+    A class of parameters says `asks_rock = True` if its rules ask for mass and radius, `draws = True` if they draw.
+    """
 
     rebound: Any
     ground: Any
+    effects: Chain | None = None
 
 
 class Starts(NamedTuple):
-    """R rocks about to fall: x (R, 3) m, v (R, 3) m/s; source, rock (R,), what drawn materials are drawn for."""
+    """R rocks about to fall: x (R, 3) m, v (R, 3) m/s; source, rock (R,), what tells their draws apart.
+
+    mass : (R,) kg; radius : (R,) m
+    """
 
     x: Floats
     v: Floats
     source: Integers
     rock: Integers
+    mass: Floats
+    radius: Floats
 
 
 class Reference:
@@ -71,9 +83,10 @@ class Reference:
         first : (R + 1, 2) the first row of each rock in either; that of `begin` is given, the others are filled in
         Returns the number of the first rock that found no room in the record, R if all did.
         """
-        keys = keys_of(materials, starts.source.tolist(), starts.rock.tolist())
-        arguments = (self.method, self.facets, plain(materials), settings, starts.x.tolist(), starts.v.tolist(), keys)
-        done = _follow_all.py_func(*models, *arguments, record, first, begin, finals, counts)  # type: ignore[attr-defined]
+        listed = Starts(*(column.tolist() for column in starts))
+        ground = (self.method, self.facets, plain(materials), settings)
+        rocks = (listed.x, listed.v, *asked_for(models, materials, settings, listed))
+        done = _follow_all.py_func(*models, *ground, *rocks, record, first, begin, finals, counts)  # type: ignore[attr-defined]
         return int(done)
 
     def ground_below(self, x: Floats) -> Floats:
@@ -103,10 +116,10 @@ class Compiled:
         begin: int, finals: Floats, counts: Integers,
     ) -> int:  # fmt: skip
         """As `Reference.follow`."""
-        keys = keys_of(materials, starts.source, starts.rock)
         ground = (self.method, self.facets, materials, settings)
+        rocks = (starts.x, starts.v, *asked_for(models, materials, settings, starts))
         follow_all: Any = _follow_all
-        return int(follow_all(*models, *ground, starts.x, starts.v, keys, record, first, begin, finals, counts))
+        return int(follow_all(*models, *ground, *rocks, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
@@ -116,6 +129,17 @@ class Compiled:
 
 
 Engine = Reference | Compiled
+
+
+def asked_for(
+    models: Models, materials: Any, settings: Settings, starts: Starts
+) -> tuple[RockColumns | None, RockKeys | None]:
+    """The columns of R rocks that a scene's models and materials ask for; None for what nobody does."""
+    parts = (models.rebound, models.ground, *links_of(models.effects))
+    asked = any(getattr(part, "asks_rock", False) for part in parts)
+    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
+    rocks = RockColumns(starts.mass, starts.radius) if asked else None
+    return rocks, RockKeys(settings.seed, starts.source, starts.rock) if drawn else None
 
 
 def engine_of(name: str, facets: Facets) -> Engine:
@@ -177,7 +201,8 @@ def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> 
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
-        starts = Starts(nothing, nothing, none[:, 0].copy(), none[:, 0].copy())
+        numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
+        starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
         engine.follow(models, materials, settings, starts, empty_record(0, 0), first, 0, finals, none)
         engine.ground_below(nothing)
     return time.perf_counter() - began
@@ -185,8 +210,8 @@ def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> 
 
 @loop
 def _follow_all(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any, v: Any,
-    keys: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
+    model: Any, ground: Any, effects: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any,
+    v: Any, rocks: Any, keys: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
 ) -> int:  # fmt: skip
     """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
 
@@ -194,8 +219,9 @@ def _follow_all(
     """
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        key, written = key_of(keys, i), record_from(record, first, i)
-        end = follow(model, ground, locator, facets, materials, settings, motion, key, written)
+        falling, written = Falling(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
+        physics = Physics(model, ground, effects, facets, materials, settings)
+        end = follow(physics, locator, motion, falling, written)
         if not close_rock(record, end.tally, first, i):
             return i
         tally, at = end.tally, end.motion.x

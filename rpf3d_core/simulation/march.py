@@ -6,62 +6,72 @@ from typing import Any
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, contact_or_crack, flight_end
+from rpf3d_core.effects.hooks import (
+    Meeting,
+    asks_height,
+    at_obstacle,
+    breaks,
+    felt_normal,
+    first_obstacle,
+    in_air,
+    in_ground,
+    longest_flight,
+)
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
+from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import surface_of
-from rpf3d_core.simulation.record import Record, note_impact, note_piece
-from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.simulation.state import MOVING, State, released, with_ground, with_impact, with_piece
+from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, note_impact, note_piece
+from rpf3d_core.simulation.state import (
+    NONE_PASSED,
+    State,
+    ended,
+    released,
+    with_ground,
+    with_impact,
+    with_meeting,
+    with_piece,
+)
 from rpf3d_core.simulation.sustained import carry_on, held_by
 from rpf3d_core.terrain.facet_geometry import contains, on_line, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
-from rpf3d_core.values import Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import add, along, dot, norm, scale
+from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
+from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
 """Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
 
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
-FAILED = int(Outcome.FAILED)
+FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 
 
 @kernel
-def follow(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, motion: Motion,
-    key: Any, record: Record,
-) -> State:  # fmt: skip
+def follow(physics: Physics, locator: Any, motion: Motion, falling: Falling, record: Record) -> State:
     """Follow a rock from its release to its outcome.
 
-    model, ground : parameters of a rebound and a ground model; locator : of either engine
-    key : the `RockKey` that drawn materials ask for, None for fixed ones
-    record : where to write impacts and pieces
+    locator : of either engine; falling : what the models may ask of the rock; record : where to write
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
-        state = checked(state, next_event(model, ground, locator, facets, materials, settings, state, key, record))
+        state = checked(state, next_event(physics, locator, state, falling, record))
     note_piece(record, state.tally, state.motion, state.motion.v, END)
     return state
 
 
-def no_event(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
-    record: Record,
-) -> State:  # fmt: skip
+def no_event(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """What `next_event` gives in Python where its arithmetic fails: the rock has failed where it is."""
-    return State(state.motion, state.left, state.stands, state.tally, FAILED)
+    return ended(state, FAILED)
 
 
 @guarded(no_event)
-def next_event(
-    model: Any, ground: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
-    record: Record,
-) -> State:  # fmt: skip
+def next_event(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """The state after the next event of a rock on its way."""
-    if state.tally.contacts >= settings.max_impacts:
-        return State(state.motion, state.left, state.stands, state.tally, MAX_IMPACTS)
+    if state.tally.contacts >= physics.settings.max_impacts:
+        return ended(state, MAX_IMPACTS)
     if state.stands:
-        return carry_on(ground, facets, materials, settings, state, key, record)  # type: ignore[no-any-return]
-    return fly_on(model, locator, facets, materials, settings, state, key, record)
+        return carry_on(physics.ground, physics, state, falling, record)  # type: ignore[no-any-return]
+    return fly_on(physics, locator, state, falling, record)
 
 
 @kernel
@@ -70,52 +80,129 @@ def checked(before: State, after: State) -> State:
 
     What the event wrote down is written over by the end of the path, and by the rocks that follow.
     """
-    t, x, v, _ = after.motion
-    if math.isfinite(t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + after.tally.path + after.tally.speed2):
+    t, x, v, w = after.motion
+    moving = t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + w[0] + w[1] + w[2]
+    if math.isfinite(moving + after.tally.path + after.tally.speed2):
         return after
-    return State(before.motion, before.left, before.stands, before.tally, FAILED)
+    return ended(before, FAILED)
 
 
 @kernel
-def fly_on(
-    model: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, state: State, key: Any,
-    record: Record,
-) -> State:  # fmt: skip
-    """Fly to the next contact and deal with it; or out of the terrain; or until time is up."""
-    arc = Arc(state.motion.x, state.motion.v, settings.gravity)
+def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
+    """Fly to the next contact or obstacle and deal with it; or out of the terrain; or until time is up."""
+    facets, settings, effects = physics.facets, physics.settings, physics.effects
+    who = as_it_is(falling, state)
+    stretch = longest_flight(effects, state.motion, who)
+    start = into_air(physics, locator, state.motion, 0.5 * stretch, who)
+    arc = Arc(start.x, start.v, settings.gravity)
     end = flight_end(facets, arc)
-    contact = contact_or_crack(locator, facets, arc, state.left, end)
-    left = settings.max_time - state.motion.t
-    t = min(contact.t, end, left)
-    motion = advance(state.motion, settings.gravity, t)
-    note_piece(record, state.tally, state.motion, motion.v, FLIGHT)
-    tally = with_piece(state.tally, arc_length(arc, t), motion, facets.tolerance)
+    contact = contact_or_crack(locator, facets, arc, state.left, min(end, stretch))
+    left = settings.max_time - start.t
+    t = min(contact.t, end, left, stretch)
+    meeting = first_obstacle(effects, arc, state.passed, t, who)
+    t = min(t, meeting.t)
+    arrived = advance(start, settings.gravity, t)
+    note_piece(record, state.tally, start, arrived.v, FLIGHT)
+    tally = with_piece(state.tally, arc_length(arc, t), arrived, facets.tolerance)
+    motion = out_of_air(physics, locator, arrived, t, stretch, who)
+    flown = State(motion, state.left, False, tally, MOVING, state.passed)
     if t == left:
-        return State(motion, state.left, False, tally, MAX_TIME)
-    if contact.t > end:
-        return State(motion, state.left, False, tally, LEFT_TERRAIN)
-    landed = State(motion, state.left, False, tally, MOVING)
-    return _land(model, facets, materials, settings, landed, contact, key, record)
+        return ended(flown, MAX_TIME)
+    if t == meeting.t:
+        return _meet(effects, flown, meeting, falling, record)
+    if contact.t <= t:
+        return _land(physics, flown, contact, falling, record)
+    if t == stretch:
+        return State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
+    return ended(flown, LEFT_TERRAIN)
 
 
 @kernel
-def _land(
-    model: Any, facets: Facets, materials: Any, settings: Settings, state: State, contact: Contact, key: Any,
-    record: Record,
-) -> State:  # fmt: skip
+def into_air(physics: Physics, locator: Any, motion: Motion, t: float, falling: Falling) -> Motion:
+    """The motion with which a rock begins a stretch of its flight, after the air has acted for t seconds: half of it.
+
+    The air acts before and after a parabola (Strang 1968, SIAM J. Numer. Anal. 5:506: of second order), so that
+    contacts are found as exactly as without it. Infinite stretches are those of a flight that no air disturbs.
+    """
+    if t == math.inf:
+        return motion
+    return in_air(physics.effects, motion, _height(physics, locator, motion.x), t, falling)  # type: ignore[no-any-return]
+
+
+@kernel
+def out_of_air(
+    physics: Physics, locator: Any, motion: Motion, t: float, stretch: float, falling: Falling
+) -> Motion:  # fmt: skip
+    """The motion with which it ends it after t seconds: with what the air has not done yet, or has done too much."""
+    if stretch == math.inf:
+        return motion
+    return in_air(physics.effects, motion, _height(physics, locator, motion.x), t - 0.5 * stretch, falling)  # type: ignore[no-any-return]
+
+
+@kernel
+def _height(physics: Physics, locator: Any, x: Vec) -> float:
+    """Height above the ground (m) if an effect asks for it."""
+    if not asks_height(physics.effects):
+        return 0.0
+    height, _ = ground_below(locator, physics.facets, x)
+    return height
+
+
+@kernel
+def _mid_air(left: Left) -> Left:
+    """What a rock has left when it goes on in mid-air: no facet, but it is still on the same side of the ground."""
+    return Left(-1, -1, left.side, False, -1)
+
+
+@kernel
+def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record: Record) -> State:
+    """An obstacle: it changes the motion, or ends it."""
+    before = state.motion
+    met = at_obstacle(effects, before, meeting.number, state.tally.meetings, as_it_is(falling, state))
+    speed = norm(before.v)
+    against = scale(-1.0 / speed, before.v) if speed > 0.0 else (0.0, 0.0, 1.0)
+    note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against)
+    tally = with_meeting(state.tally)
+    return State(met.motion, _mid_air(state.left), False, tally, met.outcome, meeting.number)
+
+
+@kernel
+def _land(physics: Physics, state: State, contact: Contact, falling: Falling, record: Record) -> State:
     """A contact: sliding goes on over it if it is slight, otherwise it is an impact."""
+    facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0
     if state.left.resting or released_on_ground:
-        held = held_by(facets, settings, state, contact, n)
+        held = held_by(facets, physics.settings, state, contact, n)
         if held.left.facet >= 0:
             return _stand(facets, state, held.left, held.v)
-    surface = surface_of(materials, facets.zone[contact.facet], key, state.tally.impacts)
-    after = rebound(model, surface, state.motion, n)
+    who = as_it_is(falling, state)
+    after = rebounded(physics, state.motion, contact.facet, n, who)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    bounced = State(after, Left(contact.facet, -1, contact.side, False, -1), False, tally, MOVING)
-    return _settle(model, facets, materials, settings, bounced, n, key, record)
+    left = Left(contact.facet, -1, contact.side, False, -1)
+    bounced = State(after, left, False, tally, MOVING, NONE_PASSED)
+    if breaks(physics.effects, state.motion, after, n, who):
+        return ended(bounced, FRAGMENTED)
+    return _settle(physics, bounced, n, falling, record)
+
+
+@kernel
+def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Falling) -> Motion:
+    """The motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
+
+    Where the normal that the rock feels would send it into the ground, its speed into the ground is dropped.
+    """
+    surface = surface_of(physics.materials, physics.facets.zone[facet], falling)
+    felt = felt_normal(physics.effects, n, motion, falling)
+    if dot(motion.v, felt) >= 0.0:
+        felt = n
+    entering = in_ground(physics.effects, surface, motion, felt, falling)
+    after = rebound(physics.rebound, surface, entering, felt, falling)
+    into = dot(after.v, n)
+    if into >= 0.0:
+        return after  # type: ignore[no-any-return]
+    return Motion(after.t, after.x, subtract(after.v, scale(into, n)), after.w)
 
 
 @kernel
@@ -126,31 +213,30 @@ def _stand(facets: Facets, state: State, held: Left, v: Vec) -> State:
         x = on_line(facets, held.facet, held.other, x)
     motion = Motion(state.motion.t, x, v, state.motion.w)
     tally = with_ground(state.tally, held.facet, norm(motion.v))
-    return State(motion, held, True, tally, state.outcome)
+    return State(motion, held, True, tally, state.outcome, state.passed)
 
 
 @kernel
-def _settle(
-    model: Any, facets: Facets, materials: Any, settings: Settings, state: State, n: Vec, key: Any, record: Record
-) -> State:
+def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Record) -> State:
     """After an impact: sum up the rest of the bounces if they are small and stay on the facet.
 
     Otherwise the rock flies on. Needs a facet that gravity presses the rock against. Where each impact draws its
     ground, the rest of the bounces has that of the next.
     """
-    f, motion = state.left.facet, state.motion
+    facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
     rise2 = dot(motion.v, n) * dot(motion.v, n)
     if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # a rise that is no number is for `checked`
         return state
-    surface = surface_of(materials, facets.zone[f], key, state.tally.impacts)
-    rest = rest_of_bounces(model, surface, motion, n, settings.gravity)
+    surface = ground_of(physics, f, falling, state)
+    rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, as_it_is(falling, state))
     x = add(motion.x, add(rest.along, rest.down))
     if rest.ends and motion.t + rest.t <= settings.max_time and _stays_on(facets, f, motion.x, rest.along, rest.down):
         end = Motion(motion.t + rest.t, x, rest.v, motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
         tally = with_piece(state.tally, norm(add(rest.along, rest.down)), end, facets.tolerance)
-        return _stand(facets, State(end, state.left, True, tally, MOVING), state.left, along(rest.v, n))
+        settled = State(end, state.left, True, tally, MOVING, state.passed)
+        return _stand(facets, settled, state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return _stand(facets, state, state.left, along(motion.v, n))
     return state

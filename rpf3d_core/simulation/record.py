@@ -14,11 +14,15 @@ from rpf3d_core.simulation.state import Tally
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm
 
+FIRST_OBSTACLE = -2
+"""What stands for a facet in the row of a meeting with obstacle 0; those after it go down from there."""
+
 
 class Record(NamedTuple):
     """Rows to write to: impacts (I, 9) and facets (I,) from row `first_impact`, pieces (S, 10) from `first_piece`.
 
-    Without rows for pieces nothing is written (`writes`).
+    Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a row among the impacts, and
+    instead of a facet `FIRST_OBSTACLE` minus the obstacle's number.
 
     impacts : t, x, y, z, n_x, n_y, n_z, speed in, speed out
     pieces : t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
@@ -60,15 +64,15 @@ def close_rock(record: Record, tally: Tally, first: Any, i: int) -> bool:
     """
     if not writes(record):
         return True
-    first[i + 1, 0] = first[i, 0] + tally.impacts
+    first[i + 1, 0] = first[i, 0] + tally.impacts + tally.meetings
     first[i + 1, 1] = first[i, 1] + tally.pieces + 1
     return bool(first[i + 1, 0] <= len(record.facets) and first[i + 1, 1] <= len(record.modes))
 
 
 @kernel
 def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write down the impact that comes next in the tally."""
-    i = record.first_impact + tally.impacts
+    """Write down the impact, or the meeting, that comes next in the tally."""
+    i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
         return
     row, x = record.impacts[i], before.x

@@ -11,9 +11,11 @@ class Settings(NamedTuple):
     gravity : m/s^2
     smallest_bounce : m; a bounce that would rise less is summed up with all that follow it, or merges into sliding
     max_time : s; max_impacts : impacts and slides over facets, together
+    seed : of all draws
     """
 
     gravity: float = STANDARD_GRAVITY
     smallest_bounce: float = 1e-3
     max_time: float = 3600.0
     max_impacts: int = 100_000
+    seed: int = 1

@@ -5,17 +5,18 @@ from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Left
-from rpf3d_core.values import Motion
+from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
-MOVING = -1
-"""Outcome of a rock that is still on its way."""
+NONE_PASSED = -1
+"""Stands for the number of an obstacle where a rock has met none since its last impact."""
 
 
 class Tally(NamedTuple):
     """What a rock has gathered so far.
 
-    path : m; impacts, pieces : counts (pieces of path: flights, settlings, slides); contacts : impacts and slides
+    path : m; impacts : on the ground; meetings : with obstacles; pieces : of path: flights, settlings, slides
+    contacts : impacts, meetings and slides
     speed2 : largest squared speed (m^2/s^2)
     ground_speed : speed at its first sustained contact (m/s), NaN before; facet : of its last contact, -1 before
     idle : pieces of path in a row without getting anywhere
@@ -23,6 +24,7 @@ class Tally(NamedTuple):
 
     path: float
     impacts: int
+    meetings: int
     pieces: int
     contacts: int
     speed2: float
@@ -32,20 +34,30 @@ class Tally(NamedTuple):
 
 
 class State(NamedTuple):
-    """A rock between two events: it flies, or `stands` in sustained contact with the facets of `left`."""
+    """A rock between two events: it flies, or `stands` in sustained contact with the facets of `left`.
+
+    passed : number of the obstacle that it has met last and since when it has had no impact, else NONE_PASSED
+    """
 
     motion: Motion
     left: Left
     stands: bool
     tally: Tally
     outcome: int
+    passed: int
 
 
 @kernel
 def released(motion: Motion) -> State:
     """The state of a rock at its release."""
-    tally = Tally(0.0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
-    return State(motion, NOTHING_LEFT, False, tally, MOVING)
+    tally = Tally(0.0, 0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
+    return State(motion, NOTHING_LEFT, False, tally, MOVING, NONE_PASSED)
+
+
+@kernel
+def ended(state: State, outcome: int) -> State:
+    """The state of a rock that ends where it is."""
+    return State(state.motion, state.left, state.stands, state.tally, outcome, state.passed)
 
 
 @kernel
@@ -57,8 +69,8 @@ def with_piece(tally: Tally, length: float, motion: Motion, tolerance: float) ->
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return Tally(
-        tally.path + length, tally.impacts, tally.pieces + 1, tally.contacts, speed2, tally.ground_speed, tally.facet,
-        idle,
+        tally.path + length, tally.impacts, tally.meetings, tally.pieces + 1, tally.contacts, speed2,
+        tally.ground_speed, tally.facet, idle,
     )  # fmt: skip
 
 
@@ -67,7 +79,17 @@ def with_impact(tally: Tally, facet: int, motion: Motion) -> Tally:
     """The tally after an impact on a facet, which left the rock with `motion`."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return Tally(
-        tally.path, tally.impacts + 1, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed, facet, tally.idle
+        tally.path, tally.impacts + 1, tally.meetings, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed,
+        facet, tally.idle,
+    )  # fmt: skip
+
+
+@kernel
+def with_meeting(tally: Tally) -> Tally:
+    """The tally after an obstacle. It counts as a contact, so that no rock goes back and forth for ever."""
+    return Tally(
+        tally.path, tally.impacts, tally.meetings + 1, tally.pieces, tally.contacts + 1, tally.speed2,
+        tally.ground_speed, tally.facet, tally.idle,
     )  # fmt: skip
 
 
@@ -76,7 +98,7 @@ def with_ground(tally: Tally, facet: int, speed: float) -> Tally:
     """The tally when the rock enters sustained contact with a facet at some speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return Tally(
-        tally.path, tally.impacts, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
+        tally.path, tally.impacts, tally.meetings, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
     )  # fmt: skip
 
 
@@ -91,5 +113,6 @@ def with_slide(tally: Tally, length: float, motion: Motion, tolerance: float, be
     if bends:
         contacts, idle = tally.contacts, min(tally.idle, after.idle)
     return Tally(
-        after.path, after.impacts, after.pieces, contacts, after.speed2, after.ground_speed, after.facet, idle
-    )
+        after.path, after.impacts, after.meetings, after.pieces, contacts, after.speed2, after.ground_speed,
+        after.facet, idle,
+    )  # fmt: skip

@@ -1,7 +1,7 @@
 """Sustained contact: when it begins, and how each ground model carries on from there."""
 
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
@@ -16,13 +16,14 @@ from rpf3d_core.kinetics.sliding import (
     slide_in_gully,
     slide_on_facet,
 )
-from rpf3d_core.materials.library import surface_of
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.simulation.physics import Physics, ground_of
 from rpf3d_core.simulation.record import Record, note_piece
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.simulation.state import MOVING, State, with_slide
+from rpf3d_core.simulation.state import State, ended, with_slide
 from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
 from rpf3d_core.terrain.facets import Facets
-from rpf3d_core.values import ZERO, Mode, Outcome, Vec
+from rpf3d_core.values import MOVING, ZERO, Mode, Outcome, Vec
 from rpf3d_core.vectors import along, dot, norm, scale, subtract, without
 
 SLIDING = int(Mode.SLIDING)
@@ -36,33 +37,27 @@ Around a vertex of six facets each can be tried in turn five times over, with a 
 
 
 @model_function
-def carry_on(
-    ground: object, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
-) -> State:
+def carry_on(ground: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
     """The next state of a rock in sustained contact; one rule per ground model."""
 
 
 @carry_on.rule(NoGround)
-def stop_or_give_up(
-    ground: NoGround, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
-) -> State:
+def stop_or_give_up(ground: NoGround, physics: Physics, state: State, falling: Falling, record: Record) -> State:
     """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
-    surface = surface_of(materials, facets.zone[state.left.facet], key, state.tally.impacts)
-    outcome = STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED
-    return State(state.motion, state.left, True, state.tally, outcome)
+    surface = ground_of(physics, state.left.facet, falling, state)
+    return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
 @carry_on.rule(Sliding)
-def slide_on(
-    ground: Sliding, facets: Facets, materials: Any, settings: Settings, state: State, key: Any, record: Record
-) -> State:
+def slide_on(ground: Sliding, physics: Physics, state: State, falling: Falling, record: Record) -> State:
     """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
-    piece = _slide(facets, materials, settings, state, key)
+    tolerance = physics.facets.tolerance
+    piece = _slide(physics, state, falling)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
-    tally = with_slide(state.tally, piece.length, piece.motion, facets.tolerance, piece.bends)
+    tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
-    left = state.left if stands else _left_behind(state.left, piece, facets.tolerance)
-    return State(piece.motion, left, stands, tally, _outcome(settings, piece, tally.idle))
+    left = state.left if stands else _left_behind(state.left, piece, tolerance)
+    return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), state.passed)
 
 
 @kernel
@@ -82,17 +77,17 @@ def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
 
 
 @kernel
-def _slide(facets: Facets, materials: Any, settings: Settings, state: State, key: Any) -> Piece:
+def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
     """One piece of sliding from where the rock stands."""
-    left, motion = state.left, state.motion
-    first = surface_of(materials, facets.zone[left.facet], key, state.tally.impacts)
+    facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
+    first = ground_of(physics, left.facet, falling, state)
     time_left = settings.max_time - motion.t
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
         gravity = settings.gravity
         return slide_on_facet(facets, left.facet, n, motion, first.mu, first.stop_speed, gravity, time_left)
-    second = surface_of(materials, facets.zone[left.other], key, state.tally.impacts)
+    second = ground_of(physics, left.other, falling, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     friction = first.mu * max(held.first, 0.0) + second.mu * max(held.second, 0.0)
     stop_speed = max(first.stop_speed, second.stop_speed)

@@ -7,6 +7,7 @@ import pytest
 from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
+from rpf3d_core.materials.falling import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion
 
 N = (0.5, 0.0, math.sqrt(0.75))
@@ -22,7 +23,7 @@ ROWS = pytest.mark.parametrize(
 
 @ROWS
 def test_constant_restitution_turns_the_vector_as_printed(R_n, R_t, after, squared):
-    v = rebound(ConstantRestitution(), surface(R_n, R_t), Motion(1.0, (2.0, 3.0, 4.0), V, ZERO), N).v
+    v = rebound(ConstantRestitution(), surface(R_n, R_t), Motion(1.0, (2.0, 3.0, 4.0), V, ZERO), N, ANY_ROCK).v
     assert v == pytest.approx(after, abs=PRINTED)
     assert np.dot(v, v) == pytest.approx(squared, abs=5e-4)
 
@@ -40,5 +41,5 @@ def test_a_rock_released_on_a_slope_with_that_velocity_leaves_as_printed(engine,
 
 def test_a_rebound_moves_neither_the_clock_nor_the_rock_nor_its_spin():
     motion = Motion(1.0, (2.0, 3.0, 4.0), V, (5.0, 6.0, 7.0))
-    after = rebound(ConstantRestitution(), surface(), motion, N)
+    after = rebound(ConstantRestitution(), surface(), motion, N, ANY_ROCK)
     assert (after.t, after.x, after.w) == (motion.t, motion.x, motion.w)

@@ -14,6 +14,7 @@ from rpf3d_core.compiling import HAS_NUMBA, OPTIONS
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
+from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.simulation import engines
 from rpf3d_core.simulation.engines import Models
@@ -31,7 +32,7 @@ class Faulty(NamedTuple):
 
 
 @rebound.rule(Faulty)
-def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec) -> Motion:
+def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     back = add(motion.v, scale(-(1.0 + surface.R_n) * dot(motion.v, n), n))
     speed = norm(motion.v)
     if model.divides > 0.0:
@@ -42,7 +43,7 @@ def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec) -> Motion:
 
 
 @rest_of_bounces.rule(Faulty)
-def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float) -> Rest:
+def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
     return Rest(ZERO, ZERO, ZERO, 0.0, True)
 
 

@@ -15,6 +15,7 @@ from rpf3d_core.kinetics.rebound import (
     rest_of_bounces,
     thesis_literal,
 )
+from rpf3d_core.materials.falling import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 V = (3.0, 2.0, -10.0)
@@ -34,14 +35,14 @@ def plane_rising(theta: float, phi: float) -> tuple[float, float, float]:
 )
 def test_the_printed_transform_loses_speed_even_without_restitution(theta, phi, squared, digits):
     n = plane_rising(theta, phi)
-    after = rebound(ThesisLiteral(), surface(1.0, 1.0), Motion(0.0, ZERO, V, ZERO), n).v
+    after = rebound(ThesisLiteral(), surface(1.0, 1.0), Motion(0.0, ZERO, V, ZERO), n, ANY_ROCK).v
     assert np.dot(after, after) == pytest.approx(squared, abs=digits)
 
 
 def test_on_level_ground_the_printed_transform_is_right():
     motion, n = Motion(0.0, ZERO, V, ZERO), (0.0, 0.0, 1.0)
-    printed = rebound(ThesisLiteral(), surface(0.5, 0.8), motion, n).v
-    assert printed == pytest.approx(rebound(ConstantRestitution(), surface(0.5, 0.8), motion, n).v, abs=1e-15)
+    printed = rebound(ThesisLiteral(), surface(0.5, 0.8), motion, n, ANY_ROCK).v
+    assert printed == pytest.approx(rebound(ConstantRestitution(), surface(0.5, 0.8), motion, n, ANY_ROCK).v, abs=1e-15)
 
 
 @pytest.mark.parametrize("model", REBOUND_MODELS.values(), ids=REBOUND_MODELS)
@@ -53,13 +54,13 @@ def test_no_model_sends_a_rock_into_the_ground(model):
         v = draw.normal(size=3) * 10.0 ** draw.uniform(-6, 2)
         v -= 2.0 * max(v @ n, 0.0) * n
         n, v = tuple(map(float, n)), tuple(map(float, v))
-        after = rebound(model, surface(draw.uniform(), draw.uniform()), Motion(0.0, ZERO, v, ZERO), n).v
+        after = rebound(model, surface(draw.uniform(), draw.uniform()), Motion(0.0, ZERO, v, ZERO), n, ANY_ROCK).v
         assert np.dot(after, n) >= -1e-14 * np.linalg.norm(v)
 
 
 def test_constant_restitution_scales_the_two_parts_and_keeps_their_directions():
     n = plane_rising(33.0, -12.0)
-    after = np.array(rebound(ConstantRestitution(), surface(0.3, 0.7), Motion(0.0, ZERO, V, ZERO), n).v)
+    after = np.array(rebound(ConstantRestitution(), surface(0.3, 0.7), Motion(0.0, ZERO, V, ZERO), n, ANY_ROCK).v)
     normal, along = np.dot(V, n) * np.array(n), np.array(V) - np.dot(V, n) * np.array(n)
     np.testing.assert_allclose(after, -0.3 * normal + 0.7 * along, rtol=1e-14)
 
@@ -72,7 +73,7 @@ def test_the_sum_of_all_bounces_is_what_adding_them_one_by_one_gives(R_n, R_t):
     g = np.array([0.0, 0.0, -9.81])
     g_n, g_t = -(g @ n), g - (g @ n) * np.array(n)
     rest = rest_of_bounces(
-        ConstantRestitution(), surface(R_n, R_t), Motion(0.0, ZERO, tuple(u + w * np.array(n)), ZERO), n, 9.81
+        ConstantRestitution(), surface(R_n, R_t), Motion(0.0, ZERO, tuple(u + w * np.array(n)), ZERO), n, 9.81, ANY_ROCK
     )
     x, t = np.zeros(3), 0.0
     for _ in range(3000):
@@ -86,9 +87,8 @@ def test_the_sum_of_all_bounces_is_what_adding_them_one_by_one_gives(R_n, R_t):
 
 
 def test_bounces_that_lose_nothing_have_no_end():
-    rest = rest_of_bounces(
-        ConstantRestitution(), surface(1.0, 0.5), Motion(0.0, ZERO, (1.0, 0.0, 1.0), ZERO), (0.0, 0.0, 1.0), 9.81
-    )
+    motion, up = Motion(0.0, ZERO, (1.0, 0.0, 1.0), ZERO), (0.0, 0.0, 1.0)
+    rest = rest_of_bounces(ConstantRestitution(), surface(1.0, 0.5), motion, up, 9.81, ANY_ROCK)
     assert not rest.ends
 
 
@@ -120,7 +120,7 @@ def largest_gain(n: tuple[float, float, float]) -> float:
     gains = []
     for v in np.random.default_rng(1).normal(size=(400, 3)):
         v = -v if v @ np.array(n) > 0 else v
-        after = rebound(ThesisLiteral(), surface(1.0, 1.0), Motion(0.0, ZERO, tuple(v.tolist()), ZERO), n).v
+        after = rebound(ThesisLiteral(), surface(1.0, 1.0), Motion(0.0, ZERO, tuple(v.tolist()), ZERO), n, ANY_ROCK).v
         gains.append(float(np.dot(after, after) / (v @ v)))
     return max(gains)
 
@@ -136,4 +136,4 @@ def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_design
 
 def test_a_model_without_a_rule_is_refused_by_name():
     with pytest.raises(TypeError, match="rebound has no rule for str"):
-        rebound("bouncy", surface(), Motion(0.0, ZERO, V, ZERO), (0.0, 0.0, 1.0))
+        rebound("bouncy", surface(), Motion(0.0, ZERO, V, ZERO), (0.0, 0.0, 1.0), ANY_ROCK)

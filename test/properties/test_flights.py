@@ -23,6 +23,7 @@ from scenes_of_facets import (
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
+from rpf3d_core.materials.falling import ANY_ROCK
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import ZERO, Mode, Motion, Outcome
@@ -221,7 +222,7 @@ def test_a_rebound_takes_energy_and_points_away_from_the_ground(n, v, R_n, R_t):
     if v @ n > 0:
         n = -n
     n = tuple(map(float, n))
-    after = rebound(ConstantRestitution(), Surface(R_n, R_t, 0.5, 0.5), Motion(0.0, ZERO, v, ZERO), n).v
+    after = rebound(ConstantRestitution(), Surface(R_n, R_t, 0.5, 0.5), Motion(0.0, ZERO, v, ZERO), n, ANY_ROCK).v
     assert np.dot(after, n) >= -1e-15 * math.hypot(*v) * 4
     assert math.hypot(*after) <= math.hypot(*v) * (1 + 1e-15 * 4)
 

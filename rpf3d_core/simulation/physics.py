@@ -1,0 +1,37 @@
+"""What governs the flights of all rocks of an ensemble, as one value."""
+
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface, surface_of
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.simulation.state import State
+from rpf3d_core.terrain.facets import Facets
+
+
+class Physics(NamedTuple):
+    """Models, ground and settings.
+
+    rebound, ground : parameters of a rebound and of a ground model; effects : a `Chain`, or None
+    materials : of either kind; facets : the terrain
+    """
+
+    rebound: Any
+    ground: Any
+    effects: Any
+    facets: Facets
+    materials: Any
+    settings: Settings
+
+
+@kernel
+def as_it_is(falling: Falling, state: State) -> Falling:
+    """The rock that falls, with the impacts that it has had so far."""
+    return Falling(falling.rock, falling.key, state.tally.impacts)
+
+
+@kernel
+def ground_of(physics: Physics, facet: int, falling: Falling, state: State) -> Surface:
+    """The ground of a facet as the rock finds it."""
+    return surface_of(physics.materials, physics.facets.zone[facet], as_it_is(falling, state))  # type: ignore[no-any-return]
