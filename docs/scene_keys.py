@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_hazard, scene_method, scene_model
+from rpf3d_core.io import scene_hazard, scene_method, scene_model, scene_models
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -129,6 +129,8 @@ def default_of(field: Any) -> str:
     """What a key is when it is left out."""
     if field.default_factory is not None:
         made = field.default_factory()
+        if isinstance(made, scene_models.OneOf):
+            return f"`{made.name}`"
         return "its own defaults" if isinstance(made, BaseModel) else "none"
     if field.default is PydanticUndefined:
         return "must be given"

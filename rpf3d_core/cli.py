@@ -313,8 +313,8 @@ def _print_check(report: "Check") -> None:
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
     lines += [["rocks", report.rocks.describe()]]
-    lines += [["effects", ", ".join(named.effects) or "none named"]]
-    models = f"rebound {named.rebound}, ground {named.ground}, stop_speed {named.stop_speed:g} m/s"
+    lines += [["effects", ", ".join(named.effects.named) or "none named"]]
+    models = f"rebound {named.rebound.name}, ground {named.ground.name}, stop_speed {named.stop_speed:g} m/s"
     lines += [["models", f"{models}, method {named.method.describe()}"]]
     lines += [["hazard maps", report.maps.describe()]]
     if report.cost:

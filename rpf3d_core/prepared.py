@@ -29,10 +29,9 @@ from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import Scene, check_materials, material_of
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, engine_of, stepping
+from rpf3d_core.named import models_of
+from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
@@ -134,8 +133,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
     check_materials(scene, terrain.zones)
     settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts, scene.seed)
-    models = Models(REBOUND_MODELS[scene.rebound], GROUND_MODELS[scene.ground])
-    return Flight(drawn_materials(surfaces), settings, models)
+    return Flight(drawn_materials(surfaces), settings, models_of(scene, terrain))
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:

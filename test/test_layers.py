@@ -18,6 +18,7 @@ LAYERS = (
     {"ensemble"},
     {"hazard"},
     {"io", "recordings"},
+    {"named"},
     {"choices", "prepared", "compare"},
     {"accuracy"},
     {"run", "compare_tables", "thesis"},

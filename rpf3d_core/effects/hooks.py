@@ -125,8 +125,8 @@ def as_long_as_it_takes(effect: object, motion: Motion, falling: Falling) -> flo
 @longest_flight.rule(Chain)
 def shortest_of_all(chain: Chain, motion: Motion, falling: Falling) -> float:
     """What the most particular of them asks for."""
-    one: float = longest_flight(chain.head, motion, falling)
-    return min(one, longest_flight(chain.tail, motion, falling))
+    one, others = longest_flight(chain.head, motion, falling), longest_flight(chain.tail, motion, falling)
+    return min(one, others)  # type: ignore[no-any-return]
 
 
 @model_function

@@ -20,6 +20,15 @@ from rpf3d_core.io.reference_system import are_same, reference_system_of_file, w
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
+from rpf3d_core.io.scene_models import (
+    ConstantSpec,
+    EffectsSpec,
+    GroundSpec,
+    NoGroundSpec,
+    ReboundSpec,
+    chosen_model,
+    named_effects,
+)
 from rpf3d_core.io.scene_values import (
     MOST_ROCKS,
     Count,
@@ -55,12 +64,6 @@ def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
                 f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
             )
     return parts
-
-
-def _no_effects(effects: Mapping[str, Any]) -> Mapping[str, Any]:
-    for name in effects:
-        raise refuse("is not an effect that this version simulates; it has none yet, so remove it", name)
-    return effects
 
 
 def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:
@@ -312,15 +315,21 @@ class Scene(Part):
     target: TargetSpec = Field(
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
-    rebound: Literal["constant", "thesis_literal"] = Field("constant", description="constant or thesis_literal")
-    ground: Literal["none", "sliding"] = Field("none", description="none or sliding")
+    rebound: Annotated[ReboundSpec, BeforeValidator(chosen_model(ReboundSpec))] = Field(
+        default_factory=lambda: ReboundSpec(constant=ConstantSpec()),
+        description="the name of a rebound model, or a mapping of it to its parameters",
+    )
+    ground: Annotated[GroundSpec, BeforeValidator(chosen_model(GroundSpec))] = Field(
+        default_factory=lambda: GroundSpec(none=NoGroundSpec()),
+        description="the name of a ground model, or a mapping of it to its parameters",
+    )
     stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
     gravity: Number = Field(STANDARD_GRAVITY, gt=0, description="a number above 0 (m/s2)")
     smallest_bounce: Number = Field(1e-3, gt=0, description="a height above 0 (m)")
     max_time: Number = Field(3600.0, gt=0, description="a number above 0 (s)")
     max_impacts: Count = Field(100_000, ge=1, description="a whole number of at least 1")
-    effects: Annotated[Mapping[str, Any], AfterValidator(_no_effects)] = Field(
-        default_factory=dict, description="a mapping of effect name to its parameters"
+    effects: Annotated[EffectsSpec, BeforeValidator(named_effects)] = Field(
+        default_factory=EffectsSpec, description="a mapping of effect name to its parameters"
     )
     areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(_no_two_alike)] = Field(
         (), description="a list of {name, polygons}"

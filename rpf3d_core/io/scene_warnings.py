@@ -17,7 +17,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
     for name, material in scene.materials.items():
         friction = distribution_of(material.friction_angle_deg).high
-        if scene.ground != "none" and friction < LEAST_FRICTION:
+        if scene.ground.name != "none" and friction < LEAST_FRICTION:
             yield f"`materials.{name}.friction_angle_deg` is {friction:g} degrees; is it in radians, or a tangent?"
     if "target" in scene.model_fields_set and scene.rocks != "auto":
         yield "`target` has no effect, for `rocks` is not auto"

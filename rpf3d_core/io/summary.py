@@ -93,10 +93,15 @@ def _digests(scene: Scene) -> dict[str, str]:
 
 def _settings(scene: Scene) -> dict[str, Any]:
     """The choices that decide the answer, beside the materials."""
-    names = ("seed", "rebound", "ground", "stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
+    names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
+        "seed": scene.seed,
+        "rebound": scene.rebound.name,
+        "rebound_parameters": scene.rebound.offer.model_dump(mode="json"),
+        "ground": scene.ground.name,
+        "ground_parameters": scene.ground.offer.model_dump(mode="json"),
         **{name: getattr(scene, name) for name in names},
-        "effects": list(scene.effects),
+        "effects": {name: offer.model_dump(mode="json") for name, offer in scene.effects.named.items()},
         "method": scene.method.describe(),
     }
 
@@ -147,7 +152,7 @@ def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
             **totals.max_height.summary(PERCENTILES),
         },
         "entered_ground_at_speed_m_s": {
-            "of": f"rocks whose bounces died out; ground model {scene.ground}",
+            "of": f"rocks whose bounces died out; ground model {scene.ground.name}",
             **totals.ground_speed.summary(PERCENTILES),
         },
     }

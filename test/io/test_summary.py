@@ -75,7 +75,7 @@ def test_the_summary_is_json_and_says_what_was_run(tmp_path):
     assert facts["program"] == "rpf3d"
     assert facts["versions"]["numpy"] == np.__version__
     assert facts["scene"]["file"] == "floor.yaml" and len(facts["scene"]["digest"]) == 64
-    assert facts["scene"]["seed"] == 1 and facts["scene"]["ground"] == "sliding" and facts["scene"]["effects"] == []
+    assert facts["scene"]["seed"] == 1 and facts["scene"]["ground"] == "sliding" and facts["scene"]["effects"] == {}
     assert facts["engine"] == "reference"
     assert facts["terrain"]["triangles"] == facts["terrain"]["faults"]["triangles"] == 128
     assert facts["terrain"]["zones"] == ["bench_1", "floor"]
