@@ -38,6 +38,8 @@ times as fast, because each look at an array inside a NamedTuple would count up 
 class ModelFunction(Protocol):
     """A function with one rule per class of its first argument."""
 
+    __name__: str
+
     def __call__(self, model: Any, *args: Any) -> Any:
         """Call the rule of the model's class."""
 
@@ -46,6 +48,9 @@ class ModelFunction(Protocol):
 
     def otherwise(self, function: F) -> F:
         """Register the rule of all classes that have none of their own."""
+
+    def has_rule(self, cls: type) -> bool:
+        """Whether a class has a rule of its own."""
 
 
 def kernel(function: F) -> F:
@@ -69,7 +74,26 @@ def loop(function: F) -> F:
         return function
     with _cache_folder() as usable:
         compiled: F = numba.njit(nogil=True, cache=usable, **OPTIONS)(function)
+    _loops.append(compiled)
     return compiled
+
+
+_loops: list[Any] = []
+"""Every loop, so that `compile_apart` can tell them where to keep what they compile from then on."""
+_foreign: set[str] = set()
+"""Digests of the user's own code that kernels call."""
+
+
+def compile_apart(digest: str) -> None:
+    """From now on keep what is compiled in a folder of its own: kernels call code of another digest than the sources'.
+
+    Otherwise an edit in that code would go unnoticed, and a process that has not loaded it could not read the index.
+    """
+    _foreign.add(digest)
+    for each in _loops:
+        with _cache_folder() as usable:
+            if usable:
+                each.enable_caching()
 
 
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
@@ -112,7 +136,7 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
         rules[OTHERWISE] = kernel(function)
         return function
 
-    call.rule, call.otherwise = rule, otherwise  # type: ignore[attr-defined]
+    call.rule, call.otherwise, call.has_rule = rule, otherwise, rules.__contains__  # type: ignore[attr-defined]
     call.__doc__, call.__name__, call.__module__ = stub.__doc__, stub.__name__, stub.__module__
     return call  # type: ignore[return-value]
 
@@ -195,7 +219,10 @@ def guarded(instead: F) -> Callable[[F], F]:
 
 def cache_folder() -> Path:
     """Where these sources keep what has been compiled of them."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d" / source_digest()
+    digest = source_digest()
+    if _foreign:
+        digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d" / digest
 
 
 def is_cached(function: str, *classes: type) -> bool:
@@ -227,7 +254,8 @@ def _cache_folder() -> Iterator[bool]:
 
 
 NO_KERNELS = (
-    "accuracy", "io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
+    "accuracy", "io", "recordings", "check.py", "choices.py", "cli.py", "named.py", "prepared.py", "run.py",
+    "__init__.py",
 )  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 

@@ -1,8 +1,10 @@
 """The models and effects that a scene names, made ready for the kernels; nothing else of them is imported."""
 
-from rpf3d_core.effects.hooks import chain_of
+from rpf3d_core.effects.hooks import HOOKS, chain_of
+from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_offers import Offer, loaded
+from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
 
@@ -15,13 +17,21 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
     InputError
         One of them cannot be built there: names the key.
     """
-    rebound, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
+    model, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
     effects = [_built(offer, scene, terrain) for offer in scene.effects.named.values()]
-    return Models(rebound, ground, chain_of(effects))
+    if not rebound.has_rule(type(model)):
+        raise InputError(f"{scene.path}: `rebound` names {type(model).__name__}, which has no rule; its file must have "
+                         f"a function decorated with @rebound.rule({type(model).__name__})")  # fmt: skip
+    for effect in effects:
+        if not any(hook.has_rule(type(effect)) for hook in HOOKS):
+            raise InputError(f"{scene.path}: `effects` names {type(effect).__name__}, which has no rule; its file must "
+                             f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
+                             f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
+    return Models(model, ground, chain_of(effects))
 
 
 def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:
     """The parameters of one model or effect, as the class that its rules are registered for."""
     if offer.BUILDER is not None:
         return loaded(offer.BUILDER)(offer, scene, terrain)
-    return offer.physics()(**{name: getattr(offer, name) for name in type(offer).model_fields})
+    return offer.made()

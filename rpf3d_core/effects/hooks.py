@@ -215,3 +215,7 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, falling: 
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]
     return at_obstacle(chain.tail, one.motion, number, met, falling)  # type: ignore[no-any-return]
+
+
+HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
+"""Where an effect acts by itself; the others follow from these."""

@@ -13,13 +13,14 @@ from pydantic_core import ErrorDetails
 
 from rpf3d_core.io.scene_draws import MARKS
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_own import OWN
 from rpf3d_core.io.scene_values import ROCKS_MARKS
 from rpf3d_core.io.yaml_lines import Document, Fault, KeyPath, key_name
 
 LONGEST_VALUE = 60
 """Characters of a wrong value that an error message shows."""
 
-PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", *ROCKS_MARKS, *MARKS)
+PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
 """What pydantic puts into the path of a key: that a key of a mapping is wrong, or which of several types it took."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")

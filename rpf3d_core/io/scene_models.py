@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_offers import Confirmed, Offer
+from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
 REBOUNDS = "rpf3d_core.kinetics.rebound"
@@ -69,6 +70,7 @@ class ReboundSpec(OneOf):
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
     thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
+    own: OwnSpec | None = Field(None, alias=OWN, description="the import path module.Class of a model of your own")
 
 
 class GroundSpec(OneOf):
@@ -81,32 +83,41 @@ class GroundSpec(OneOf):
 class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
+    own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
+
     @property
     def named(self) -> dict[str, Offer]:
-        """The effects that are given, in the order in which they act, whatever their order in the file."""
-        given = {name: getattr(self, name) for name in type(self).model_fields}
-        return {name: offer for name, offer in given.items() if offer is not None}
+        """The effects that are given, in the order in which they act: the user's own last, in their order."""
+        given = {name: getattr(self, name) for name in type(self).model_fields if name != "own"}
+        ours = {name: offer for name, offer in given.items() if offer is not None}
+        return ours | {offer.path: offer for offer in self.own}
 
 
 def chosen_model(spec: type[OneOf]) -> Any:
     """What a scene may write for a choice among models: a name, or a mapping of one name to parameters."""
 
     def values(value: Any) -> Any:
-        names = list(spec.model_fields)
         if isinstance(value, str):
-            if value not in names:
+            names = [name for name in spec.model_fields if name != "own"]
+            if value not in names and not ("own" in spec.model_fields and is_own(value)):
                 raise refuse(f"is {value!r}, but must be {', '.join(names[:-1])} or {names[-1]}")
-            return {value: {}}
-        return _with_defaults(value)
+            value = {value: {}}
+        own, ours = _told_apart(value)
+        return ours | {OWN: own[0]} if len(own) == 1 else ours
 
     return values
 
 
 def named_effects(value: Any) -> Any:
     """What a scene may write for its effects: a mapping of names to parameters, or to nothing for all defaults."""
-    return _with_defaults(value)
+    own, ours = _told_apart(value)
+    return ours | {OWN: own} if own else ours
 
 
-def _with_defaults(value: Any) -> Any:
-    """A mapping in which a name without parameters takes all defaults."""
-    return {key: {} if item is None else item for key, item in value.items()} if isinstance(value, dict) else value
+def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
+    """What is the user's own in a mapping of names to parameters, and the rest; no parameters are all defaults."""
+    if not isinstance(value, dict):
+        return [], value
+    given = {key: {} if item is None else item for key, item in value.items()}
+    own = [{"path": key, "values": item} for key, item in given.items() if is_own(key)]
+    return own, {key: item for key, item in given.items() if not is_own(key)}

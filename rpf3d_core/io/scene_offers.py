@@ -32,6 +32,10 @@ class Offer(Part):
         """The class of the parameters, imported with its rules."""
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]
 
+    def made(self) -> Any:
+        """The parameters as a value of that class, which has fields of the same names."""
+        return self.physics()(**{name: getattr(self, name) for name in type(self).model_fields})
+
 
 def loaded(path: str) -> Any:
     """What stands at `module:name`."""

@@ -105,11 +105,9 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
     return Motion(motion.t, motion.x, add(v, scale(max(-dot(v, n), 0.0), n)), motion.w)
 
 
-@rest_of_bounces.rule(ThesisLiteral)
-def thesis_rest(
-    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
-) -> Rest:
-    """No closed form is known for the printed transform: the bouncing ends where it is, below `smallest_bounce`."""
+@rest_of_bounces.otherwise
+def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
+    """Of a model for which no closed form is known: the bouncing ends where it is, below `smallest_bounce`."""
     return Rest(ZERO, ZERO, without(motion.v, n), 0.0, True)
 
 
