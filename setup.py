@@ -17,6 +17,7 @@ setup(
     maintainer_email="maintainers@rpf3d.example.org",
     license="Apache-2.0",
     packages=find_packages(include=["rpf3d_core", "rpf3d_core.*", "rpf3d_ros", "rpf3d_ros.*"]),
+    package_data={"rpf3d_core": ["*.json"]},
     python_requires=">=3.11",
     install_requires=[
         "matplotlib>=3.8",

@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.check_effects import effects_called_for, idle_effects
 from rpf3d_core.choices import rounds_of
 from rpf3d_core.compiling import HAS_NUMBA, is_cached
+from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
@@ -172,7 +174,18 @@ def check_scene(scene: Scene) -> Check:
     maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
     warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
     report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None)
-    return replace(report, cost=_cost(scene, prepared, releases, sum(rocks))) if report.fit else report
+    return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
+
+
+def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
+    """The report with what a few rocks, evenly spread over all, tell: the cost, and which effects act."""
+    chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
+    few = taken(releases, chosen)
+    began = time.perf_counter()
+    flown = fly_ensemble(prepared.engine, prepared.flight, few)
+    cost = _cost(report.scene, prepared, flown, (time.perf_counter() - began) / len(chosen), rocks)
+    told = [*effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
+    return replace(report, cost=cost, warnings=[*report.warnings, *told])
 
 
 def _sizes(prepared: Prepared) -> Sizes:
@@ -224,18 +237,15 @@ def _told_apart(
     return replace(found, under_ground=found.under_ground - off, off_terrain=off)
 
 
-def _cost(scene: Scene, prepared: Prepared, releases: Releases, rocks: int) -> Cost:
-    """Fly a pilot, evenly spread over all rocks, and scale its time up."""
-    chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
-    began = time.perf_counter()
-    deposits = fly_ensemble(prepared.engine, prepared.flight, taken(releases, chosen)).deposits
-    auto = scene.rocks == "auto"
+def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
+    """What all rocks cost, from a pilot and the seconds that a rock of it took."""
+    deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
-    fly_s = (time.perf_counter() - began) * rocks / len(chosen)
+    fly_s = seconds * rocks
     name = choose_engine(scene.engine, rocks, HAS_NUMBA)
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
-    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(chosen), unresolved)
+    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(deposits.t), unresolved)
 
 
 def _compile_s(models: Models) -> float:

@@ -159,12 +159,6 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
     report = check_scene(chosen_scene(scene, _number_of_rocks(rocks), engine, None))
     _print_check(report)
     _print_warnings(report.warnings)
-    if report.cost and report.cost.unresolved:
-        screen.print(
-            f"{report.cost.unresolved} of {report.cost.pilot} pilot rocks ended unresolved_contact: "
-            "name `ground: sliding`, or raise stop_speed",
-            soft_wrap=True,
-        )
     if not report.fit:
         raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
 

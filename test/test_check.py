@@ -202,7 +202,7 @@ def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     above = "  - {name: above, points: [[-40, 0, 18]], rocks: 4}\n"
     report = checked(folder, SLOPE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0") + above)
     assert report.cost is not None and report.cost.unresolved == 4
-    code, said, _ = shown(monkeypatch, capsys, folder)
+    code, _, said = shown(monkeypatch, capsys, folder)
     assert code == 0
     assert "4 of 4 pilot rocks ended unresolved_contact: name `ground: sliding`, or raise stop_speed" in said
 

@@ -23,6 +23,7 @@ LAYERS = (
     {"accuracy"},
     {"run", "compare_tables", "thesis"},
     {"study", "thesis_report"},
+    {"check_effects"},
     {"check"},
     {"cli"},
     {"rpf3d_ros"},

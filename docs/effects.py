@@ -1,0 +1,182 @@
+"""Write docs/effects.md and the table of the README: what a scene may name, what it costs and what it changes.
+
+python docs/effects.py            (or make effects: measures every one on the demo pit first; takes some minutes)
+python docs/effects.py --as-is    (from what was measured last)
+"""
+
+import json
+import re
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.choices import chosen_scene
+from rpf3d_core.ensemble.batches import Keep, fly_batches, in_order
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.scene_offers_list import COSTS, Offered, offers
+from rpf3d_core.prepared import Prepared, prepare, releases_in_ranges
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+DEMO = ROOT / "config" / "scenes" / "demo.yaml"
+MEASURED = ROOT / "rpf3d_core" / COSTS
+ROCKS = 4000
+PASSES = 7
+TITLES = {"rebound": "Rebound models", "ground": "Ground models", "effects": "Effects"}
+ONLY_ONE = ("rebound", "ground")
+
+EXAMPLES: dict[str, str] = {}
+"""What stands in the demo scene to measure those that have no sensible default, as YAML."""
+
+HEAD = """# Models and effects
+`rpf3d effects` prints this list, `rpf3d effects --json` the same for programs; `docs/effects.py` writes this page from
+it. A scene names one rebound model, one ground model and any number of effects; **what it does not name is not
+simulated, not compiled, not imported and draws no random number.**
+
+```yaml
+rebound: constant                # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
+ground: sliding
+effects: {roughness: {angle_sd_deg: 8}}
+```
+
+How far a figure is confirmed: **C** read in the primary text, **CC** in an independent public implementation, **S**
+quoted by another text, **D** derived or checked from first principles. **UNCONFIRMED** is general knowledge: check it
+before you rest a decision on it. Models and effects of your own: [own-models.md](own-models.md).
+
+*Time* is that of a rock of the demo pit (150,000 triangles) over the time without it (constant rebound, sliding),
+compile time apart, medians of passes that take turns. *Runout* is what it does there to the mean horizontal runout,
+with the defaults or with what is told beside it. They are figures of one pit: they tell the order, not what yours does.
+"""
+
+
+def document(listed: list[Offered]) -> str:
+    """The whole page."""
+    return "\n".join([HEAD, *(part for kind, title in TITLES.items() for part in _section(kind, title, listed))])
+
+
+def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
+    ours = [offer for offer in listed if offer.kind == kind]
+    return [f"## {title} (`{kind}:`)", *(_described(offer) for offer in ours)]
+
+
+def _described(offer: Offered) -> str:
+    """One of them: what it does, where it is from, what it costs, its parameters."""
+    lines = [f"### `{offer.name}`", offer.summary, "", f"Source: {offer.source} ({offer.confirmed}). {_cost(offer)}"]
+    example = EXAMPLES.get(f"{offer.kind}.{offer.name}")
+    if example:
+        lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {example}}}`."]
+    if offer.parameters:
+        lines += ["", "| parameter | value | default | source | confirmed |", "|---|---|---|---|---|"]
+        lines += [
+            f"| `{p.name}` | {p.meaning} | {_default(p.default, p.required)} | {p.source} | {p.confirmed} |"
+            for p in offer.parameters
+        ]
+    return "\n".join([*lines, ""])
+
+
+def _default(value: Any, required: bool) -> str:
+    if required:
+        return "must be given"
+    return "none" if value in (None, ()) else f"`{value}`"
+
+
+def _cost(offer: Offered) -> str:
+    if offer.cost is None:
+        return "Not measured."
+    return f"Time {offer.cost['time']:.2f}, runout {100 * offer.cost['runout']:+.0f} %."
+
+
+def table(listed: list[Offered]) -> str:
+    """The table of the README."""
+    rows = [
+        f"| `{offer.kind}: {offer.name}` | {_first_sentence(offer.summary)} | {offer.confirmed} | "
+        + (f"{offer.cost['time']:.2f} | {100 * offer.cost['runout']:+.0f} % |" if offer.cost else " | |")
+        for offer in listed
+    ]
+    head = ["| named in the scene | what it is | confirmed | time | runout |", "|---|---|---|---|---|"]
+    return "\n".join([*head, *rows])
+
+
+def _first_sentence(text: str) -> str:
+    return re.split(r"(?<=[.])\s", text)[0].rstrip(".")
+
+
+def with_table(readme: str, listed: list[Offered]) -> str:
+    """The README with its table of effects as it is now."""
+    begin, end = "<!-- effects -->", "<!-- end of effects -->"
+    before, rest = readme.split(begin)
+    _, after = rest.split(end)
+    return f"{before}{begin}\n{table(listed)}\n{end}{after}"
+
+
+class Flown:
+    """The demo pit's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
+
+    def __init__(self, lines: str) -> None:
+        scene = DOCS / "measured.yaml"
+        text = re.sub(r"^(rebound|ground):.*\n", "", DEMO.read_text(), flags=re.MULTILINE)
+        named = {key: value for key, _, value in (line.partition(": ") for line in lines.splitlines())}
+        base = {"rebound": "constant", "ground": "sliding"} | named
+        text = text.replace("tangential_restitution: 0.8}", "tangential_restitution: 0.8, rolling_friction: 0.5}")
+        scene.write_text(text + "".join(f"{key}: {value}\n" for key, value in base.items()))
+        try:
+            self.prepared: Prepared = prepare(chosen_scene(read_scene(scene), ROCKS, "compiled", None))
+        finally:
+            scene.unlink()
+        ranges = [range(source.rocks) for source in self.prepared.sources]
+        self.releases = releases_in_ranges(self.prepared, ranges)
+        self.seconds: list[float] = []
+        self.fly()
+        self.seconds.clear()
+
+    def fly(self) -> None:
+        """Fly all rocks once more."""
+        none = np.zeros(len(self.releases.x), dtype=bool)
+        began = time.process_time()
+        batches = fly_batches(
+            self.prepared.engine, self.prepared.flight, self.releases, Keep(none, none, False), threads=1
+        )
+        self.flown = in_order(list(batches))
+        self.seconds.append(time.process_time() - began)
+
+    def runout(self) -> float:
+        """Mean horizontal distance from the release to the end (m)."""
+        way = self.flown.finals[:, 1:3] - self.releases.x[:, :2]
+        return float(np.mean(np.hypot(way[:, 0], way[:, 1])))
+
+
+def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
+    """Time and runout of each, against the same pit with constant rebound and sliding."""
+    base, costs = Flown(""), {}
+    for offer in listed:
+        key = f"{offer.kind}.{offer.name}"
+        value = EXAMPLES.get(key, "{}")
+        one = Flown(f"{offer.kind}: {{{offer.name}: {value}}}")
+        base.seconds.clear()
+        for _ in range(PASSES):
+            base.fly()
+            one.fly()
+        ratio = float(np.median(np.divide(one.seconds, base.seconds)))
+        costs[key] = {"time": round(ratio, 3), "runout": round(one.runout() / base.runout() - 1.0, 4)}
+        print(f"{key:30} {ratio:6.2f} {100 * costs[key]['runout']:+6.1f} %", flush=True)
+    return costs
+
+
+def main(arguments: list[str]) -> None:
+    """Measure, and write page and table."""
+    listed = offers()
+    if "--as-is" not in arguments:
+        costs = measured(listed)
+        MEASURED.write_text(json.dumps(costs, indent=1) + "\n")
+        listed = [replace(offer, cost=costs.get(f"{offer.kind}.{offer.name}")) for offer in listed]
+    (DOCS / "effects.md").write_text(document(listed))
+    readme = ROOT / "README.md"
+    readme.write_text(with_table(readme.read_text(), listed))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,48 @@
+"""docs/effects.md and the table of the README say what scenes may name, as the models that check scenes say it."""
+
+import importlib.util
+import json
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from rpf3d_core.io.scene_offers_list import COSTS, offers
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def page() -> ModuleType:
+    """What writes the page."""
+    spec = importlib.util.spec_from_file_location("effects_page", ROOT / "docs" / "effects.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_is_what_the_models_say(page: ModuleType) -> None:
+    written = (ROOT / "docs" / "effects.md").read_text()
+    assert written == page.document(offers()), "run: python docs/effects.py --as-is"
+
+
+def test_the_table_of_the_readme_is_what_the_models_say(page: ModuleType) -> None:
+    readme = (ROOT / "README.md").read_text()
+    assert readme == page.with_table(readme, offers()), "run: python docs/effects.py --as-is"
+    for offer in offers():
+        assert f"`{offer.kind}: {offer.name}`" in readme
+
+
+def test_everything_that_can_be_named_has_been_measured() -> None:
+    costs = json.loads((ROOT / "rpf3d_core" / COSTS).read_text())
+    assert set(costs) == {f"{offer.kind}.{offer.name}" for offer in offers()}, "run: make effects"
+
+
+@pytest.mark.parametrize("offer", offers(), ids=lambda offer: f"{offer.kind}.{offer.name}")
+def test_each_says_what_it_does_where_it_is_from_and_how_far_that_is_confirmed(offer) -> None:
+    assert offer.summary.endswith(".") and offer.source
+    for parameter in offer.parameters:
+        assert parameter.meaning and parameter.source
+        if "UNCONFIRMED" in (parameter.confirmed, offer.confirmed):
+            assert "unconfirmed" in (parameter.meaning + offer.summary).lower(), parameter.name

@@ -1,0 +1,63 @@
+"""A scene pays only for what it names: nothing else is imported, compiled or drawn."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rpf3d_core.check import check_scene
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.materials.streams import Purpose
+from rpf3d_core.simulation import engines
+
+ROOT = Path(__file__).parents[1]
+SCENE = """
+terrain: {pit: {triangles: 2000}}
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
+sources:
+  - {name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1.0, velocity: [3, 0, 0], rocks: 20}
+outputs: {pictures: false, recording: false}
+"""
+IMPORTED = """
+import sys, rpf3d_core
+rpf3d_core.simulate(sys.argv[1], rocks=2, engine="reference")
+print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
+"""
+HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.builders.")
+"""Where models and effects live that a scene may or may not name."""
+EFFECTS, ROCKS, KEYS = 2, 9, 10
+"""Places of the chain of effects, the columns of rocks and their keys among the arguments of the loop."""
+
+
+def scene_with(folder: Path, *lines: str) -> Path:
+    """A scene there that says more."""
+    (folder / "scene.yaml").write_text(SCENE + "\n".join(lines) + "\n")
+    return folder / "scene.yaml"
+
+
+def test_a_scene_that_names_nothing_imports_nothing_of_it(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", IMPORTED, str(scene_with(tmp_path))]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    ours = [name for name in done.stdout.split() if name.startswith(HOMES)]
+    assert "rpf3d_core.simulation.march" in done.stdout.split() and ours == ["rpf3d_core.effects.hooks"]
+
+
+def test_a_scene_that_names_nothing_compiles_nothing_of_it(tmp_path: Path) -> None:
+    pytest.importorskip("numba", reason="numba is not installed: nothing is compiled")
+    import rpf3d_core
+
+    rpf3d_core.simulate(scene_with(tmp_path), engine="compiled")
+    plain = [kinds for kinds in map(list, engines._follow_all.signatures) if "Constant" in str(kinds[0])]
+    assert any(str(kinds[EFFECTS]) == str(kinds[ROCKS]) == str(kinds[KEYS]) == "none" for kinds in plain)
+
+
+def test_no_two_purposes_draw_from_one_stream() -> None:
+    assert len(Purpose.__members__) == len(set(Purpose)), "an alias would share the numbers of another purpose"
+
+
+def test_a_check_says_which_ground_model_would_help(tmp_path: Path) -> None:
+    slippery = SCENE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0")
+    (tmp_path / "scene.yaml").write_text(slippery)
+    warnings = check_scene(read_scene(tmp_path / "scene.yaml")).warnings
+    assert any("name `ground: sliding`" in warning for warning in warnings)
