@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.differences import Difference, difference, map_distance
 from rpf3d_core.accuracy.flown import Flown, flight_seconds, fly, spread, with_engine
+from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.on_raster import on_raster
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.prepared import Prepared
 from rpf3d_core.simulation.engines import Engine, Reference, stepping
@@ -155,11 +156,8 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
     One that goes through the lowest ground leaves the terrain's box there and then, as deep as the tolerance; one that
     leaves at the box' side does not count for that.
     """
-    top = np.array(deposits.x)
-    top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
-    found = engine.ground_below(top)
     slack = NEAR * engine.facets.tolerance
-    depth = np.where(found[:, 1] >= 0, top[:, 2] - found[:, 0] - deposits.x[:, 2], -np.inf)
+    depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
     low, high = np.array(engine.facets.low[:2]) + slack, np.array(engine.facets.high[:2]) - slack
     within = ((deposits.x[:, :2] > low) & (deposits.x[:, :2] < high)).all(axis=1)
     below = (depth > slack) | (within & (depth > -slack))

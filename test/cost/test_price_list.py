@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes_of_facets import engine_over, flight, fly, rough_grid, surface
+from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface
 
 from rpf3d_core.accuracy.choice import (
     MOST_ROCKS,
@@ -27,7 +27,7 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
 from rpf3d_core.io.decimated import decimated
-from rpf3d_core.simulation.engines import stepping
+from rpf3d_core.simulation.engines import Engine, stepping
 from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.values import STANDARD_GRAVITY
 
@@ -162,6 +162,17 @@ def test_rocks_are_put_back_to_their_height_above_another_ground() -> None:
     np.testing.assert_array_equal(moved.x[:, :2], x[:, :2])
     far = Releases(*(getattr(releases, n) for n in ("source", "rock")), x + 100.0, 0.0 * x, nothing, nothing)
     np.testing.assert_array_equal(put_back(far, before, after).x, far.x)
+
+
+def test_a_rock_under_an_overhang_is_put_back_under_it_even_where_it_would_now_be_in_the_ground() -> None:
+    def under_a_roof(ground: float, roof: float) -> Engine:
+        return engine_over("reference", joined(floor(20.0, z=ground), floor(4.0, z=roof)))
+
+    x = np.array([[0.3, 0.2, 2.0], [0.3, 0.2, 6.5], [9.0, 0.2, 0.5], [0.3, 0.2, 0.5]])
+    nothing = np.zeros(4)
+    releases = Releases(nothing.astype(int), np.arange(4), x, 0.0 * x, nothing, nothing)
+    moved = put_back(releases, under_a_roof(0.0, 6.0), under_a_roof(1.0, 8.0))
+    np.testing.assert_allclose(moved.x[:, 2], [3.0, 8.5, 1.5, 1.5], atol=1e-9)
 
 
 def test_rocks_that_fell_through_the_ground_are_told_from_those_that_left_it() -> None:
