@@ -52,7 +52,7 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
     tell("preparing: terrain, index, compiled code")
     prepared = prepare(scene.model_copy(update={"engine": "compiled", "method": MethodSpec()}))
     tell("statistical: doubling the number of rocks")
-    sampled = list(doublings(prepared, DOUBLINGS_S))
+    sampled = doublings(prepared, DOUBLINGS_S)
     numerical, exact = _numerical(prepared, scene, sampled, tell)
     return PriceList(
         scene=scene.path.name,

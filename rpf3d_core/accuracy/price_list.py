@@ -21,8 +21,9 @@ DEFINITIONS = {
     "start one contact tolerance further east",
     "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
     "misses is in none of these numbers",
-    "statistical": "maps of two independent ensembles of that many rocks, which are apart by the square root of two "
-    "times the error",
+    "statistical": "that many rocks against all that were flown, n of N, over the square root of 1 - n/N: how far "
+    "they are off the map of all rocks there could be",
+    "apart": "distance of the maps of two ensembles of that many rocks",
     "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
     "that p95",
@@ -33,8 +34,8 @@ DEFINITIONS = {
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
 }  # fmt: skip
 UNITS = {
-    "error": "1", "floor": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1", "dt": "s",
-    "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
+    "error": "1", "floor": "1", "apart": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1",
+    "dt": "s", "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
     "stop_m": "m, [median, p95] over rocks at rest",
     "bounce_height_m": "m, [median, p95] over rocks, of the rise with the normal speed after the first impact",
     "seconds_per_1000_rocks": "s", "seconds": "s", "place_m": "m", "time_s": "s",
@@ -107,7 +108,10 @@ def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
 
 def priced_sample(found: Sampled) -> Priced:
     """The line of a number of rocks."""
-    more = {"half_width": found.half_width, "p95_energy_half_width": found.energy, "seconds": found.seconds}
+    more = {
+        "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
+        "seconds": found.seconds,
+    }  # fmt: skip
     return Priced({"rocks": found.rocks}, found.of_map, 1000.0 * found.seconds / found.rocks, more)
 
 

@@ -140,4 +140,4 @@ def test_a_scene_flies_by_the_method_that_it_names(tmp_path: Path) -> None:
 
 
 def test_chance_is_told_of_the_nearest_number_of_rocks() -> None:
-    assert statistical.floor_of(10, [Sampled(10, 0.9, 0.1, None, 1.0)]) == 1.0, "no two maps are further apart"
+    assert statistical.floor_of(5, [Sampled(10, 0.9, 0.9, 0.1, None, 1.0)]) == 1.0, "no two maps are further apart"

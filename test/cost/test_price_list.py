@@ -22,7 +22,7 @@ from rpf3d_core.accuracy.flown import Reached, spread
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.numerical import under_ground
 from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList, price_list_of, section
-from rpf3d_core.accuracy.statistical import Sampled, floor_of, quantile_half_width
+from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
@@ -87,9 +87,33 @@ def test_the_half_width_of_a_quantile_is_that_of_the_binomial_and_unknown_for_fe
 
 
 def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
-    sampled = [Sampled(100, 0.2, 0.1, None, 1.0), Sampled(400, 0.1, 0.05, None, 4.0)]
-    assert floor_of(100, sampled) == pytest.approx(0.2 * math.sqrt(2.0))
-    assert floor_of(1600, sampled) == pytest.approx(0.05 * math.sqrt(2.0))
+    sampled = [Sampled(100, 0.2, 0.3, 0.1, None, 1.0), Sampled(400, 0.1, 0.15, 0.05, None, 4.0)]
+    assert floor_of(100, sampled) == pytest.approx(0.3)
+    assert floor_of(1600, sampled) == pytest.approx(0.075)
+
+
+@pytest.mark.parametrize("chance", [1e-3, 0.2])
+def test_the_error_of_some_rocks_is_their_distance_from_the_truth_however_rarely_cells_are_reached(
+    chance: float
+) -> None:
+    # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), with k
+    # the whole part of n p.
+    n, most, cells = 125, 32_000, 4000
+    k = math.floor(n * chance)
+    deviation = 2 * (k + 1) * math.comb(n, k + 1) * chance ** (k + 1) * (1 - chance) ** (n - k)
+    expected = deviation / (2.0 * n * chance)
+    random, numbers = np.random.default_rng(1), np.arange(cells)
+    some = Reached(numbers, random.binomial(n, chance, cells), n)
+    rest = Reached(numbers, random.binomial(most - n, chance, cells), most - n)
+    assert distance_from_truth(some, together(some, rest)) == pytest.approx(expected, rel=0.03)
+
+
+def test_half_of_all_rocks_are_off_the_truth_by_what_lies_between_the_halves_over_the_square_root_of_two() -> None:
+    one, other = reached(10, c1=6, c2=4), reached(10, c1=4, c3=6)
+    both = together(one, other)
+    assert (both.cells.tolist(), both.rocks.tolist(), both.flown) == ([1, 2, 3], [10, 4, 6], 20)
+    expected = map_distance(one, other) / math.sqrt(2.0)
+    assert distance_from_truth(one, both) == pytest.approx(expected)
 
 
 def test_rocks_are_the_fewest_measured_or_as_many_as_the_last_ones_promise() -> None:
