@@ -62,7 +62,7 @@ GUESSED_STEP = 2e-5
 class Price(NamedTuple):
     """Seconds of one core to step 1,000 rocks, every step looked at, and to take one step.
 
-    by_clock : whether whole rocks were timed, or their steps counted and multiplied by the time of a coarser one
+    by_clock : whether it is a step of this setting that was timed, or one of a coarser setting
     """
 
     seconds_per_1000: float
@@ -103,8 +103,8 @@ def stepped_answers(
         if rocks not in same:
             same[rocks] = fly(prepared, taken(releases, found.rows), paths=True)
         steps = flight_seconds(found.flights) / rocks / setting.dt
-        vtk = _price(by_vtk, releases, setting, steps, step_vtk)
-        compiled = _price(prepared, releases, setting, steps, step_compiled)
+        vtk = price_of(by_vtk, releases, setting, steps, step_vtk)
+        compiled = price_of(prepared, releases, setting, steps, step_compiled)
         step_vtk, step_compiled = vtk.step, compiled.step
         lost = float(under_ground(found.flights.deposits, prepared.engine).mean())
         yield Measured(
@@ -134,9 +134,10 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
     return stepping(engine, setting.dt, setting.threshold, setting.squared, every_step)
 
 
-def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
-    """Time some rocks of so many steps each; where one would take more than the budget, count its steps.
+def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
+    """The price of steps timed with some rocks or, where one would take more than the budget, at an earlier setting.
 
+    steps : of a rock, the mean over all, so that the price does not hang on how long the few that are timed fly
     step : seconds that a step may take, from an earlier setting
     """
     if steps * step > BUDGET:
@@ -147,7 +148,8 @@ def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float,
     began = time.process_time()
     flights = fly_ensemble(engine, flight, some)
     seconds = time.process_time() - began
-    return Price(1000.0 * seconds / rocks, seconds * setting.dt / max(flight_seconds(flights), setting.dt), True)
+    took = seconds * setting.dt / max(flight_seconds(flights), setting.dt)
+    return Price(1000.0 * max(steps, 1.0) * took, took, True)
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:

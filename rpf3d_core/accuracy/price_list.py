@@ -29,8 +29,9 @@ DEFINITIONS = {
     "that p95",
     "seconds_per_1000_rocks": "of one processor core; numerical: every step is looked at, VTK finds the closest facet, "
     "called from Python (compiled: by this program's own index), nothing is counted into maps; all others with "
-    "maps; timed is false where steps were counted instead and multiplied by the time of one",
+    "maps; steps of all rocks times the time of one; timed is false where that is of a coarser setting",
     "seconds": "of one processor core for that many rocks",
+    "rocks": "of the scene: those it flies (if auto, in the first round); of a line: those that tell its error",
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
 }  # fmt: skip
 UNITS = {
@@ -56,13 +57,15 @@ class Priced(NamedTuple):
 class PriceList:
     """What accuracy costs on one scene.
 
-    digest : of the scene; rocks : how many it asks for; method : the setting that it names; cell : of its map, m
+    digest : of the scene; rocks : how many it asks for; auto : whether these are only the first round of `rocks: auto`
+    method : the setting that it names; cell : of its map, m
     off_exact : how far events are from arithmetic with 50 digits, impact by impact
     """
 
     scene: str
     digest: str
     rocks: int
+    auto: bool
     method: Mapping[str, Any]
     cell: float
     triangles: int
@@ -140,7 +143,10 @@ def section(prices: PriceList) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "program": "rpf3d",
-        "scene": {"file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "method": dict(prices.method)},
+        "scene": {
+            "file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "auto": prices.auto,
+            "method": dict(prices.method),
+        },
         "terrain": {"triangles": prices.triangles},
         "cell_m": prices.cell,
         "definitions": DEFINITIONS,
@@ -175,6 +181,6 @@ def price_list_of(facts: Mapping[str, Any]) -> PriceList:
     exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
     off = [Off(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
     return PriceList(
-        scene["file"], scene["digest"], scene["rocks"], scene["method"], facts["cell_m"],
+        scene["file"], scene["digest"], scene["rocks"], scene["auto"], scene["method"], facts["cell_m"],
         facts["terrain"]["triangles"], **lines, off_exact=off,
     )  # fmt: skip

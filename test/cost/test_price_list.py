@@ -18,11 +18,13 @@ from rpf3d_core.accuracy.choice import (
     statistical_error,
 )
 from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_distance, metres, share_distance
-from rpf3d_core.accuracy.flown import Reached, spread
+from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.numerical import under_ground
+from rpf3d_core.accuracy.precise import Off
 from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList, price_list_of, section
 from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
+from rpf3d_core.accuracy.tables import findings, ordinal
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
@@ -48,7 +50,7 @@ def price_list(**changes: Any) -> PriceList:
         Priced({"part": 4, "triangles": 200}, 0.2, 0.001, {}),
     ]  # fmt: skip
     base: dict[str, Any] = {
-        "scene": "a.yaml", "digest": "d", "rocks": 100, "method": EVENTS, "cell": 1.0, "triangles": 800,
+        "scene": "a.yaml", "digest": "d", "rocks": 100, "auto": False, "method": EVENTS, "cell": 1.0, "triangles": 800,
         "numerical": numerical, "geometric": geometric, "statistical": statistical, "off_exact": [],
     }  # fmt: skip
     return PriceList(**{**base, **changes})
@@ -138,6 +140,44 @@ def test_the_cheapest_setting_may_be_another_terrain_but_a_run_keeps_its_own() -
     tight = cheapest(prices, 0.0101)
     assert tight is not None and tight.terrain["part"] == 1, "what is left over half the terrain is not enough"
     assert cheapest(prices, 1e-9) is None
+
+
+def test_what_no_scene_can_ask_for_is_not_chosen_however_cheap() -> None:
+    raster = Priced({"method": "raster", "cell": 2.0, "dt": 1e-2}, 0.0, 1e-6, {})
+    best = cheapest(price_list(numerical=[*price_list().numerical, raster]), 0.12)
+    assert best is not None and best.method == EVENTS
+
+
+def test_a_choice_says_that_its_terrain_is_another_one() -> None:
+    _, any_terrain, its_own = findings(price_list(), 0.12)
+    assert "cheapest: 400 rocks by events (exact), 400 triangles (the mesh, decimated to 1/2)" in any_terrain
+    assert its_own.endswith("800 triangles, total 0.1, 0.004 s of one core"), "a run keeps its own terrain"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({}, "statistical (100 rocks) 0.2"), ({"rocks": 1}, "statistical (1 rock) 1"),
+     ({"auto": True}, "statistical (100 rocks, the first of `rocks: auto`) 0.2")],
+)  # fmt: skip
+def test_the_statistical_error_of_a_scene_is_told_with_its_number_of_rocks(changes: dict, words: str) -> None:
+    assert any(words in line for line in findings(price_list(**changes), 0.1))
+
+
+def test_how_exact_events_are_is_told_of_the_first_impact_and_of_all() -> None:
+    off = [Off(50, 1e-14, 2e-14, 0.0, 0.0), Off(1, 3e-13, 3e-13, 0.0, 0.0)]
+    assert findings(price_list(off_exact=off), 0.1)[0] == (
+        "events against 50 digits: the first impacts of 50 rocks are off by 1.0e-14 m (median) and 2.0e-14 m "
+        "(largest); up to the 2nd, which 1 rock had, no impact is off by more than 3.0e-13 m"
+    )
+    assert [ordinal(n) for n in (1, 3, 4, 11, 13, 21, 112)] == ["1st", "3rd", "4th", "11th", "13th", "21st", "112th"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "rocks"), [(1e-3, 2000), (1.01e-3, 1000), (3e-3, 500), (1.0, PILOT)]
+)  # fmt: skip
+def test_rocks_are_halved_until_they_keep_to_a_budget(seconds: float, rocks: int) -> None:
+    assert affordable(2000, seconds, 2.0) == rocks
+    assert affordable(7, 100.0, 2.0) == 7
 
 
 def test_the_largest_error_is_that_of_the_scene_as_it_stands() -> None:
