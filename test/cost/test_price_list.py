@@ -1,10 +1,10 @@
 """Distances of maps, intervals of quantiles, coarser terrains, and what the price list comes to."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
+from price_lists import STEPS, price_list
 from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface
 
 from rpf3d_core.accuracy.choice import (
@@ -22,7 +22,7 @@ from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.numerical import under_ground
 from rpf3d_core.accuracy.precise import Off
-from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList, price_list_of, section
+from rpf3d_core.accuracy.price_list import EVENTS, Priced, price_list_of, section
 from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
 from rpf3d_core.accuracy.tables import findings, ordinal
 from rpf3d_core.ensemble.releases import Releases
@@ -33,27 +33,9 @@ from rpf3d_core.simulation.engines import Engine, stepping
 from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.values import STANDARD_GRAVITY
 
-STEPS = {"method": "stepping", "dt": 1e-3, "threshold": 0.05, "squared": False}
-
 
 def reached(flown: int, **cells: int) -> Reached:
     return Reached(np.array([int(c[1:]) for c in cells]), np.array(list(cells.values())), flown)
-
-
-def price_list(**changes: Any) -> PriceList:
-    statistical = [Priced({"rocks": n}, 2.0 / math.sqrt(n), 0.01, {"seconds": 1e-5 * n}) for n in (100, 400, 1600)]
-    numerical = [
-        Priced(EVENTS, 0.0, 0.01, {}), Priced(STEPS, 0.02, 5.0, {}), Priced({**STEPS, "dt": 1e-1}, 0.4, 0.001, {}),
-    ]  # fmt: skip
-    geometric = [
-        Priced({"part": 1, "triangles": 800}, 0.0, 0.010, {}), Priced({"part": 2, "triangles": 400}, 0.01, 0.004, {}),
-        Priced({"part": 4, "triangles": 200}, 0.2, 0.001, {}),
-    ]  # fmt: skip
-    base: dict[str, Any] = {
-        "scene": "a.yaml", "digest": "d", "rocks": 100, "auto": False, "method": EVENTS, "cell": 1.0, "triangles": 800,
-        "numerical": numerical, "geometric": geometric, "statistical": statistical, "off_exact": [],
-    }  # fmt: skip
-    return PriceList(**{**base, **changes})
 
 
 def test_the_distance_of_maps_is_0_for_equal_1_for_disjoint_and_linear_between() -> None:
