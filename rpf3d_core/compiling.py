@@ -207,7 +207,8 @@ def _cache_folder() -> Iterator[bool]:
 
 
 NO_KERNELS = (
-    "accuracy", "io", "recordings", "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
+    "accuracy", "commands", "io", "recordings",
+    "check.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
 )  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 

@@ -23,6 +23,7 @@ LAYERS = (
     {"run", "compare_tables", "thesis"},
     {"study", "thesis_report"},
     {"check"},
+    {"commands"},
     {"cli"},
     {"rpf3d_ros"},
 )
@@ -54,8 +55,8 @@ CONFINED = {
     "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
     "pydantic": ("rpf3d_core/io/scene",),
     "yaml": ("rpf3d_core/io/yaml_lines.py",),
-    "typer": ("rpf3d_core/cli.py",),
-    "rich": ("rpf3d_core/cli.py",),
+    "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/"),
+    "rich": ("rpf3d_core/commands/",),
 }
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
 
