@@ -13,6 +13,7 @@ from rpf3d_core.accuracy import geometric, measure, numerical, statistical
 from rpf3d_core.accuracy.files import read_price_list, write_price_list
 from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.accuracy.statistical import Sampled
+from rpf3d_core.accuracy.tables import NOTE
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.prepared import prepare
@@ -40,7 +41,7 @@ def test_the_price_list_has_every_series_and_a_run_buys_from_it(
     scene, out = scene_file(tmp_path, more="method: {stepping: {dt: 0.02, threshold: 0.1}}"), tmp_path / "out"
     assert call(monkeypatch, "cost", scene, "--out", out, "--target", 0.3) == 0
     told = capsys.readouterr().out
-    assert "the largest is the" in told and "events against 50 digits" in told
+    assert "the largest is the" in told and "events against 50 digits" in told and NOTE in told, "no line is folded"
     facts = json.loads((out / "cost.json").read_text())
     assert facts["program"] == "rpf3d" and {"definitions", "units", "versions", "target"} <= facts.keys()
     for name, least in (("numerical", 5), ("geometric", 3), ("statistical", 3)):

@@ -2,14 +2,19 @@
 
 from dataclasses import replace
 from decimal import Decimal, localcontext
+from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 from scenes_of_facets import engine_over, flight, floor, fly, incline, rough_grid, surface
+from small_pit import scene_file
 
+from rpf3d_core.accuracy import flown
 from rpf3d_core.accuracy.precise import impacts_in_digits, off_exact
+from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.prepared import prepare
 from rpf3d_core.values import STANDARD_GRAVITY
 
 CLOSE = mpmath.mpf(10) ** -45
@@ -161,6 +166,17 @@ def test_in_exact_arithmetic_no_other_facet_is_met_before_the_one_that_events_me
                 t, first = first_crossing(corners, *last, g, after)
                 assert first == f and abs(begin + t - impact.t) < Decimal("1e-40")
             last, begin, after = [impact.x, impact.v], impact.t, Decimal("1e-30")
+
+
+@pytest.mark.parametrize("draw", ["per_rock", "per_impact"])
+def test_drawn_ground_is_that_which_each_impact_found(tmp_path: Path, draw: str) -> None:
+    path = scene_file(tmp_path)
+    drawn = f"normal_restitution: {{mean: 0.5, sd: 0.1, min: 0.2, max: 0.8}}, draw: {draw}"
+    path.write_text(path.read_text().replace("normal_restitution: 0.5", drawn))
+    prepared = prepare(read_scene(path).model_copy(update={"engine": "reference"}))
+    flights = flown.fly(prepared, flown.some_rocks(prepared, 10), paths=True).flights
+    off = off_exact(prepared, flights, rocks=10)
+    assert len(off) > 3 and max(one.place_max for one in off[:4]) < EXACT_TO
 
 
 def test_another_rebound_model_is_not_followed() -> None:
