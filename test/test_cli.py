@@ -24,6 +24,8 @@ RESULTS = {
 }  # fmt: skip
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
 
+COMMANDS = ("run", "check", "cost", "pit", "replay", "compare", "study")
+
 HELP_S = 2.0
 """Seconds for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s, a busy machine as much again."""
 
@@ -278,14 +280,14 @@ def test_help_is_quick_and_loads_neither_vtk_nor_numba() -> None:
     done = python(program)
     seconds = time.perf_counter() - began
     assert done.returncode == 0
-    for command in ("run", "check", "pit", "replay"):
+    for command in COMMANDS:
         assert command in done.stdout
     for heavy in ("vtk", "vtkmodules", "numba", "matplotlib", "pyarrow", "rerun", "rasterio"):
         assert f"'{heavy}'" not in done.stderr
     assert seconds < HELP_S
 
 
-@pytest.mark.parametrize("command", ["run", "check", "pit", "replay"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_explains_itself(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:

@@ -107,7 +107,7 @@ def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     assert digest_of(monkeypatch, package) != before
 
 
-@pytest.mark.parametrize("file", ["cli.py", "run.py", "io/summary.py", "recordings/log.py"])
+@pytest.mark.parametrize("file", ["cli.py", "commands/run.py", "run.py", "io/summary.py", "recordings/log.py"])
 def test_the_digest_stays_when_a_file_without_kernels_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:

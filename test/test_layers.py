@@ -25,6 +25,7 @@ LAYERS = (
     {"study", "thesis_report"},
     {"check_effects"},
     {"check"},
+    {"commands"},
     {"cli"},
     {"rpf3d_ros"},
 )
@@ -57,8 +58,8 @@ CONFINED = {
     "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
     "pydantic": ("rpf3d_core/io/scene",),
     "yaml": ("rpf3d_core/io/yaml_lines.py",),
-    "typer": ("rpf3d_core/cli.py",),
-    "rich": ("rpf3d_core/cli.py",),
+    "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/"),
+    "rich": ("rpf3d_core/commands/",),
 }
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
 

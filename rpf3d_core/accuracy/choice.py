@@ -70,11 +70,14 @@ def largest(prices: PriceList) -> str | None:
 def cheapest(prices: PriceList, target: float) -> Choice | None:
     """Of all ways to find contacts and all terrains measured, with as many rocks as each then needs; None if none does.
 
+    Rasters are left out, for no scene can ask for one.
+
     target : what the total (-) must keep to
     """
     found = [
         choice
         for method in prices.numerical
+        if method.setting["method"] != "raster"
         for terrain in prices.geometric
         if (choice := _chosen(prices, method, terrain, target)) is not None
     ]

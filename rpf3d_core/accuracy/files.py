@@ -38,10 +38,13 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
 
 
 def read_price_list(folder: str | Path, digest: str) -> PriceList | None:
-    """The price list in a folder if it is of the scene of a digest; None if there is none, or it is of another."""
+    """The price list in a folder if it is of the scene of a digest; None if there is none, or it is of another.
+
+    Nor is one of another version of the program kept: its rocks may fly otherwise, and cost something else.
+    """
     try:
         facts = json.loads((Path(folder) / JSON).read_text(encoding="utf-8"))
-        prices = price_list_of(facts)
+        prices, version = price_list_of(facts), facts["versions"]["rpf3d"]
     except (OSError, KeyError, TypeError, ValueError):
         return None
-    return prices if prices.digest == digest else None
+    return prices if prices.digest == digest and version == versions()["rpf3d"] else None

@@ -72,14 +72,27 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
     """Fly and count rocks, fewer of them where all would take more than a budget (s of one core).
 
     Fewer are evenly spread over all, so they stand for the same sources and places.
+
     paths : whether to keep them, beside the impacts
     """
     _warm(prepared)
     rows = np.arange(len(releases.x))
     if budget < math.inf and len(rows) > PILOT:
         pilot = _fly_rows(prepared, releases, spread(rows, PILOT), paths)
-        rows = spread(rows, max(int(budget / max(pilot.seconds, 1e-9) * PILOT), PILOT))
+        rows = spread(rows, affordable(len(rows), pilot.seconds / PILOT, budget))
     return _fly_rows(prepared, releases, rows, paths)
+
+
+def affordable(rocks: int, seconds: float, budget: float) -> int:
+    """So many rocks, or half, a quarter, ... of them, that they keep to a budget (s); never fewer than PILOT.
+
+    Halves, so that the same rocks fly, and the same errors are told, wherever a machine is about as fast.
+
+    seconds : that one rock takes
+    """
+    while rocks * seconds > budget and rocks > PILOT:
+        rocks = max(rocks // 2, PILOT)
+    return rocks
 
 
 def spread(rows: IntArray, some: int) -> IntArray:

@@ -8,7 +8,8 @@ import numpy as np
 
 from rpf3d_core.accuracy.differences import Difference, difference
 from rpf3d_core.accuracy.flown import Flown, fly
-from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.accuracy.from_above import nearest_ground
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.io.decimated import decimated
 from rpf3d_core.prepared import Prepared
@@ -53,16 +54,13 @@ def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepar
 
 
 def put_back(releases: Releases, before: Engine, after: Engine) -> Releases:
-    """Releases at the same height above another ground; where that has none below them, at the same altitude.
+    """Releases at the same height above another ground; where that has none there, at the same altitude.
 
-    Heights are those above the ground straight below, and the new ground is its highest point there: no rock starts
-    under it.
+    Heights are those above the ground straight below; of grounds that lie over each other the new one is that nearest
+    to the old, so no rock under an overhang is put on top of it, and none starts under the ground.
     """
     height = before.ground_below(releases.x)[:, 0]
-    top = np.array(releases.x)
-    top[:, 2] = max(after.facets.high[2], float(top[:, 2].max())) + ABOVE_EVERYTHING
-    found = after.ground_below(top)
+    ground = nearest_ground(after, releases.x, releases.x[:, 2] - height)
     x = np.array(releases.x)
-    there = found[:, 1] >= 0
-    x[there, 2] = (top[:, 2] - found[:, 0] + height)[there]
+    x[:, 2] = np.where(ground.facet >= 0, ground.z + height, x[:, 2])
     return replace(releases, x=x)

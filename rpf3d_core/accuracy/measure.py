@@ -20,12 +20,13 @@ from rpf3d_core.accuracy.price_list import (
     steps_setting,
 )
 from rpf3d_core.accuracy.statistical import Sampled, doublings
+from rpf3d_core.choices import rounds_of, with_choices
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene import read_scene, scene_digest
 from rpf3d_core.io.scene_method import MethodSpec
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.prepared import Prepared, prepare
+from rpf3d_core.prepared import Prepared, places_of, prepare
 
 PAIRED = 2000
 """Rocks that are flown by events and in steps: enough to tell a hundredth of a share, few enough for small steps."""
@@ -52,12 +53,13 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
     tell("preparing: terrain, index, compiled code")
     prepared = prepare(scene.model_copy(update={"engine": "compiled", "method": MethodSpec()}))
     tell("statistical: doubling the number of rocks")
-    sampled = list(doublings(prepared, DOUBLINGS_S))
+    sampled = doublings(prepared, DOUBLINGS_S)
     numerical, exact = _numerical(prepared, scene, sampled, tell)
     return PriceList(
         scene=scene.path.name,
         digest=scene_digest(scene),
-        rocks=sum(source.rocks for source in scene.sources),
+        rocks=rocks_of(scene, prepared),
+        auto=scene.rocks == "auto",
         method=steps_setting(own) if (own := _own_steps(scene)) else EVENTS,
         cell=prepared.raster.cell,
         triangles=len(prepared.terrain.triangles),
@@ -66,6 +68,12 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
         statistical=[priced_sample(found) for found in sampled],
         off_exact=exact,
     )
+
+
+def rocks_of(scene: Scene, prepared: Prepared) -> int:
+    """How many rocks a run of the scene flies; of `rocks: auto`, those of the first round."""
+    _, numbers = next(rounds_of(with_choices(scene, None, None, None), places_of(prepared)))
+    return sum(numbers)
 
 
 def _own_steps(scene: Scene) -> Steps | None:

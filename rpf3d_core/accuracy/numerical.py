@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from rpf3d_core.accuracy.differences import Difference, difference, map_distance
 from rpf3d_core.accuracy.flown import Flown, flight_seconds, fly, spread, with_engine
+from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.on_raster import on_raster
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.prepared import Prepared
 from rpf3d_core.simulation.engines import Engine, Reference, stepping
@@ -61,7 +62,7 @@ GUESSED_STEP = 2e-5
 class Price(NamedTuple):
     """Seconds of one core to step 1,000 rocks, every step looked at, and to take one step.
 
-    by_clock : whether whole rocks were timed, or their steps counted and multiplied by the time of a coarser one
+    by_clock : whether it is a step of this setting that was timed, or one of a coarser setting
     """
 
     seconds_per_1000: float
@@ -102,8 +103,8 @@ def stepped_answers(
         if rocks not in same:
             same[rocks] = fly(prepared, taken(releases, found.rows), paths=True)
         steps = flight_seconds(found.flights) / rocks / setting.dt
-        vtk = _price(by_vtk, releases, setting, steps, step_vtk)
-        compiled = _price(prepared, releases, setting, steps, step_compiled)
+        vtk = price_of(by_vtk, releases, setting, steps, step_vtk)
+        compiled = price_of(prepared, releases, setting, steps, step_compiled)
         step_vtk, step_compiled = vtk.step, compiled.step
         lost = float(under_ground(found.flights.deposits, prepared.engine).mean())
         yield Measured(
@@ -133,9 +134,10 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
     return stepping(engine, setting.dt, setting.threshold, setting.squared, every_step)
 
 
-def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
-    """Time some rocks of so many steps each; where one would take more than the budget, count its steps.
+def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
+    """The price of steps timed with some rocks or, where one would take more than the budget, at an earlier setting.
 
+    steps : of a rock, the mean over all, so that the price does not hang on how long the few that are timed fly
     step : seconds that a step may take, from an earlier setting
     """
     if steps * step > BUDGET:
@@ -146,7 +148,8 @@ def _price(prepared: Prepared, releases: Releases, setting: Steps, steps: float,
     began = time.process_time()
     flights = fly_ensemble(engine, flight, some)
     seconds = time.process_time() - began
-    return Price(1000.0 * seconds / rocks, seconds * setting.dt / max(flight_seconds(flights), setting.dt), True)
+    took = seconds * setting.dt / max(flight_seconds(flights), setting.dt)
+    return Price(1000.0 * max(steps, 1.0) * took, took, True)
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
@@ -155,11 +158,8 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
     One that goes through the lowest ground leaves the terrain's box there and then, as deep as the tolerance; one that
     leaves at the box' side does not count for that.
     """
-    top = np.array(deposits.x)
-    top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
-    found = engine.ground_below(top)
     slack = NEAR * engine.facets.tolerance
-    depth = np.where(found[:, 1] >= 0, top[:, 2] - found[:, 0] - deposits.x[:, 2], -np.inf)
+    depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
     low, high = np.array(engine.facets.low[:2]) + slack, np.array(engine.facets.high[:2]) - slack
     within = ((deposits.x[:, :2] > low) & (deposits.x[:, :2] < high)).all(axis=1)
     below = (depth > slack) | (within & (depth > -slack))

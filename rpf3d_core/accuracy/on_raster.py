@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import over_terrain
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.prepared import Prepared
 from rpf3d_core.simulation.engines import Engine, engine_of, stepping_over_squares
 from rpf3d_core.terrain.facets import Terrain, facets_of
@@ -42,11 +42,10 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
     low, high = np.array(engine.facets.low), np.array(engine.facets.high)
     nx, ny = (max(int(width / cell), 1) for width in (high - low)[:2])
     x, y = np.meshgrid(low[0] + cell * np.arange(nx + 1), low[1] + cell * np.arange(ny + 1))
-    top = np.full(x.shape, high[2] + ABOVE_EVERYTHING)
-    nodes = np.stack([x, y, top], axis=-1).reshape(-1, 3)
-    found = engine.ground_below(nodes)
-    there = (found[:, 1] >= 0).reshape(x.shape)
-    nodes[:, 2] -= found[:, 0]
+    nodes = np.stack([x, y, np.full(x.shape, high[2])], axis=-1).reshape(-1, 3)
+    ground = highest_ground(engine, nodes)
+    there = (ground.facet >= 0).reshape(x.shape)
+    nodes[:, 2] = ground.z
     triangles, vertices = grid_triangles(there), nodes[there.ravel()]
     zone = _zones_under(terrain, engine, vertices[triangles].mean(axis=1)) if len(triangles) else np.empty(0, np.int32)
     full = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
@@ -56,7 +55,5 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
     """The zone of the ground at each of N points in plan (m): (N,); the first zone where there is none."""
-    top = np.array(points)
-    top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
-    facet = engine.ground_below(top)[:, 1].astype(np.int64)
+    facet = highest_ground(engine, points).facet
     return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

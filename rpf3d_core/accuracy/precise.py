@@ -5,7 +5,7 @@ told by the differences' size: it could only be one within that distance. Decima
 an impact takes no more than sums, products and one square root.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from typing import Any, NamedTuple
 
@@ -62,7 +62,7 @@ def _off(gaps: list[tuple[float, float]]) -> Off:
     return Off(len(gaps), *(float(value) for some in (places, times) for value in (np.median(some), max(some))))
 
 
-def _gaps(prepared: Prepared, flights: Flights, row: int) -> Iterator[tuple[int, float, float]]:
+def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
     """Number of each impact of a rock before it first settles or slides, and how far it is off (m, s)."""
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
@@ -71,16 +71,22 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> Iterator[tuple[int,
     start = np.flatnonzero(flights.paths.row == row)[0]
     release = (flights.paths.x[start].tolist(), flights.paths.v[start].tolist())
     surfaces = _surfaces(prepared, flights, row, facets)
-    with localcontext() as context:
-        context.prec = DIGITS
-        times = flights.impacts.t[struck].tolist()
-        exact = impacts_in_digits(
-            prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times
-        )
-        for number, impact in enumerate(exact):
-            recorded = flights.impacts.x[struck[number]].tolist()
-            gap = _minus(impact.x, _decimals(recorded))
-            yield number, float(_dot(gap, gap).sqrt()), abs(float(impact.t - Decimal(times[number])))
+    times = flights.impacts.t[struck].tolist()
+    exact = impacts_in_digits(
+        prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times
+    )
+    places = flights.impacts.x[struck].tolist()
+    return [
+        (number, *_gap(impact, place, time))
+        for number, (impact, place, time) in enumerate(zip(exact, places, times, strict=False))
+    ]
+
+
+def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, float]:
+    """How far a recorded place (3,) m and time (s) are from those of an impact; rounded to a double at the very end."""
+    with localcontext(prec=DIGITS):
+        gap = _minus(impact.x, _decimals(place))
+        return float(_dot(gap, gap).sqrt()), abs(float(impact.t - Decimal(time)))
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
@@ -96,23 +102,30 @@ def impacts_in_digits(
     facets: Facets, surfaces: Sequence[Surface], gravity: float, x: Sequence[float], v: Sequence[float],
     struck: Sequence[int], times: Sequence[float],
 ) -> list[Struck]:  # fmt: skip
-    """The impacts of a rock from x (3,) m with v (3,) m/s on facets one after another, in the digits of the context.
+    """The impacts of a rock from x (3,) m with v (3,) m/s on facets one after another, in DIGITS digits.
 
     Numbers are taken as they are in the machine: a coefficient of 0.1 is the double nearest to it.
 
     surfaces, times : of each impact, the ground and the recorded time (s), which tells a parabola's two roots apart
     """
-    at, velocity, t, g = _decimals(x), _decimals(v), Decimal(0), Decimal(gravity)
-    found = []
-    for f, surface, recorded in zip(struck, surfaces, times, strict=False):
-        a, b, c = (_decimals(np.asarray(facets.corners)[f, k : k + 3].tolist()) for k in (0, 3, 6))
-        n = _cross(_minus(b, a), _minus(c, a))
-        fall = _root(-g * n[2] / 2, _dot(n, velocity), _dot(n, _minus(at, a)), Decimal(recorded) - t)
-        at = (at[0] + velocity[0] * fall, at[1] + velocity[1] * fall, at[2] + (velocity[2] - g * fall / 2) * fall)
-        velocity = _rebound(surface, (velocity[0], velocity[1], velocity[2] - g * fall), n)
-        t += fall
-        found.append(Struck(t, at, velocity))
+    with localcontext(prec=DIGITS):
+        found, last, g = [], Struck(Decimal(0), _decimals(x), _decimals(v)), Decimal(gravity)
+        for f, surface, recorded in zip(struck, surfaces, times, strict=False):
+            corners = np.asarray(facets.corners)[f].reshape(3, 3).tolist()
+            last = _next_impact(last, corners, surface, g, Decimal(recorded))
+            found.append(last)
     return found
+
+
+def _next_impact(
+    last: Struck, corners: Sequence[Sequence[float]], surface: Surface, g: Decimal, recorded: Decimal
+) -> Struck:  # fmt: skip
+    """The impact on a facet of three corners (3, 3) m after the last one, near to its recorded time (s)."""
+    a, b, c = (_decimals(corner) for corner in corners)
+    n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
+    fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
+    x = at[0] + v[0] * fall, at[1] + v[1] * fall, at[2] + (v[2] - g * fall / 2) * fall
+    return Struck(last.t + fall, x, _rebound(surface, (v[0], v[1], v[2] - g * fall), n))
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:

@@ -21,20 +21,22 @@ DEFINITIONS = {
     "start one contact tolerance further east",
     "geometric": "the same rocks over fewer triangles, compared with the terrain as it is: what the survey itself "
     "misses is in none of these numbers",
-    "statistical": "maps of two independent ensembles of that many rocks, which are apart by the square root of two "
-    "times the error",
+    "statistical": "that many rocks against all that were flown, n of N, over the square root of 1 - n/N: how far "
+    "they are off the map of all rocks there could be",
+    "apart": "distance of the maps of two ensembles of that many rocks",
     "half_width": "of the widest 95 % Wilson interval of a share of an area of interest (or zone)",
     "p95_energy_half_width": "of the 95 % interval of the p95 of kinetic energy, between order statistics, over "
     "that p95",
     "seconds_per_1000_rocks": "of one processor core; numerical: every step is looked at, VTK finds the closest facet, "
     "called from Python (compiled: by this program's own index), nothing is counted into maps; all others with "
-    "maps; timed is false where steps were counted instead and multiplied by the time of one",
+    "maps; steps of all rocks times the time of one; timed is false where that is of a coarser setting",
     "seconds": "of one processor core for that many rocks",
+    "rocks": "of the scene: those it flies (if auto, in the first round); of a line: those that tell its error",
     "total": "sum of the numerical, the geometric and the statistical error: a bias and an interval do not cancel",
 }  # fmt: skip
 UNITS = {
-    "error": "1", "floor": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1", "dt": "s",
-    "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
+    "error": "1", "floor": "1", "apart": "1", "of_shares": "1", "half_width": "1", "p95_energy_half_width": "1",
+    "dt": "s", "threshold": "m, or m2 where squared", "cell": "m", "first_impact_m": "m, [median, p95] over rocks",
     "stop_m": "m, [median, p95] over rocks at rest",
     "bounce_height_m": "m, [median, p95] over rocks, of the rise with the normal speed after the first impact",
     "seconds_per_1000_rocks": "s", "seconds": "s", "place_m": "m", "time_s": "s",
@@ -55,13 +57,15 @@ class Priced(NamedTuple):
 class PriceList:
     """What accuracy costs on one scene.
 
-    digest : of the scene; rocks : how many it asks for; method : the setting that it names; cell : of its map, m
+    digest : of the scene; rocks : how many it asks for; auto : whether these are only the first round of `rocks: auto`
+    method : the setting that it names; cell : of its map, m
     off_exact : how far events are from arithmetic with 50 digits, impact by impact
     """
 
     scene: str
     digest: str
     rocks: int
+    auto: bool
     method: Mapping[str, Any]
     cell: float
     triangles: int
@@ -107,7 +111,10 @@ def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
 
 def priced_sample(found: Sampled) -> Priced:
     """The line of a number of rocks."""
-    more = {"half_width": found.half_width, "p95_energy_half_width": found.energy, "seconds": found.seconds}
+    more = {
+        "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
+        "seconds": found.seconds,
+    }  # fmt: skip
     return Priced({"rocks": found.rocks}, found.of_map, 1000.0 * found.seconds / found.rocks, more)
 
 
@@ -136,7 +143,10 @@ def section(prices: PriceList) -> dict[str, Any]:
     ]  # fmt: skip
     return {
         "program": "rpf3d",
-        "scene": {"file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "method": dict(prices.method)},
+        "scene": {
+            "file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "auto": prices.auto,
+            "method": dict(prices.method),
+        },
         "terrain": {"triangles": prices.triangles},
         "cell_m": prices.cell,
         "definitions": DEFINITIONS,
@@ -171,6 +181,6 @@ def price_list_of(facts: Mapping[str, Any]) -> PriceList:
     exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
     off = [Off(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
     return PriceList(
-        scene["file"], scene["digest"], scene["rocks"], scene["method"], facts["cell_m"],
+        scene["file"], scene["digest"], scene["rocks"], scene["auto"], scene["method"], facts["cell_m"],
         facts["terrain"]["triangles"], **lines, off_exact=off,
     )  # fmt: skip

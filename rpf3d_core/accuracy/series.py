@@ -1,19 +1,37 @@
 """The price list as series of points to be drawn: error against seconds of one core."""
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any, NamedTuple
 
 from rpf3d_core.accuracy.price_list import Priced, PriceList
 
+LEAST = 1e-4
+"""Where an error below this is drawn, 0 above all: logarithms have no place for it. Its word then says what it is."""
+Colour = tuple[int, int, int]
+BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
+STEPS = (
+    (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
+    (227, 119, 194),
+)  # fmt: skip
+"""Of the methods of fixed steps, one after another: no more than these are measured."""
+
 
 class Series(NamedTuple):
-    """Points of one kind: seconds (S,), errors (S,) (-), and a word for each."""
+    """S points of one kind.
+
+    kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
+    seconds (S,); errors (S,) (-), those below LEAST as LEAST; words (S,) beside the points
+    compiled : (S,) seconds of steps taken by the compiled engine, where `seconds` are those of the thesis' way
+    """
 
     name: str
     kind: str
+    colour: Colour
     seconds: Sequence[float]
     errors: Sequence[float]
     words: Sequence[str]
+    compiled: Sequence[float] | None = None
 
 
 def series_of(prices: PriceList) -> list[Series]:
@@ -21,22 +39,40 @@ def series_of(prices: PriceList) -> list[Series]:
     groups: dict[str, list[Priced]] = {}
     for line in prices.numerical:
         groups.setdefault(_method_name(line.setting), []).append(line)
+    steps = cycle(STEPS)
+    fewer = [line for line in prices.geometric if line.setting["part"] > 1]
     return [
-        *(_series(name, "numerical", lines) for name, lines in groups.items()),
-        _series("fewer triangles", "geometric", [line for line in prices.geometric if line.setting["part"] > 1]),
-        _series("number of rocks", "statistical", prices.statistical),
-    ]
+        *(_numerical(name, lines, BLACK if name == "events" else next(steps)) for name, lines in groups.items()),
+        _series("fewer triangles", "geometric", GREEN, fewer, [line.seconds_per_1000_rocks for line in fewer]),
+        _series(
+            "number of rocks", "statistical", BLUE, prices.statistical,
+            [line.more["seconds"] for line in prices.statistical],
+        ),
+    ]  # fmt: skip
 
 
-def _series(name: str, kind: str, lines: Sequence[Priced]) -> Series:
-    seconds = [line.more["seconds"] if kind == "statistical" else line.seconds_per_1000_rocks for line in lines]
-    return Series(name, kind, seconds, [line.error for line in lines], [word_of(line.setting) for line in lines])
+def _numerical(name: str, lines: Sequence[Priced], colour: Colour) -> Series:
+    found = _series(name, "numerical", colour, lines, [line.seconds_per_1000_rocks for line in lines])
+    if lines[0].setting["method"] != "stepping":
+        return found
+    return found._replace(compiled=[line.more["seconds_per_1000_rocks_compiled"] for line in lines])
+
+
+def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], seconds: Sequence[float]) -> Series:
+    errors = [max(line.error, LEAST) for line in lines]
+    return Series(name, kind, colour, seconds, errors, [_beside(line) for line in lines])
+
+
+def _beside(line: Priced) -> str:
+    """The word beside a point, with its error where that cannot be drawn."""
+    word = word_of(line.setting)
+    return word if line.error >= LEAST else f"{word}: {line.error:.1g}"
 
 
 def _method_name(setting: Mapping[str, Any]) -> str:
     if setting["method"] == "stepping":
-        squared = " (squared)" if setting["squared"] else ""
-        return f"steps, threshold {setting['threshold']:g} m{squared}"
+        unit = "m2, squared" if setting["squared"] else "m"
+        return f"steps, threshold {setting['threshold']:g} {unit}"
     return f"steps, raster of {setting['cell']:g} m" if setting["method"] == "raster" else "events"
 
 

@@ -1,13 +1,12 @@
-"""What the number of rocks leaves open: maps of two independent ensembles, intervals of shares, p95 of energy."""
+"""What the number of rocks leaves open: maps of some of all rocks flown, intervals of shares, p95 of energy."""
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from rpf3d_core.accuracy.differences import map_distance
-from rpf3d_core.accuracy.flown import Flown, fly, some_rocks
+from rpf3d_core.accuracy.flown import Flown, Reached, fly, some_rocks
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.prepared import Prepared
@@ -22,39 +21,75 @@ QUANTILE = 0.95
 class Sampled(NamedTuple):
     """What is known from so many rocks.
 
-    of_map : distance (-) of their map from that of all rocks there could be; half_width : of the widest 95 % interval
-    of a share (-); energy : half-width of the 95 % interval of the p95 of energy over that p95 (-), None if unknown
+    of_map : distance (-) of their map from that of all rocks there could be; apart : of two such maps from each other
+    half_width : of the widest 95 % interval of a share (-)
+    energy : half-width of the 95 % interval of the p95 of energy over that p95 (-), None if unknown
     """
 
     rocks: int
     of_map: float
+    apart: float
     half_width: float
     energy: float | None
     seconds: float
 
 
-def doublings(prepared: Prepared, budget: float) -> Iterator[Sampled]:
-    """Ensembles of 125, 250, ... rocks, until a budget (s of one core) is used up.
+class Pair(NamedTuple):
+    """Two ensembles of as many, but other, rocks: their maps, and what is known from one of them, as of `Sampled`."""
 
-    Each is flown twice, with other rocks. Both maps are off the true one by as much, independently, so they are
-    apart by the square root of two times that.
-    """
+    one: Reached
+    other: Reached
+    half_width: float
+    energy: float | None
+    seconds: float
+
+
+def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
+    """Ensembles of 125, 250, ... rocks, until a budget (s of one core) is used up; each is flown twice, other rocks."""
+    pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0
     while rocks <= MOST and spent < budget:
         one, other = (fly(prepared, some_rocks(prepared, rocks, lot)) for lot in (0, 1))
         spent += one.seconds + other.seconds
-        yield _sampled(one, other)
+        pairs.append(_pair(one, other))
         rocks *= 2
+    everything = together(pairs[-1].one, pairs[-1].other)
+    return [_sampled(pair, everything) for pair in pairs]
 
 
-def _sampled(one: Flown, other: Flown) -> Sampled:
-    return Sampled(
-        rocks=len(one.rows),
-        of_map=map_distance(one.reached, other.reached) / math.sqrt(2.0),
-        half_width=one.places.half_width,
-        energy=quantile_half_width(one.flights.deposits.max_energy, QUANTILE),
-        seconds=0.5 * (one.seconds + other.seconds),
-    )
+def _pair(one: Flown, other: Flown) -> Pair:
+    energy = quantile_half_width(one.flights.deposits.max_energy, QUANTILE)
+    return Pair(one.reached, other.reached, one.places.half_width, energy, 0.5 * (one.seconds + other.seconds))
+
+
+def _sampled(pair: Pair, everything: Reached) -> Sampled:
+    errors = [distance_from_truth(some, everything) for some in (pair.one, pair.other)]
+    apart = map_distance(pair.one, pair.other)
+    return Sampled(pair.one.flown, 0.5 * sum(errors), apart, pair.half_width, pair.energy, pair.seconds)
+
+
+def together(one: Reached, other: Reached) -> Reached:
+    """The map of two ensembles without a rock in common."""
+    cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
+    rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
+    return Reached(cells, rocks, one.flown + other.flown)
+
+
+def distance_from_truth(some: Reached, everything: Reached) -> float:
+    """How far (-) the map of some rocks is from that of all there could be, told from all that were flown.
+
+    n of N rocks are off those N by less than off the truth, by the square root of 1 - n/N: the correction for a finite
+    population. Half of the distance of two maps would not do, nor that over the square root of two: of a cell that
+    next to no rock comes to, two small ensembles are no further apart than each is off the truth.
+
+    everything : a map that the rocks of `some` are among
+
+    Sources
+    -------
+    Cochran 1977, Sampling Techniques, section 2.6.
+    """
+    left = 1.0 - some.flown / everything.flown
+    return min(map_distance(some, everything) / math.sqrt(left), 1.0)
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
@@ -83,4 +118,4 @@ def floor_of(rocks: int, sampled: list[Sampled]) -> float:
     Errors go as one over the square root of the number of rocks.
     """
     nearest = min(sampled, key=lambda one: abs(math.log(one.rocks / rocks)))
-    return min(math.sqrt(2.0 * nearest.rocks / rocks) * nearest.of_map, 1.0)
+    return min(math.sqrt(nearest.rocks / rocks) * nearest.apart, 1.0)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rpf3d_core.accuracy.choice import Choice, cheapest, cheapest_by_events, errors_of_scene, largest
+from rpf3d_core.accuracy.precise import DIGITS
 from rpf3d_core.accuracy.price_list import Priced, PriceList
 from rpf3d_core.accuracy.series import word_of
 
@@ -22,8 +23,8 @@ STATISTICAL_HEADER = (
 )  # fmt: skip
 NOTE = (
     "map error: share of all visits to cells that one map has elsewhere than the other (0 to 1); chance: the same "
-    "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where steps were "
-    "counted and not timed"
+    "between maps of as many, but other, rocks; lengths are medians; seconds are those of one core, ~ where a step was "
+    "timed at a coarser setting"
 )
 
 
@@ -92,7 +93,7 @@ def findings(prices: PriceList, target: float) -> list[str]:
     told = {
         "numerical": "numerical (the scene's method)",
         "geometric": "geometric (half of its triangles)",
-        "statistical": f"statistical ({prices.rocks:,} {'rock' if prices.rocks == 1 else 'rocks'})",
+        "statistical": f"statistical ({_rocks(prices.rocks)}{', the first of `rocks: auto`' if prices.auto else ''})",
     }
     each = ", ".join(f"{told[name]} {number(error)}" for name, error in errors.items())
     return [
@@ -102,6 +103,10 @@ def findings(prices: PriceList, target: float) -> list[str]:
         f"{_choice(cheapest(prices, target))}",
         f"`rpf3d run --accuracy {target:g}` flies {_choice(cheapest_by_events(prices, target))}",
     ]
+
+
+def _rocks(number: int) -> str:
+    return f"{number:,} {'rock' if number == 1 else 'rocks'}"
 
 
 def _largest(prices: PriceList) -> str:
@@ -115,9 +120,10 @@ def _exactness(prices: PriceList) -> list[str]:
     first, last = prices.off_exact[0], prices.off_exact[-1]
     largest_off = max(off.place_max for off in prices.off_exact)
     return [
-        f"events against 50 digits: first impacts of {first.impacts} rocks off by {first.place_median:.1e} m "
-        f"(median) and {first.place_max:.1e} m (largest), all {len(prices.off_exact)} in a row by {largest_off:.1e} m "
-        f"at most; the last of them, of {last.impacts}, by {last.place_median:.1e} m"
+        f"events against {DIGITS} digits: the first impacts of {_rocks(first.impacts)} are off by "
+        f"{first.place_median:.1e} m (median) and {first.place_max:.1e} m (largest); up to the "
+        f"{ordinal(len(prices.off_exact))}, which {_rocks(last.impacts)} had, no impact is off by more than "
+        f"{largest_off:.1e} m"
     ]
 
 
@@ -125,12 +131,19 @@ def _choice(choice: Choice | None) -> str:
     if choice is None:
         return "nothing that was measured keeps to it"
     parts = [
-        f"{choice.rocks:,} rocks by {_method(choice.method)}"
+        f"{_rocks(choice.rocks)} by {_method(choice.method)}"
         + (f", dt {choice.method['dt']:g} s" if "dt" in choice.method else ""),
-        f"{choice.terrain['triangles']:,} triangles",
+        f"{choice.terrain['triangles']:,} triangles"
+        + (f" (the mesh, decimated to {word_of(choice.terrain)})" if choice.terrain["part"] > 1 else ""),
         f"total {number(choice.total)}, {number(choice.seconds)} s of one core",
     ]
     return ", ".join(parts)
+
+
+def ordinal(number: int) -> str:
+    """1st, 2nd, 3rd, 4th, ..., 11th, ..., 21st."""
+    word = "th" if number // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+    return f"{number}{word}"
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:

@@ -9,9 +9,6 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
 
-COLOURS = ((0, 0, 0), (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (31, 119, 180), (44, 160, 44))
-NOTHING = 1e-4
-"""Where an error of 0 is drawn: logarithms have no place for it."""
 LINE, POINT = 1.5, 4.0
 """Radii on the screen."""
 
@@ -24,12 +21,16 @@ class RecordedSeries(Protocol):
         """Of the series."""
 
     @property
+    def colour(self) -> tuple[int, int, int]:
+        """Red, green, blue, each up to 255."""
+
+    @property
     def seconds(self) -> Sequence[float]:
         """Of each point, s."""
 
     @property
     def errors(self) -> Sequence[float]:
-        """Of each point (-)."""
+        """Of each point (-), above 0."""
 
     @property
     def words(self) -> Sequence[str]:
@@ -49,21 +50,21 @@ def write_cost_recording(path: Path, series: Sequence[RecordedSeries], picture: 
     rr = import_rerun()
     recording = rr.RecordingStream(f"{APPLICATION}_cost")
     recording.save(path, default_blueprint=_layout())
-    for i, one in enumerate(series):
-        _log_series(recording, one, COLOURS[i % len(COLOURS)])
+    for one in series:
+        _log_series(recording, one)
     recording.log("picture", rr.EncodedImage(path=picture), static=True)
     recording.log("document", rr.TextDocument(document, media_type=rr.MediaType.MARKDOWN), static=True)
     close_recording(recording, path)
 
 
-def _log_series(recording: Any, one: RecordedSeries, colour: tuple[int, int, int]) -> None:
+def _log_series(recording: Any, one: RecordedSeries) -> None:
     """A line through the points of a series, and its points with their words."""
     rr = import_rerun()
     places = places_of(one)
     line, dots = (rr.new_entity_path(["cost", one.name, part]) for part in ("line", "points"))
-    recording.log(line, rr.LineStrips2D([places], colors=[colour], radii=[-LINE]), static=True)
+    recording.log(line, rr.LineStrips2D([places], colors=[one.colour], radii=[-LINE]), static=True)
     labels = [f"{one.name}: {word}" for word in one.words]
-    points = rr.Points2D(places, colors=[colour], radii=[-POINT], labels=labels, show_labels=False)
+    points = rr.Points2D(places, colors=[one.colour], radii=[-POINT], labels=labels, show_labels=False)
     recording.log(dots, points, static=True)
 
 
@@ -72,8 +73,7 @@ def places_of(one: RecordedSeries) -> FloatArray:
 
     The viewer's y points down, so it is that of the inverse error.
     """
-    errors = np.maximum(np.asarray(one.errors, dtype=float), NOTHING)
-    return np.stack([np.log10(np.asarray(one.seconds, dtype=float)), -np.log10(errors)], axis=1)
+    return np.stack([np.log10(one.seconds), -np.log10(one.errors)], axis=1)
 
 
 def _layout() -> Any:

@@ -10,10 +10,13 @@ from command_line import call, refused
 from small_pit import scene_file
 
 from rpf3d_core.accuracy import geometric, measure, numerical, statistical
+from rpf3d_core.accuracy.files import read_price_list, write_price_list
 from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.accuracy.statistical import Sampled
+from rpf3d_core.accuracy.tables import NOTE
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene
+from rpf3d_core.prepared import prepare
 from rpf3d_core.run import simulate
 
 LINE = {"setting", "error", "seconds_per_1000_rocks"}
@@ -38,7 +41,7 @@ def test_the_price_list_has_every_series_and_a_run_buys_from_it(
     scene, out = scene_file(tmp_path, more="method: {stepping: {dt: 0.02, threshold: 0.1}}"), tmp_path / "out"
     assert call(monkeypatch, "cost", scene, "--out", out, "--target", 0.3) == 0
     told = capsys.readouterr().out
-    assert "the largest is the" in told and "events against 50 digits" in told
+    assert "the largest is the" in told and "events against 50 digits" in told and NOTE in told, "no line is folded"
     facts = json.loads((out / "cost.json").read_text())
     assert facts["program"] == "rpf3d" and {"definitions", "units", "versions", "target"} <= facts.keys()
     for name, least in (("numerical", 5), ("geometric", 3), ("statistical", 3)):
@@ -74,14 +77,26 @@ def _entities(path: Path) -> set[str]:
     return {str(chunk.entity_path) for chunk in rerun.chunk.RrdReader(path).stream().to_chunks()}
 
 
-def test_a_price_list_of_another_scene_is_measured_anew(
+def test_a_price_list_is_kept_for_the_same_scene_and_version_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, quick: None
 ) -> None:
-    from rpf3d_core.accuracy.files import read_price_list
+    prices = measure.price_list(scene_file(tmp_path))
+    folder = write_price_list(tmp_path / "out", prices, 0.1, recording=False)
+    assert read_price_list(folder, prices.digest) == prices
+    assert read_price_list(folder, "another") is None
+    assert read_price_list(tmp_path / "nowhere", prices.digest) is None
+    facts = json.loads((folder / "cost.json").read_text())
+    facts["versions"]["rpf3d"] = "0.0.1"
+    (folder / "cost.json").write_text(json.dumps(facts))
+    assert read_price_list(folder, prices.digest) is None, "another version may fly otherwise"
+    (folder / "cost.json").write_text('{"program": "rpf3d", "scene": {"digest": "other"}}')
+    assert read_price_list(folder, prices.digest) is None
 
-    (tmp_path / "cost.json").write_text('{"program": "rpf3d", "scene": {"digest": "other"}}')
-    assert read_price_list(tmp_path, "digest") is None
-    assert read_price_list(tmp_path / "nowhere", "digest") is None
+
+@pytest.mark.parametrize(("more", "rocks"), [("", 100), ("rocks: 5000", 5000), ("rocks: auto", 1000)])
+def test_the_rocks_of_a_scene_are_those_that_a_run_of_it_flies(tmp_path: Path, more: str, rocks: int) -> None:
+    scene = read_scene(scene_file(tmp_path, more=f"{more}\nengine: reference"))
+    assert measure.rocks_of(scene, prepare(scene)) == rocks
 
 
 @pytest.mark.parametrize(
@@ -140,4 +155,4 @@ def test_a_scene_flies_by_the_method_that_it_names(tmp_path: Path) -> None:
 
 
 def test_chance_is_told_of_the_nearest_number_of_rocks() -> None:
-    assert statistical.floor_of(10, [Sampled(10, 0.9, 0.1, None, 1.0)]) == 1.0, "no two maps are further apart"
+    assert statistical.floor_of(5, [Sampled(10, 0.9, 0.9, 0.1, None, 1.0)]) == 1.0, "no two maps are further apart"

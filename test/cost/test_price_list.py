@@ -1,11 +1,11 @@
 """Distances of maps, intervals of quantiles, coarser terrains, and what the price list comes to."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
-from scenes_of_facets import engine_over, flight, fly, rough_grid, surface
+from price_lists import STEPS, price_list
+from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid, surface
 
 from rpf3d_core.accuracy.choice import (
     MOST_ROCKS,
@@ -18,40 +18,24 @@ from rpf3d_core.accuracy.choice import (
     statistical_error,
 )
 from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_distance, metres, share_distance
-from rpf3d_core.accuracy.flown import Reached, spread
+from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.numerical import under_ground
-from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList, price_list_of, section
-from rpf3d_core.accuracy.statistical import Sampled, floor_of, quantile_half_width
+from rpf3d_core.accuracy.precise import Off
+from rpf3d_core.accuracy.price_list import EVENTS, Priced, price_list_of, section
+from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
+from rpf3d_core.accuracy.tables import findings, ordinal
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
 from rpf3d_core.io.decimated import decimated
-from rpf3d_core.simulation.engines import stepping
+from rpf3d_core.simulation.engines import Engine, stepping
 from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.values import STANDARD_GRAVITY
-
-STEPS = {"method": "stepping", "dt": 1e-3, "threshold": 0.05, "squared": False}
 
 
 def reached(flown: int, **cells: int) -> Reached:
     return Reached(np.array([int(c[1:]) for c in cells]), np.array(list(cells.values())), flown)
-
-
-def price_list(**changes: Any) -> PriceList:
-    statistical = [Priced({"rocks": n}, 2.0 / math.sqrt(n), 0.01, {"seconds": 1e-5 * n}) for n in (100, 400, 1600)]
-    numerical = [
-        Priced(EVENTS, 0.0, 0.01, {}), Priced(STEPS, 0.02, 5.0, {}), Priced({**STEPS, "dt": 1e-1}, 0.4, 0.001, {}),
-    ]  # fmt: skip
-    geometric = [
-        Priced({"part": 1, "triangles": 800}, 0.0, 0.010, {}), Priced({"part": 2, "triangles": 400}, 0.01, 0.004, {}),
-        Priced({"part": 4, "triangles": 200}, 0.2, 0.001, {}),
-    ]  # fmt: skip
-    base: dict[str, Any] = {
-        "scene": "a.yaml", "digest": "d", "rocks": 100, "method": EVENTS, "cell": 1.0, "triangles": 800,
-        "numerical": numerical, "geometric": geometric, "statistical": statistical, "off_exact": [],
-    }  # fmt: skip
-    return PriceList(**{**base, **changes})
 
 
 def test_the_distance_of_maps_is_0_for_equal_1_for_disjoint_and_linear_between() -> None:
@@ -87,9 +71,33 @@ def test_the_half_width_of_a_quantile_is_that_of_the_binomial_and_unknown_for_fe
 
 
 def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
-    sampled = [Sampled(100, 0.2, 0.1, None, 1.0), Sampled(400, 0.1, 0.05, None, 4.0)]
-    assert floor_of(100, sampled) == pytest.approx(0.2 * math.sqrt(2.0))
-    assert floor_of(1600, sampled) == pytest.approx(0.05 * math.sqrt(2.0))
+    sampled = [Sampled(100, 0.2, 0.3, 0.1, None, 1.0), Sampled(400, 0.1, 0.15, 0.05, None, 4.0)]
+    assert floor_of(100, sampled) == pytest.approx(0.3)
+    assert floor_of(1600, sampled) == pytest.approx(0.075)
+
+
+@pytest.mark.parametrize("chance", [1e-3, 0.2])
+def test_the_error_of_some_rocks_is_their_distance_from_the_truth_however_rarely_cells_are_reached(
+    chance: float
+) -> None:
+    # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), with k
+    # the whole part of n p.
+    n, most, cells = 125, 32_000, 4000
+    k = math.floor(n * chance)
+    deviation = 2 * (k + 1) * math.comb(n, k + 1) * chance ** (k + 1) * (1 - chance) ** (n - k)
+    expected = deviation / (2.0 * n * chance)
+    random, numbers = np.random.default_rng(1), np.arange(cells)
+    some = Reached(numbers, random.binomial(n, chance, cells), n)
+    rest = Reached(numbers, random.binomial(most - n, chance, cells), most - n)
+    assert distance_from_truth(some, together(some, rest)) == pytest.approx(expected, rel=0.03)
+
+
+def test_half_of_all_rocks_are_off_the_truth_by_what_lies_between_the_halves_over_the_square_root_of_two() -> None:
+    one, other = reached(10, c1=6, c2=4), reached(10, c1=4, c3=6)
+    both = together(one, other)
+    assert (both.cells.tolist(), both.rocks.tolist(), both.flown) == ([1, 2, 3], [10, 4, 6], 20)
+    expected = map_distance(one, other) / math.sqrt(2.0)
+    assert distance_from_truth(one, both) == pytest.approx(expected)
 
 
 def test_rocks_are_the_fewest_measured_or_as_many_as_the_last_ones_promise() -> None:
@@ -114,6 +122,44 @@ def test_the_cheapest_setting_may_be_another_terrain_but_a_run_keeps_its_own() -
     tight = cheapest(prices, 0.0101)
     assert tight is not None and tight.terrain["part"] == 1, "what is left over half the terrain is not enough"
     assert cheapest(prices, 1e-9) is None
+
+
+def test_what_no_scene_can_ask_for_is_not_chosen_however_cheap() -> None:
+    raster = Priced({"method": "raster", "cell": 2.0, "dt": 1e-2}, 0.0, 1e-6, {})
+    best = cheapest(price_list(numerical=[*price_list().numerical, raster]), 0.12)
+    assert best is not None and best.method == EVENTS
+
+
+def test_a_choice_says_that_its_terrain_is_another_one() -> None:
+    _, any_terrain, its_own = findings(price_list(), 0.12)
+    assert "cheapest: 400 rocks by events (exact), 400 triangles (the mesh, decimated to 1/2)" in any_terrain
+    assert its_own.endswith("800 triangles, total 0.1, 0.004 s of one core"), "a run keeps its own terrain"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [({}, "statistical (100 rocks) 0.2"), ({"rocks": 1}, "statistical (1 rock) 1"),
+     ({"auto": True}, "statistical (100 rocks, the first of `rocks: auto`) 0.2")],
+)  # fmt: skip
+def test_the_statistical_error_of_a_scene_is_told_with_its_number_of_rocks(changes: dict, words: str) -> None:
+    assert any(words in line for line in findings(price_list(**changes), 0.1))
+
+
+def test_how_exact_events_are_is_told_of_the_first_impact_and_of_all() -> None:
+    off = [Off(50, 1e-14, 2e-14, 0.0, 0.0), Off(1, 3e-13, 3e-13, 0.0, 0.0)]
+    assert findings(price_list(off_exact=off), 0.1)[0] == (
+        "events against 50 digits: the first impacts of 50 rocks are off by 1.0e-14 m (median) and 2.0e-14 m "
+        "(largest); up to the 2nd, which 1 rock had, no impact is off by more than 3.0e-13 m"
+    )
+    assert [ordinal(n) for n in (1, 3, 4, 11, 13, 21, 112)] == ["1st", "3rd", "4th", "11th", "13th", "21st", "112th"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "rocks"), [(1e-3, 2000), (1.01e-3, 1000), (3e-3, 500), (1.0, PILOT)]
+)  # fmt: skip
+def test_rocks_are_halved_until_they_keep_to_a_budget(seconds: float, rocks: int) -> None:
+    assert affordable(2000, seconds, 2.0) == rocks
+    assert affordable(7, 100.0, 2.0) == 7
 
 
 def test_the_largest_error_is_that_of_the_scene_as_it_stands() -> None:
@@ -162,6 +208,17 @@ def test_rocks_are_put_back_to_their_height_above_another_ground() -> None:
     np.testing.assert_array_equal(moved.x[:, :2], x[:, :2])
     far = Releases(*(getattr(releases, n) for n in ("source", "rock")), x + 100.0, 0.0 * x, nothing, nothing)
     np.testing.assert_array_equal(put_back(far, before, after).x, far.x)
+
+
+def test_a_rock_under_an_overhang_is_put_back_under_it_even_where_it_would_now_be_in_the_ground() -> None:
+    def under_a_roof(ground: float, roof: float) -> Engine:
+        return engine_over("reference", joined(floor(20.0, z=ground), floor(4.0, z=roof)))
+
+    x = np.array([[0.3, 0.2, 2.0], [0.3, 0.2, 6.5], [9.0, 0.2, 0.5], [0.3, 0.2, 0.5]])
+    nothing = np.zeros(4)
+    releases = Releases(nothing.astype(int), np.arange(4), x, 0.0 * x, nothing, nothing)
+    moved = put_back(releases, under_a_roof(0.0, 6.0), under_a_roof(1.0, 8.0))
+    np.testing.assert_allclose(moved.x[:, 2], [3.0, 8.5, 1.5, 1.5], atol=1e-9)
 
 
 def test_rocks_that_fell_through_the_ground_are_told_from_those_that_left_it() -> None:

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, incline, rough_grid, surface
 
+from rpf3d_core.accuracy import numerical
+from rpf3d_core.accuracy.flown import flight_seconds, spread
+from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.arc import Arc, position, time_over
 from rpf3d_core.detection.closest import closest_facet, closest_point, distance_to_facet
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.simulation.engines import Engine, stepping
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import STANDARD_GRAVITY, Outcome
@@ -150,6 +155,25 @@ def test_both_engines_step_alike_where_no_two_facets_are_equally_close() -> None
     )
     same = (reference.x == compiled.x).all(axis=1)
     assert same.mean() > 0.9, "which of two equally close facets VTK names is its own choice"
+
+
+def test_the_price_of_steps_is_that_of_one_for_the_steps_of_all_rocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Case:
+        engine, flight = engine_over("reference", floor()), flight(surface())
+
+    x, v = drops()
+    nothing = np.zeros(ROCKS)
+    releases = Releases(nothing.astype(int), np.arange(ROCKS), x, v, nothing, nothing)
+    setting, steps = Steps(0.01, 0.3), 500.0
+    flown = taken(releases, spread(np.arange(ROCKS), numerical.TIMED_ROCKS))
+    aloft = flight_seconds(fly(stepping(Case.engine, 0.01, 0.3), Case.flight, flown.x, flown.v))
+    clock = iter([1.0, 3.0])
+    monkeypatch.setattr(numerical.time, "process_time", lambda: next(clock))
+    price = numerical.price_of(Case(), releases, setting, steps, 1e-9)
+    assert price.by_clock and price.step == pytest.approx(2.0 * 0.01 / aloft)
+    assert price.seconds_per_1000 == pytest.approx(1000 * steps * price.step)
+    counted = numerical.price_of(Case(), releases, setting, steps, 1.0)
+    assert counted == (1000 * steps, 1.0, False), "a rock that takes longer than the budget is not flown"
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -1,0 +1,51 @@
+"""`rpf3d check`: what can be said of a scene before it is run."""
+
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from rpf3d_core.commands.options import EngineOption, RocksOption, SceneFile, number_of_rocks
+from rpf3d_core.commands.screen import print_warnings, rocks_in_words, screen
+from rpf3d_core.errors import InputError
+
+if TYPE_CHECKING:
+    from rpf3d_core.check import Check, Cost
+
+
+def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
+    """Report the faults of a scene's terrain, where its sources are, and what running it will cost and take."""
+    from rpf3d_core.check import check_scene
+    from rpf3d_core.choices import chosen_scene
+
+    report = check_scene(chosen_scene(scene, number_of_rocks(rocks), engine, None))
+    _print_check(report)
+    print_warnings(report.warnings)
+    if not report.fit:
+        raise InputError(f"{scene}: some rocks do not start above the ground; see the sources above")
+
+
+def _print_check(report: "Check") -> None:
+    """What was found out about a scene, a line each."""
+    named = report.scene
+    lines = [line.split("  ", 1) for line in report.faults.describe()]
+    lines += [[f"source {source.name}", source.describe()] for source in report.sources]
+    lines += [["rocks", report.rocks.describe()]]
+    lines += [["effects", ", ".join(named.effects.named) or "none named"]]
+    models = f"rebound {named.rebound.name}, ground {named.ground.name}, stop_speed {named.stop_speed:g} m/s"
+    lines += [["models", f"{models}, method {named.method.describe()}"]]
+    lines += [["hazard maps", report.maps.describe()]]
+    if report.cost:
+        lines += [["cost", _describe_cost(report.cost)]]
+    table = Table.grid(padding=(0, 2))
+    for name, text in lines:
+        table.add_row(name, text.strip())
+    screen.print(table)
+
+
+def _describe_cost(cost: "Cost") -> str:
+    """What a run will take, in one line."""
+    seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
+    rocks = f"{'at most ' if cost.auto else ''}{rocks_in_words(cost.rocks)}"
+    fly = f"{seconds} to fly {rocks} with the {cost.engine} engine"
+    compiling = f", and up to {cost.compile_s:.0f} s to compile, the first time" if cost.compile_s else ""
+    return f"{fly}{compiling} (from a pilot of {rocks_in_words(cost.pilot)}: {cost.impacts:.1f} impacts each)"

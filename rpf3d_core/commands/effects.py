@@ -1,0 +1,69 @@
+"""`rpf3d effects`: the models and effects that a scene may name."""
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from rpf3d_core.commands.screen import GAP, screen
+from rpf3d_core.errors import InputError
+
+if TYPE_CHECKING:
+    from rpf3d_core.io.scene_offers_list import Offered
+
+
+def effects(
+    name: Annotated[str | None, typer.Argument(help="One of them, to see its parameters.", show_default=False)] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all parameters.")] = False,
+) -> None:
+    """List the rebound models, ground models and effects that a scene may name, with parameters, sources and cost."""
+    from rpf3d_core.io.scene_offers_list import offers
+
+    listed = [offer for offer in offers() if name in (None, offer.name, f"{offer.kind}.{offer.name}")]
+    if not listed:
+        raise InputError(f"there is no model or effect {name!r}; `rpf3d effects` lists them")
+    if as_json:
+        print(json.dumps([asdict(offer) for offer in listed], indent=2, allow_nan=False, default=str))
+    elif name is None:
+        _print_list(listed)
+    else:
+        for offer in listed:
+            _print_one(offer)
+
+
+def _print_list(listed: "list[Offered]") -> None:
+    """A line for each: how it is named, what it is, what it costs."""
+    table = Table("named", "what it is", "confirmed", "time", "runout", box=None, padding=GAP, pad_edge=False)
+    for offer in listed:
+        table.add_row(f"{offer.kind}: {offer.name}", escape(offer.summary), offer.confirmed, *_cost(offer))
+    screen.print(table)
+    screen.print(
+        "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` tells the "
+        "parameters. Models of your own: docs/own-models.md",
+        soft_wrap=True,
+    )
+
+
+def _print_one(offer: "Offered") -> None:
+    """One of them with its parameters."""
+    screen.print(f"{offer.kind}: {offer.name}", style="bold")
+    screen.print(offer.summary, soft_wrap=True, markup=False)
+    time, runout = _cost(offer)
+    told = f"; on the demo pit time {time}, runout {runout}" if time else ""
+    screen.print(f"Source: {offer.source} ({offer.confirmed}){told}", soft_wrap=True, markup=False)
+    table = Table("parameter", "value", "default", "source", "confirmed", box=None, padding=GAP, pad_edge=False)
+    for each in offer.parameters:
+        default = "must be given" if each.required else "none" if each.default in (None, ()) else str(each.default)
+        table.add_row(*map(escape, (each.name, each.meaning, default, each.source, each.confirmed)))
+    if offer.parameters:
+        screen.print(table)
+
+
+def _cost(offer: "Offered") -> tuple[str, str]:
+    """Time over that without it, and the change of runout; blank where it was not measured."""
+    if offer.cost is None:
+        return "", ""
+    return f"{offer.cost['time']:.2f}", f"{100.0 * offer.cost['runout']:+.0f} %"

@@ -1,0 +1,23 @@
+"""`rpf3d pit`: write a synthetic pit."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rpf3d_core.commands.screen import screen
+
+
+def pit(
+    out: Annotated[Path, typer.Argument(help="File to write: .vtp (keeps the zones), .stl, .ply or .obj.")],
+    triangles: Annotated[int, typer.Option(help="How many triangles, within 3 %.")] = 150_000,
+    seed: Annotated[int, typer.Option(help="Seed of roughness, spills and relief.")] = 1,
+) -> None:
+    """Write a synthetic open pit after the thesis' Arturo mine."""
+    from rpf3d_core.io.mesh_writer import check_mesh_path, write_mesh
+    from rpf3d_core.terrain.pit import Pit, pit_terrain
+
+    check_mesh_path(out)  # before the digging, not after
+    terrain = pit_terrain(Pit(triangles=triangles, seed=seed))
+    write_mesh(out, terrain)
+    screen.print(f"{len(terrain.triangles):,} triangles in {out}", soft_wrap=True)

@@ -1,0 +1,130 @@
+"""`rpf3d run`: fly the rocks of a scene and write what came of them."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from rpf3d_core.commands.cost import rocks_within
+from rpf3d_core.commands.options import EngineOption, RocksOption, SceneFile, number_of_rocks
+from rpf3d_core.commands.progress import interruptible, progress
+from rpf3d_core.commands.screen import GAP, end_interrupted, print_warnings, rocks_in_words, screen
+from rpf3d_core.errors import InputError
+from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
+
+if TYPE_CHECKING:
+    from rpf3d_core.choices import Rocks
+    from rpf3d_core.io.scene_model import Scene
+    from rpf3d_core.run import Run
+
+
+def run(
+    scene: SceneFile,
+    out: Annotated[Path, typer.Option(help="Folder to write the results to.", show_default=False)],
+    rocks: RocksOption = None,
+    engine: EngineOption = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers, instead of the scene's.")] = None,
+    accuracy: Annotated[
+        float | None, typer.Option(help="Fly as many rocks as keep the error of the map under this; see `rpf3d cost`.")
+    ] = None,
+) -> None:
+    """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
+
+    Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
+    """
+    from rpf3d_core.run import run_scene
+
+    began: list[float] = []
+    try:
+        chosen, wanted = _chosen(scene, out, rocks, accuracy)
+        with interruptible() as (stop, flying), progress() as (begin, writing):
+
+            def start(number: int) -> Callable[[int], None]:
+                flying(True)
+                return begin(number)
+
+            def write() -> None:
+                flying(False)
+                began.append(time.perf_counter())
+                writing()
+
+            result = run_scene(chosen, out, wanted, engine, seed, start, stop, write)
+    except KeyboardInterrupt:
+        end_interrupted("nothing was written")
+    _print_run(result, time.perf_counter() - began[0])
+    screen.print(f"results in {out.resolve()}", soft_wrap=True)
+    if (flown := result.totals.rocks) < (planned := result.planned):
+        end_interrupted(f"{flown:,} of {rocks_in_words(planned)} have flown, and the result says that it is partial")
+
+
+def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -> "tuple[Path | Scene, Rocks]":
+    """What flies and how many rocks: as --rocks says, or as many as --accuracy takes."""
+    if accuracy is None:
+        return scene, number_of_rocks(rocks)
+    if rocks is not None:
+        raise InputError("--rocks and --accuracy both say how many rocks fly; give one of them")
+    return rocks_within(accuracy, scene, out)
+
+
+def _print_run(result: "Run", write_s: float) -> None:
+    """What came of a run, what a user should know of it, and the seconds it took."""
+    from rpf3d_core.io.hazard_zones import zones_without_cells
+    from rpf3d_core.io.scene_warnings import warnings_of
+
+    _print_outcomes(result)
+    _print_benches(result)
+    print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard)])
+    flights = result.flights
+    screen.print(
+        f"{rocks_in_words(result.totals.rocks)}, {result.totals.impacts:,} impacts, {flights.engine} engine: "
+        f"read {result.read_s:.1f} s, index {result.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
+        f"fly {flights.fly_s:.2f} s, write {write_s:.1f} s",
+        soft_wrap=True,
+    )
+    if result.scene.method.stepping is not None:
+        screen.print(f"method {result.scene.method.describe()}; `method: events` is exact", soft_wrap=True)
+    _print_convergence(result)
+
+
+def _print_outcomes(run: "Run") -> None:
+    """A table of outcomes, each with its sentence."""
+    table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
+    for outcome in Outcome:
+        if rocks := run.totals.outcomes[outcome]:
+            share = f"{100 * rocks / run.totals.rocks:.1f} %"
+            table.add_row(outcome.name.lower(), f"{rocks:,}", share, OUTCOME_SENTENCES[outcome])
+    screen.print(table)
+
+
+def _print_benches(run: "Run") -> None:
+    """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
+    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, left_out, text_rows
+
+    benches = bench_table(run.terrain, run.maps)
+    table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
+    for row in text_rows(benches):
+        table.add_row(*row)
+    if table.row_count:
+        screen.print(table)
+        if more := left_out(benches):
+            screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
+        screen.print(TEXT_NOTE, style="dim", highlight=False)
+
+
+def _print_convergence(run: "Run") -> None:
+    """Where the number of rocks was left open: what was reached."""
+    from rpf3d_core.hazard.convergence import is_enough, p95_change
+
+    if not run.steps:
+        return
+    target, change = run.scene.target, p95_change(run.steps)
+    enough = is_enough(run.steps, target.half_width, target.p95_energy)
+    screen.print(
+        f"target {'reached' if enough else 'NOT reached'}: half-width of shares {run.steps[-1].half_width:.3g} "
+        f"(target {target.half_width:g}), change of p95 energies "
+        f"{'not known yet' if change is None else f'{change:.3g}'} (target {target.p95_energy:g})",
+        soft_wrap=True,
+    )
