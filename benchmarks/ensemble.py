@@ -67,10 +67,10 @@ class Mapped:
         watch = self.tallies() if maps else None
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
-        batches = fly_batches(
+        batch = fly_batches(
             self.case.engine, self.case.flight, self.case.releases, Keep(none, none, maps), watch, threads
         )  # fmt: skip
-        flights_of(list(batches), self.case.releases, self.case.engine.name)
+        flights_of([batch], self.case.releases, self.case.engine.name)
         self.cpu.setdefault(name, []).append(time.process_time() - cpu)
         self.wall.setdefault(name, []).append(time.perf_counter() - wall)
 

@@ -1,4 +1,4 @@
-"""The only file that knows numba: physics is written once and serves plain Python and compiled code.
+"""What the package needs of numba, and how to do without it: physics written once for both engines.
 
 `kernel` marks a function that both engines call, `model_function` a choice among models, `loop` a loop that is
 compiled where numba is there. Without numba all three leave plain Python, and the reference engine works.
@@ -26,6 +26,10 @@ try:  # these may move with a release of numba; without them `prefetch` does not
 except ImportError:
     ir = None
 
+Inlined: Any = None
+with suppress(ImportError):  # the same: without it the first call takes half as long again
+    from rpf3d_core.inlining import Inlined
+
 HAS_NUMBA = numba is not None
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -33,6 +37,11 @@ F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS = {"error_model": "numpy", "_nrt": False}
 """For all compiled code. Nothing in it allocates, so it needs no reference counts (`_nrt`): without them it is three
 times as fast, because each look at an array inside a NamedTuple would count up and down."""
+
+INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""For what only compiled code calls: it is copied into its callers."""
+if Inlined is not None:
+    INLINED["pipeline_class"] = Inlined
 
 
 class ModelFunction(Protocol):
@@ -57,8 +66,7 @@ def kernel(function: F) -> F:
     """Mark a function of plain values so that compiled code can call it; Python calls it as it is."""
     if numba is None:
         return function
-    options = dict(OPTIONS, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-    marked: F = numba.extending.register_jitable(**options)(function)
+    marked: F = numba.extending.register_jitable(**INLINED)(function)
     return marked
 
 
@@ -120,7 +128,8 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
     if numba is not None:
 
-        @numba.extending.overload(call)  # numba compares parameter lists with annotations, so neither side may have any
+        # numba compares parameter lists with annotations, so neither side may have any
+        @numba.extending.overload(call, jit_options=INLINED)
         def compiled(model, *args):  # type: ignore[no-untyped-def]
             rule = rule_of(_class_of(model))
             return lambda model, *args: rule(model, *args)
@@ -160,7 +169,7 @@ prefetch: Callable[[Any, Any, Any], None] = _ask_for
 
 if numba is not None and ir is None:
 
-    @numba.extending.overload(_ask_for)
+    @numba.extending.overload(_ask_for, jit_options=INLINED)
     def _no_prefetch(array, row, column):  # type: ignore[no-untyped-def]
         return lambda array, row, column: None
 
@@ -185,7 +194,7 @@ if numba is not None and ir is not None:
 
         return types.none(array, row, column), build
 
-    @numba.extending.overload(_ask_for)
+    @numba.extending.overload(_ask_for, jit_options=INLINED)
     def _compiled_prefetch(array, row, column):  # type: ignore[no-untyped-def]
         return lambda array, row, column: _prefetch(array, row, column)
 
@@ -207,7 +216,7 @@ def guarded(instead: F) -> Callable[[F], F]:
 
         if numba is not None:
 
-            @numba.extending.overload(call)
+            @numba.extending.overload(call, jit_options=INLINED)
             def compiled(*args):  # type: ignore[no-untyped-def]
                 return lambda *args: inner(*args)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
-from rpf3d_core.ensemble.batches import Batch
+from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, Paths
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.totals import totals_of

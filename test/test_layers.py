@@ -11,6 +11,7 @@ PACKAGES = ("rpf3d_core", "rpf3d_ros")
 
 LAYERS = (
     {"errors", "values"},
+    {"inlining"},
     {"compiling"},
     {"vectors", "arc"},
     {"terrain", "materials", "kinetics", "detection", "effects"},
@@ -46,7 +47,7 @@ ACROSS = {
 """What one folder may take from another of its own layer; None for everything."""
 
 CONFINED = {
-    "numba": ("rpf3d_core/compiling.py",),
+    "numba": ("rpf3d_core/compiling.py", "rpf3d_core/inlining.py"),
     "llvmlite": ("rpf3d_core/compiling.py",),
     "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),
     "vtkmodules": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),

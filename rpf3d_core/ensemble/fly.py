@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batches import NOTHING, Batch, Flight, Keep, Watch, fly_batches, in_order
+from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
+from rpf3d_core.ensemble.batches import Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Engine, warm
@@ -62,12 +63,8 @@ def fly_ensemble(
     keep = Keep(spread_over(rocks, paths), np.full(rocks, record), record)
     began = time.perf_counter()
     advance = progress(rocks) if progress else None
-    batches = []
-    for batch in fly_batches(engine, flight, releases, keep, watch, threads):
-        batches.append(batch)
-        if advance:
-            advance(len(batch.finals))
-    return flights_of(batches, releases, engine.name, compile_s, time.perf_counter() - began)
+    batch = fly_batches(engine, flight, releases, keep, watch, threads, advance=advance)
+    return flights_of([batch], releases, engine.name, compile_s, time.perf_counter() - began)
 
 
 def spread_over(rocks: int, some: int | None) -> NDArray[np.bool_]:
@@ -82,8 +79,8 @@ def spread_over(rocks: int, some: int | None) -> NDArray[np.bool_]:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """The flights of batches that make up all rocks of the releases, in order of the releases."""
-    batch = in_order(batches) if batches else NOTHING
+    """The flights of batches that, one after the other, are all rocks of the releases, in order of the releases."""
+    batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s
     )

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batches import Batch, Flight, Keep, Watch, fly_batches, in_order, only
+from rpf3d_core.ensemble.batch import Batch, only
+from rpf3d_core.ensemble.batches import Advance, Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
 from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
 from rpf3d_core.ensemble.releases import Releases
@@ -17,8 +18,6 @@ BLOCK = 16_384
 
 Sink = Callable[[Deposits, Impacts], None]
 """Takes the rocks of one block, in order; rows of the impacts count from the block's first rock."""
-Advance = Callable[[int], None]
-"""Told the number of rocks flown since the last call."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,16 +94,12 @@ class Stream:
     def _fly_block(self, releases: Releases) -> int:
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
-        batches = []
-        for batch in fly_batches(
-            self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop
-        ):  # fmt: skip
-            batches.append(batch)
-            if self.advance:
-                self.advance(len(batch.rows))
-        if batches:
-            self._hand_on(in_order(batches), releases)
-        return sum(len(batch.rows) for batch in batches)
+        batch = fly_batches(
+            self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop, self.advance
+        )  # fmt: skip
+        if len(batch.rows):
+            self._hand_on(batch, releases)
+        return len(batch.rows)
 
     def _hand_on(self, batch: Batch, releases: Releases) -> None:
         if self.sink:

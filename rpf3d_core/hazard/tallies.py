@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.compiling import kernel, loop
-from rpf3d_core.ensemble.batches import NOTHING, Batch
+from rpf3d_core.ensemble.batch import NOTHING, Batch
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.hazard.areas import Areas, contains_point, walk_areas
