@@ -1,4 +1,4 @@
-"""The command line: `rpf3d run | check | pit | replay | compare | study`.
+"""The command line: `rpf3d run | check | pit | replay | compare | study | import`.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130.
 """
@@ -20,6 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.imports.command import app as imports
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
@@ -34,6 +35,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+app.add_typer(imports, name="import")
 screen = Console(markup=False)  # names of zones, sources and folders may hold square brackets
 complaints = Console(stderr=True, soft_wrap=True, highlight=False)
 

@@ -24,6 +24,7 @@ LAYERS = (
     {"run", "compare_tables", "thesis"},
     {"study", "thesis_report"},
     {"check"},
+    {"imports"},
     {"cli"},
     {"rpf3d_ros"},
 )
@@ -56,7 +57,7 @@ CONFINED = {
     "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
     "pydantic": ("rpf3d_core/io/scene",),
     "yaml": ("rpf3d_core/io/yaml_lines.py",),
-    "typer": ("rpf3d_core/cli.py",),
+    "typer": ("rpf3d_core/cli.py", "rpf3d_core/imports/command.py"),
     "rich": ("rpf3d_core/cli.py",),
 }
 """Where an outside library may be imported: whole files, or everything whose path begins so."""
