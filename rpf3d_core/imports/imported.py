@@ -3,13 +3,14 @@
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from rpf3d_core.imports.classes import MOST_CLASSES, Classes
 from rpf3d_core.imports.folder import new_folder
-from rpf3d_core.imports.grids import DEM, Grids
+from rpf3d_core.imports.grids import DEM, Cells, Grids
 from rpf3d_core.imports.scene_text import SceneText, Zone, number
 from rpf3d_core.io.cell_outlines import cell_outlines, write_outlines
 from rpf3d_core.io.scene import read_scene
@@ -35,7 +36,8 @@ class Made(NamedTuple):
     """What an import has made of its grids, to be written.
 
     points : (N, 2) m in plan, of the rocks of each source, by the file's name
-    extra : files that the scene does not use yet, to be copied beside it
+    outlines : cells (H, W) whose outlines are wanted, by the file's name
+    extra : files that the scene does not use, to be copied beside it
     """
 
     text: SceneText
@@ -43,6 +45,7 @@ class Made(NamedTuple):
     grids: Grids
     classes: Classes
     points: Mapping[str, FloatArray]
+    outlines: Mapping[str, Cells] = MappingProxyType({})
     extra: Sequence[Path] = ()
 
 
@@ -58,6 +61,8 @@ def write_imported(out: Path, made: Made) -> Imported:
         _copy_terrain(made.grids.files[DEM], folder)
         _write_zones(folder, made)
         _write_points(folder, made.points)
+        for name, cells in made.outlines.items():
+            write_outlines(folder / name, cell_outlines(cells.astype(np.int32), made.grids.transform)[1])
         for path in made.extra:
             shutil.copyfile(path, folder / path.name.lower())
         (folder / SCENE).write_text(str(made.text), encoding="utf-8")

@@ -9,20 +9,23 @@ from rpf3d_core.imports.folder import check_new_folder
 from rpf3d_core.imports.grids import DEM, Grids, find_grids, read_grids, refuse_where, require
 from rpf3d_core.imports.imported import SOURCES, Imported, Made, binning, terrain_name, write_imported, zones_of
 from rpf3d_core.imports.rockyfor3d_blocks import AXES, DENSITY, IGNORED_RIM, SHAPE, Blocks, blocks_of
+from rpf3d_core.imports.rockyfor3d_forest import (
+    FOREST,
+    NETS,
+    WOODED,
+    Forest,
+    forest_lines,
+    forest_of,
+    has_forest,
+    without_effect,
+    without_effect_lines,
+)
 from rpf3d_core.imports.rockyfor3d_ground import SOILS, SWALLOWS, energy_share, tangential_restitution
-from rpf3d_core.imports.scene_text import SceneText, comment, names_of, normal, number, span, uniform
-from rpf3d_core.io.scene_models import EffectsSpec
+from rpf3d_core.imports.scene_text import SceneText, comment, counted, names_of, normal, number, span, stopping, uniform
 
 PROGRAM = "Rockyfor3D"
 SOIL, ROUGHNESS = "soiltype", ("rg70", "rg20", "rg10")
 NEEDED = (DEM, DENSITY, *AXES, SHAPE, *ROUGHNESS, SOIL)
-FOREST = ("nrtrees", "dbhmean", "dbhstd", "conif_percent")
-NETS = ("net_number", "net_energy", "net_height")
-TREES = ("treefile.txt", "treefile.csv", "trees.txt", "trees.csv")
-"""Names of files of single trees. Unconfirmed."""
-
-HOLDS_DEG = 89.0
-"""Friction angle of ground that blocks stop in: no grid is steeper."""
 ASSUMED_FRICTION_DEG = 30.0
 
 HEAD = (
@@ -55,11 +58,11 @@ def import_rockyfor3d(folder: Path, out: Path) -> Imported:
     require(folder, found, NEEDED, PROGRAM)
     grids = read_grids(found)
     _refuse_wrong_ground(grids)
-    facets = facets_of_cells(grids.ground)
+    blocks = blocks_of(grids)
     swallows = grids.values[SOIL] == SWALLOWS
     rough = tuple(np.where(swallows, 0.0, grids.values[name]) for name in ROUGHNESS)
-    classes = classes_of((grids.values[SOIL], *rough), (False, True, True, True), facets)
-    return write_imported(out, _made(folder, grids, classes, blocks_of(grids)))
+    classes = classes_of((grids.values[SOIL], *rough), (False, True, True, True), facets_of_cells(grids.ground))
+    return write_imported(out, _made(folder, grids, classes, blocks))
 
 
 def _refuse_wrong_ground(grids: Grids) -> None:
@@ -73,13 +76,15 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Made:
     """Everything that is to be written."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
-    extra = [grids.files[name] for name in (*FOREST, *NETS) if name in grids.files] + _tree_files(folder)
+    forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)
     text = SceneText(
-        HEAD, [*ALWAYS_LEFT, *_left(blocks, extra), *_binned(classes)], terrain_name(grids),
-        zones_of(classes, names, materials), _rock(blocks), _sources(blocks, grids), _models(grids, extra),
+        HEAD, [*ALWAYS_LEFT, *_left(blocks), *_left_trees(forest, extra), *_binned(classes)], terrain_name(grids),
+        zones_of(classes, names, materials), _rock(blocks), _sources(blocks, grids),
+        [*_models(grids), *forest_lines(forest), *without_effect_lines(extra)],
     )  # fmt: skip
     points = {"cells.csv": grids.centres(blocks.cells)}
-    return Made(text, _taken(grids, classes, blocks), grids, classes, points, extra)
+    outlines = {} if forest is None else {WOODED: forest.cells}
+    return Made(text, _taken(grids, classes, blocks), grids, classes, points, outlines, extra)
 
 
 def _zone_name(soil: float, *moh: float) -> str:
@@ -91,16 +96,13 @@ def _material(soil: int, moh: list[float], radius: float) -> list[str]:
     """The lines of a zone's material."""
     ground = SOILS[soil]
     if soil == SWALLOWS:
-        return [
-            *comment(f"{ground.name}: rocks that meet it stop"), "normal_restitution: 0", "tangential_restitution: 0",
-            f"friction_angle_deg: {HOLDS_DEG:g}",
-        ]  # fmt: skip
+        return stopping(f"{ground.name}: rocks that meet it stop")
     spread, shares = tangential_restitution(moh, radius), energy_share(moh, radius)
-    obstacles = ", ".join(f"{height:.4g} m" for height in moh)
+    obstacles = ", ".join(f"{height:.4g}" for height in moh)
     return [
-        *comment(f"{ground.name}; obstacles rg70, rg20, rg10: {obstacles}"),
+        *comment(ground.name, f"obstacles rg70, rg20 and rg10: {obstacles} m; {span(shares, 'R_t')}"),
         f"normal_restitution: {uniform(ground.low, ground.high)}   # unconfirmed: R_n of soil type {soil}",
-        f"tangential_restitution: {normal(*spread)}   # unconfirmed: the root of R_t, {span(shares, '')}".rstrip(),
+        f"tangential_restitution: {normal(*spread)}   # unconfirmed: the root of R_t",
         f"friction_angle_deg: {ASSUMED_FRICTION_DEG:g}   # assumed: in no grid",
         "draw: per_impact",
     ]
@@ -110,8 +112,9 @@ def _rock(blocks: Blocks) -> list[str]:
     """The scene's rock: one density, and the volumes of all source cells."""
     volume, density = blocks.volume, blocks.density
     drawn = normal(float(volume.mean()), float(volume.std()), float(volume.min()), float(volume.max()))
+    of_cells = f"The blocks of {counted(len(volume), 'source cell')}"
     return [
-        *comment(f"The blocks of {len(volume):,} source cells: {span(density, 'kg/m3')}, {span(volume, 'm3')}"),
+        *comment(f"{of_cells}: {span(density, 'kg/m3')}, {span(volume, 'm3')}"),
         "rock:", f"  density: {number(float(density.mean()))}", f"  volume: {drawn}",
     ]  # fmt: skip
 
@@ -129,27 +132,19 @@ def _sources(blocks: Blocks, grids: Grids) -> list[str]:
     ]
 
 
-def _models(grids: Grids, extra: list[Path]) -> list[str]:
-    lines = ["rebound: constant", "ground: sliding", "stop_speed: 0.5", "hazard:", f"  cell: {number(grids.cell)}"]
-    return [*lines, *_forest(extra)] if extra else lines
+def _models(grids: Grids) -> list[str]:
+    return ["rebound: constant", "ground: sliding", "stop_speed: 0.5", "hazard:", f"  cell: {number(grids.cell)}"]
 
 
-def _forest(extra: list[Path]) -> list[str]:
-    """What stands for forest and nets, as a comment."""
-    names = ", ".join(path.name.lower() for path in extra)
-    known = "forest" in EffectsSpec.model_fields
-    advice = "name them under effects (docs/scene-file.md)" if known else "this version has no such effects"
-    return comment(f"Forest and nets of the folder, copied beside this file and without effect: {names}; {advice}.")
-
-
-def _left(blocks: Blocks, extra: list[Path]) -> list[str]:
+def _left(blocks: Blocks) -> list[str]:
     """What of this folder is not carried over."""
     left = []
     rim, gaps = blocks.left_out
     if rim:
-        left.append(f"{rim:,} source cells in the outer {IGNORED_RIM} rows and columns, which {PROGRAM} ignores, too")
+        where = f"in the outer {IGNORED_RIM} rows and columns, which {PROGRAM} ignores, too"
+        left.append(f"{counted(rim, 'source cell')} {where}")
     if gaps:
-        left.append(f"{gaps:,} source cells beside missing ground: a rock might start off the terrain")
+        left.append(f"{counted(gaps, 'source cell')} beside missing ground: a rock might start off the terrain")
     if len(np.unique(blocks.volume)) > 1:
         left.append("which block falls from which cell: every rock draws its volume from those of all source cells, "
                     "and tangential_restitution holds for the mean one, of a radius of "
@@ -157,8 +152,17 @@ def _left(blocks: Blocks, extra: list[Path]) -> list[str]:
     if len(np.unique(blocks.density)) > 1:
         left.append(f"densities of {span(blocks.density, 'kg/m3')}: the scene has their mean")
     left.append(f"the blocks' shape ({', '.join(blocks.shapes)}) beyond their volume: rocks are spheres of the same")
+    return left
+
+
+def _left_trees(forest: Forest | None, extra: list[Path]) -> list[str]:
+    """What of trees and nets is not carried over."""
+    left = []
+    if forest is not None:
+        means = "how the forest differs from cell to cell: the scene has its means over the wooded cells"
+        left.append(means if has_forest() else "the forest: this version has no such effect (a comment in the scene)")
     if extra:
-        left.append(f"{', '.join(path.name for path in extra)}: no tree stands and no net hangs in the scene")
+        left.append(f"{', '.join(path.name for path in extra)}: copied and not read")
     return left
 
 
@@ -172,11 +176,6 @@ def _taken(grids: Grids, classes: Classes, blocks: Blocks) -> list[str]:
     return [
         f"terrain: {rows} by {columns} cells of {number(grids.cell)} m, {int(classes.facets.sum()):,} facets",
         f"zones: {len(classes.values)}, of soil type and obstacles alike",
-        f"sources: {len(blocks.volume):,} cells, a rock each",
+        f"sources: {counted(len(blocks.volume), 'cell')}, a rock each",
         f"rocks: {span(blocks.volume, 'm3')}, {span(blocks.density, 'kg/m3')}",
     ]
-
-
-def _tree_files(folder: Path) -> list[Path]:
-    """Files of single trees."""
-    return sorted(path for path in folder.iterdir() if path.name.lower() in TREES)

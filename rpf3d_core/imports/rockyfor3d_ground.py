@@ -1,6 +1,7 @@
 """What Rockyfor3D's ground codes mean (physics reference 1.9).
 
-All numbers here are unconfirmed, for its manual was not read. They go into the scene file as values to be looked at, never into a kernel.
+All numbers here are unconfirmed, for its manual was not read. They go into the scene file as values to be looked at,
+never into a kernel.
 """
 
 from collections.abc import Sequence

@@ -9,6 +9,9 @@ import numpy as np
 WIDTH = 116
 """Columns of a comment."""
 
+HOLDS_DEG, ANY_SPEED = 89.0, 1000.0
+"""Friction angle (degrees) and stop speed (m/s) of ground that rocks stop in: on any slope of a grid, at any speed."""
+
 NOT_CARRIED = "Not carried over:"
 
 
@@ -88,6 +91,19 @@ def names_of(words: Sequence[str]) -> list[str]:
         seen[word] = seen.get(word, 0) + 1
         names.append(word if seen[word] == 1 else f"{word}_no{seen[word]}")
     return names
+
+
+def stopping(why: str) -> list[str]:
+    """The lines of a material that stops every rock which meets it."""
+    return [
+        *comment(why), "normal_restitution: 0", "tangential_restitution: 0", f"friction_angle_deg: {HOLDS_DEG:g}",
+        f"stop_speed: {ANY_SPEED:g}",
+    ]  # fmt: skip
+
+
+def counted(count: int, noun: str) -> str:
+    """So many of something, or one."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def span(values: Sequence[float] | np.ndarray, unit: str) -> str:

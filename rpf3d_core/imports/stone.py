@@ -13,7 +13,7 @@ from rpf3d_core.imports.folder import check_new_folder
 from rpf3d_core.imports.grids import DEM, Cells, Grids, find_grids, read_grids, refuse_where, require
 from rpf3d_core.imports.imported import SOURCES as FOLDER
 from rpf3d_core.imports.imported import Imported, Made, binning, terrain_name, write_imported, zones_of
-from rpf3d_core.imports.scene_text import SceneText, names_of, normal, number, span
+from rpf3d_core.imports.scene_text import HOLDS_DEG, SceneText, counted, names_of, normal, number, span, stopping
 from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, Starts, source_rocks, starts_of
 from rpf3d_core.io.scene_model import Material
 from rpf3d_core.io.scene_models import GroundSpec
@@ -25,13 +25,11 @@ NEEDED = (DEM, SOURCES, NORMAL, TANGENTIAL, FRICTION)
 
 GRAVITY = 9.805
 START_SPEED, START_VARIATION = 1.0, 0.1
-"""m/s, and the share of it by which rocks of a cell differ: r.stone's defaults. The law of the second is unconfirmed."""
+"""m/s, and the share of it by which rocks of a cell differ: r.stone's defaults. Its law is unconfirmed."""
 STOP_SPEED = 3.0
 """m/s, r.stone's default."""
 VARIATION, SD = 0.1, 0.05
 """Coefficients are drawn within a tenth of their value, Gaussian (manual); its standard deviation is unconfirmed."""
-HOLDS_DEG = 89.0
-"""Friction angle of ground that rocks stop in: no grid is steeper."""
 STEEPEST_TANGENT = 3.0
 """Friction above this, 71.6 degrees, is no tangent but an angle: the largest published is 0.95."""
 PERCENT = 100.0
@@ -66,11 +64,12 @@ def import_stone(folder: Path, out: Path) -> Imported:
     require(folder, found, NEEDED, PROGRAM)
     grids = read_grids(found)
     stops = source_rocks(grids) == STOP
-    units = _refuse_wrong_ground(grids, grids.ground & ~stops)
+    unit = _refuse_wrong_ground(grids, grids.ground & ~stops)
+    starts = starts_of(grids)
     stops |= grids.values[NORMAL] == 0.0
     ground = [np.where(stops, 0.0, grids.values[name]) for name in (NORMAL, TANGENTIAL, FRICTION)]
     classes = classes_of((stops.astype(float), *ground), (False, True, True, True), facets_of_cells(grids.ground))
-    return write_imported(out, _made(grids, classes, starts_of(grids), units))
+    return write_imported(out, _made(grids, classes, starts, unit))
 
 
 def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
@@ -122,16 +121,14 @@ def _material(ground: Sequence[float], unit: Restitution) -> list[str]:
     """The lines of a zone's material; whether rocks stop in it, and its coefficients in the unit of the grids."""
     stops, normal_, tangential, friction = ground
     if stops:
-        return [
-            "# cells of -1, or of no normal restitution: rocks that meet them stop", "normal_restitution: 0",
-            "tangential_restitution: 0", f"friction_angle_deg: {HOLDS_DEG:g}",
-            *_rolling(math.tan(math.radians(HOLDS_DEG)), 0.0),
-        ]  # fmt: skip
+        holds = math.tan(math.radians(HOLDS_DEG))
+        lines = stopping("cells of -1, or of no normal restitution: rocks that meet them stop")
+        return [*lines, *_rolling(number(holds))]
     return [
         f"normal_restitution: {_within_a_tenth(normal_ / unit.whole)}",
         f"tangential_restitution: {_within_a_tenth(tangential / unit.whole)}",
         f"friction_angle_deg: {_angle(friction)}   # tan = {number(friction)}",
-        *_rolling(friction, VARIATION),
+        *_rolling(_within_a_tenth(friction, math.inf)),
         "draw: per_impact",
     ]
 
@@ -146,11 +143,9 @@ def _angle(tangent: float) -> str:
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 
 
-def _rolling(tangent: float, variation: float) -> list[str]:
+def _rolling(friction: str) -> list[str]:
     """The key of STONE's own rolling rule, where this version has it."""
-    if not _has_rolling():
-        return []
-    return [f"{ROLLING_KEY}: {_within_a_tenth(tangent, math.inf) if variation else number(tangent)}"]
+    return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 
 def _has_rolling() -> bool:
@@ -185,17 +180,19 @@ def _left(starts: Starts) -> list[str]:
     left = [
         "when flight turns to rolling (below 5 m/s and 3 m between impacts): here a rock bounces until it would rise "
         "less than smallest_bounce, and rolls or slides from then on",
-        f"that coefficients are drawn anew in each cell: they are drawn at each impact, within {VARIATION:.0%} of their "
-        f"value, with a standard deviation of {SD:.0%} of it, which is unconfirmed",
+        f"that coefficients are drawn anew in each cell: they are drawn at each impact, within {VARIATION:.0%} of "
+        f"their value, with a standard deviation of {SD:.0%} of it, which is unconfirmed",
         "parameters of a calculation, which are in no grid: velocities of start and stop are r.stone's defaults",
     ]
     if not _has_rolling():
         left.append("rolling: rocks slide with the friction angle whose tangent the grid gives, and stop sooner than "
                     "by STONE's rule (physics reference 9.5: 39.87 m instead of 48.45 m)")  # fmt: skip
     if starts.rising:
-        left.append(f"{starts.rising:,} source cells have no lower neighbour: their rocks start to that which rises least")
+        cells = counted(starts.rising, "source cell")
+        left.append(f"{cells} without a lower neighbour: rocks start to that which rises least")
     if starts.left_out:
-        left.append(f"{starts.left_out:,} source cells at the rim of the ground: they have not all eight neighbours")
+        cells = counted(starts.left_out, "source cell")
+        left.append(f"{cells} at the rim of the ground, without all eight neighbours")
     return left
 
 
@@ -213,5 +210,5 @@ def _taken(grids: Grids, classes: Classes, starts: Starts, unit: Restitution) ->
     return [
         f"terrain: {rows} by {columns} cells of {number(grids.cell)} m, {int(classes.facets.sum()):,} facets",
         f"zones: {len(classes.values)}; restitution read as {unit.unit}; {', '.join(ranges)}",
-        f"sources: {starts.cells:,} cells, {sum(start.rocks for start in starts.starts):,} rocks",
+        f"sources: {counted(starts.cells, 'cell')}, {counted(sum(start.rocks for start in starts.starts), 'rock')}",
     ]
