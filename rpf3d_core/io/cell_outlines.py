@@ -17,7 +17,7 @@ CELLS_AROUND = 8
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """The rings of the polygons around the cells (rows, columns) of each number but 0, in plan coordinates, m."""
+    """The rings of the polygons around the cells (H, W) of each number but 0, in plan coordinates, m."""
     rings: dict[int, list[Any]] = defaultdict(list)
     there = numbers != 0
     for geometry, number in shapes(numbers, mask=there, connectivity=CELLS_THAT_TOUCH, transform=transform):
@@ -32,7 +32,7 @@ def write_outlines(path: Path, rings: list[Any]) -> None:
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Row and column of a missing cell (rows, columns) that others surround; None where all reach the grid's edge."""
+    """Row and column of a missing cell (H, W) that others surround; None where all reach the grid's edge."""
     image = missing.astype(np.uint8)
     rows, columns = missing.shape
     for geometry, _ in shapes(image, mask=missing, connectivity=CELLS_AROUND):

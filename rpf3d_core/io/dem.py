@@ -51,7 +51,7 @@ def read_dem(path: Path) -> Surface:
 
 
 def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
-    """The numbers (rows, columns) of a grid, in the file's own unit, and the transform from cell corners to x, y.
+    """The numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
 
     NaN stands where there are none; `kind` is what messages call one of them.
 
