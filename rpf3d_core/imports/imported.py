@@ -10,7 +10,7 @@ import numpy as np
 
 from rpf3d_core.imports.classes import MOST_CLASSES, Classes
 from rpf3d_core.imports.folder import new_folder
-from rpf3d_core.imports.grids import DEM, Cells, Grids
+from rpf3d_core.imports.grids import DEM, SAME_CORNER, Cells, Grids
 from rpf3d_core.imports.scene_text import SceneText, Zone, number
 from rpf3d_core.io.cell_outlines import cell_outlines, write_outlines
 from rpf3d_core.io.scene import read_scene
@@ -94,6 +94,15 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
         f"{classes.distinct:,} different grounds were put into {len(classes.values)} classes, each with the mean of "
         f"its cells; this changes at most {', '.join(errors)}"
     ]
+
+
+def shifted_maps(grids: Grids) -> list[str]:
+    """A sentence where the cells of hazard maps, which lie on whole multiples of a cell, are not those of the grids."""
+    shift = [corner / grids.cell - round(corner / grids.cell) for corner in (grids.transform.c, grids.transform.f)]
+    if max(map(abs, shift)) < SAME_CORNER:
+        return []
+    by = ", ".join(number(part * grids.cell) for part in shift)
+    return [f"the place of the grids' cells in hazard maps: those lie on whole multiples of a cell, ({by}) m off"]
 
 
 def _copy_terrain(dem: Path, folder: Path) -> None:

@@ -7,7 +7,16 @@ import numpy as np
 from rpf3d_core.imports.classes import Classes, classes_of, facets_of_cells
 from rpf3d_core.imports.folder import check_new_folder
 from rpf3d_core.imports.grids import DEM, Grids, find_grids, read_grids, refuse_where, require
-from rpf3d_core.imports.imported import SOURCES, Imported, Made, binning, terrain_name, write_imported, zones_of
+from rpf3d_core.imports.imported import (
+    SOURCES,
+    Imported,
+    Made,
+    binning,
+    shifted_maps,
+    terrain_name,
+    write_imported,
+    zones_of,
+)
 from rpf3d_core.imports.rockyfor3d_blocks import AXES, DENSITY, IGNORED_RIM, SHAPE, Blocks, blocks_of
 from rpf3d_core.imports.rockyfor3d_forest import (
     FOREST,
@@ -78,7 +87,8 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Made:
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
     forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)
     text = SceneText(
-        HEAD, [*ALWAYS_LEFT, *_left(blocks), *_left_trees(forest, extra), *_binned(classes)], terrain_name(grids),
+        HEAD, [*ALWAYS_LEFT, *_left(blocks), *_left_trees(forest, extra), *_binned(classes), *shifted_maps(grids)],
+        terrain_name(grids),
         zones_of(classes, names, materials), _rock(blocks), _sources(blocks, grids),
         [*_models(grids), *forest_lines(forest), *without_effect_lines(extra)],
     )  # fmt: skip

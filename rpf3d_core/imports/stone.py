@@ -12,8 +12,18 @@ from rpf3d_core.imports.classes import Classes, classes_of, facets_of_cells
 from rpf3d_core.imports.folder import check_new_folder
 from rpf3d_core.imports.grids import DEM, Cells, Grids, find_grids, read_grids, refuse_where, require
 from rpf3d_core.imports.imported import SOURCES as FOLDER
-from rpf3d_core.imports.imported import Imported, Made, binning, terrain_name, write_imported, zones_of
-from rpf3d_core.imports.scene_text import HOLDS_DEG, SceneText, counted, names_of, normal, number, span, stopping
+from rpf3d_core.imports.imported import Imported, Made, binning, shifted_maps, terrain_name, write_imported, zones_of
+from rpf3d_core.imports.scene_text import (
+    HOLDS_DEG,
+    SceneText,
+    comment,
+    counted,
+    names_of,
+    normal,
+    number,
+    span,
+    stopping,
+)
 from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, Starts, source_rocks, starts_of
 from rpf3d_core.io.scene_model import Material
 from rpf3d_core.io.scene_models import GroundSpec
@@ -35,7 +45,11 @@ STEEPEST_TANGENT = 3.0
 PERCENT = 100.0
 
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
-"""STONE's rolling rule and its coefficient, in versions that have it."""
+"""STONE's rolling rule and its coefficient, in versions that have it: the coefficient is given, the rule not named."""
+AT_REST = (
+    "it stops every rock whose bounces have died out: with both restitutions between 0 and 1 they end at rest, and the "
+    "rule holds a slow rock on any slope"
+)
 
 HEAD = (
     f"Made by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
@@ -104,7 +118,8 @@ def _made(grids: Grids, classes: Classes, starts: Starts, unit: Restitution) -> 
     materials = [_material(row, unit) for row in classes.values.tolist()]
     sources = ["sources:"] + [line for start in starts.starts for line in _source(start)]
     text = SceneText(
-        HEAD, [*_left(starts), *_binned(classes, unit)], terrain_name(grids), zones_of(classes, names, materials),
+        HEAD, [*_left(starts), *_binned(classes, unit), *shifted_maps(grids)], terrain_name(grids),
+        zones_of(classes, names, materials),
         ["# STONE knows no size: energies hold for this one.", "rock: {density: 2700, diameter: 1.0}"], sources,
         _models(grids),
     )  # fmt: skip
@@ -168,10 +183,10 @@ def _source(start: Start) -> list[str]:
 
 
 def _models(grids: Grids) -> list[str]:
-    ground = f"ground: {ROLLING}" if _has_rolling() else "ground: sliding   # this version has no rolling rule of STONE"
+    rolling = comment(f"{ROLLING} is STONE's own rule, but {AT_REST}") if _has_rolling() else []
     return [
-        "rebound: constant", ground, f"stop_speed: {STOP_SPEED:g}", f"gravity: {GRAVITY:g}", "hazard:",
-        f"  cell: {number(grids.cell)}   # that of the grids, to compare with r.stone's counter",
+        "rebound: constant", *rolling, "ground: sliding", f"stop_speed: {STOP_SPEED:g}", f"gravity: {GRAVITY:g}",
+        "hazard:", f"  cell: {number(grids.cell)}   # that of the grids, to compare with r.stone's counter",
     ]  # fmt: skip
 
 
@@ -179,14 +194,13 @@ def _left(starts: Starts) -> list[str]:
     """What of STONE is not carried over."""
     left = [
         "when flight turns to rolling (below 5 m/s and 3 m between impacts): here a rock bounces until it would rise "
-        "less than smallest_bounce, and rolls or slides from then on",
+        "less than smallest_bounce, and slides from then on",
+        "rolling: rocks slide with the friction angle whose tangent the grid gives, and stop sooner than by STONE's "
+        "rule (physics reference 9.5: 39.87 m instead of 48.45 m)",
         f"that coefficients are drawn anew in each cell: they are drawn at each impact, within {VARIATION:.0%} of "
         f"their value, with a standard deviation of {SD:.0%} of it, which is unconfirmed",
         "parameters of a calculation, which are in no grid: velocities of start and stop are r.stone's defaults",
     ]
-    if not _has_rolling():
-        left.append("rolling: rocks slide with the friction angle whose tangent the grid gives, and stop sooner than "
-                    "by STONE's rule (physics reference 9.5: 39.87 m instead of 48.45 m)")  # fmt: skip
     if starts.rising:
         cells = counted(starts.rising, "source cell")
         left.append(f"{cells} without a lower neighbour: rocks start to that which rises least")

@@ -82,6 +82,17 @@ def test_a_corner_written_with_fewer_digits_is_the_same_corner(folder: Path) -> 
     assert import_stone(folder, folder.parent / "scene").scene.exists()
 
 
+def test_maps_whose_cells_are_not_those_of_the_grids_are_told(tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for name, values in stone_grids().items():
+        replaced(folder, name, values, corner=(CORNER[0] + 1.5, CORNER[1] - 1.0))
+    done = import_stone(folder, tmp_path / "scene")
+    assert done.left[-1].endswith("those lie on whole multiples of a cell, (1.5, -1) m off")
+    straight = import_stone(write_folder(tmp_path / "straight", stone_grids()), tmp_path / "other")
+    assert not any("hazard maps" in sentence for sentence in straight.left)
+
+
 def test_a_damaged_grid_is_refused_by_its_name(folder: Path) -> None:
     text = (folder / "nrest.asc").read_text()
     (folder / "nrest.asc").write_text(text.rsplit("\n", 2)[0])

@@ -144,6 +144,12 @@ def test_every_soil_type_has_its_range(tmp_path: Path, soil: int) -> None:
     assert len(SOILS) == len(RANGES)
 
 
+def test_the_documented_ranges_are_those_of_the_soils() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "imports.md").read_text()
+    rows = re.findall(r"^\| (\d) \| ([\d.]+)(?: to ([\d.]+))? \|", page, re.MULTILINE)
+    assert {int(soil): (float(low), float(high or low)) for soil, low, high in rows} == RANGES
+
+
 def test_smooth_ground_has_the_largest_coefficient_that_there_is() -> None:
     spread = tangential_restitution((0.0, 0.0, 0.0), 0.5)
     assert spread.high == pytest.approx(0.99**0.5)

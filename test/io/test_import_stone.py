@@ -121,7 +121,16 @@ def test_the_numbers_of_a_calculation_are_r_stones_defaults(tmp_path: Path) -> N
     scene = imported(tmp_path, stone_grids())
     assert (scene.gravity, scene.stop_speed, scene.hazard.cell) == (9.805, 3.0, CELL)
     assert scene.sources[0].velocity_spread == (0.1, 0.1, 0.0)
-    assert scene.ground.name == ("rolling_stone" if "rolling_stone" in GroundSpec.model_fields else "sliding")
+    assert scene.ground.name == "sliding"
+
+
+@pytest.mark.skipif("rolling_stone" not in GroundSpec.model_fields, reason="this version has no rolling rule of STONE")
+def test_the_coefficient_of_stones_own_rule_is_there_for_who_names_it(tmp_path: Path) -> None:
+    grids = stone_grids()
+    for material, row, column in facets_with_cells(imported(tmp_path, grids)):
+        if grids["sources"][row, column] != -1.0:
+            mu = grids["friction"][row, column]
+            assert_drawn(getattr(material, "rolling_friction"), mu, 0.9 * mu, 1.1 * mu)  # noqa: B009
 
 
 def test_no_normal_restitution_stops_rocks_as_a_stop_cell_does(tmp_path: Path) -> None:
