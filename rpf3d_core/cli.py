@@ -1,4 +1,4 @@
-"""The command line: `rpf3d run | check | cost | effects | pit | replay | compare | study`.
+"""The command line: `rpf3d run | check | cost | effects | pit | replay | compare | study | import`.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130. The commands
 import what they need when they run: `rpf3d --help` loads neither VTK nor numba.
@@ -14,6 +14,7 @@ from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
 from rpf3d_core.commands.effects import effects
+from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.replay import replay
 from rpf3d_core.commands.run import run
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 for command in COMMANDS:
     app.command()(command)
+app.add_typer(imports, name="import")
 
 
 def main() -> None:

@@ -26,6 +26,7 @@ LAYERS = (
     {"study", "thesis_report"},
     {"check_effects"},
     {"check"},
+    {"imports"},
     {"commands"},
     {"cli"},
     {"rpf3d_ros"},

@@ -47,23 +47,36 @@ def read_dem(path: Path) -> Surface:
     TerrainError
         If the file is no raster, is truncated, or is in degrees.
     """
+    return _surface(*read_grid(path))
+
+
+def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
+    """The numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
+
+    NaN stands where there are none; `kind` is what messages call one of them.
+
+    Raises
+    ------
+    TerrainError
+        As `read_dem`.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            heights, transform = _read_grid(path)
+            return _read_numbers(path, kind)
     except (RasterioError, OSError, EOFError, zlib.error, MemoryError) as fault:
-        raise TerrainError(f"{path}: cannot be read as an elevation grid ({fault})") from fault
-    return _surface(heights, transform)
+        article = "an" if kind[0] in "aeiou" else "a"
+        raise TerrainError(f"{path}: cannot be read as {article} {kind} grid ({fault})") from fault
 
 
-def _read_grid(path: Path) -> tuple[FloatArray, Affine]:
-    """Heights (rows, columns) m, NaN where there are none, and the transform from pixel corners to x, y."""
+def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
+    """As `read_grid`."""
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))
     name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
     options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}
     with rasterio.open(name, **options) as grid:
         _refuse_unusable(path, grid)
-        heights = _text_heights(path, grid.height, grid.width) if is_text else grid.read(1).astype(float)
+        heights = _text_numbers(path, kind, grid.height, grid.width) if is_text else grid.read(1).astype(float)
         nodata = ESRI_NODATA if is_text and grid.nodata is None else grid.nodata
         missing = ~np.isfinite(heights) | (heights == nodata)
         if not is_text:
@@ -80,7 +93,7 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
         raise TerrainError(f"{path}: {grid.width:,} x {grid.height:,} cells are more than can be numbered; cut it")
 
 
-def _text_heights(path: Path, rows: int, columns: int) -> FloatArray:
+def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
     """The numbers below the header of an ESRI ASCII grid.
 
     Read here because GDAL turns the missing part of a truncated file, and words, into heights of 0.
@@ -91,13 +104,13 @@ def _text_heights(path: Path, rows: int, columns: int) -> FloatArray:
     found = len(words) - begin
     if found != rows * columns:
         raise TerrainError(
-            f"{path}: has {found:,} elevations, but its header announces {rows} rows of {columns}, "
+            f"{path}: has {found:,} {kind}s, but its header announces {rows} rows of {columns}, "
             f"{rows * columns:,} in all; it is truncated or damaged"
         )
     try:
         return np.array(words[begin:], dtype=float).reshape(rows, columns)
     except ValueError as fault:
-        raise TerrainError(f"{path}: every elevation must be a number ({fault})") from fault
+        raise TerrainError(f"{path}: every {kind} must be a number ({fault})") from fault
 
 
 def _surface(heights: FloatArray, transform: Affine) -> Surface:

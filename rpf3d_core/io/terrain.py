@@ -19,7 +19,7 @@ from rpf3d_core.terrain.pit import Pit, pit_terrain
 from rpf3d_core.terrain.welding import weld
 from rpf3d_core.terrain.winding import repair_winding
 from rpf3d_core.terrain.zero_area import NO_AREA_AT_ALL, without_area
-from rpf3d_core.terrain.zones import covered_facets, with_zone
+from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
 """Points that are turned at a time: they stay in the cache."""
@@ -127,8 +127,11 @@ def _corners(surfaces: list[Surface]) -> Index | None:
 
 
 def _with_drawn_zones(terrain: Terrain, scene: Scene) -> Terrain:
+    if not scene.zones:
+        return terrain
+    plan = centroids_in_plan(terrain)
     for spec in scene.zones:
-        facets = covered_facets(terrain, read_polygons(spec.polygons))
+        facets = covered(read_polygons(spec.polygons), plan)
         if not facets.any():
             raise TerrainError(
                 f"{spec.polygons}: the polygons of zone {spec.zone!r} cover no facet; they must be in the plan "

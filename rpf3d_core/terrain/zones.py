@@ -27,8 +27,12 @@ def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
 
 def covered_facets(terrain: Terrain, polygons: MultiPolygon) -> Flags:
     """(F,) whether the centroid of a facet lies, in plan, in the polygons."""
-    centroids = terrain.vertices[terrain.triangles].mean(axis=1)
-    return covered(polygons, in_plan(terrain.frame, centroids))
+    return covered(polygons, centroids_in_plan(terrain))
+
+
+def centroids_in_plan(terrain: Terrain) -> FloatArray:
+    """Plan coordinates (F, 2) m, in the input's own axes, of the centroids of facets."""
+    return in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1))
 
 
 def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:

@@ -1,0 +1,52 @@
+"""The scene folder that an import leaves behind, written whole or not at all."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rpf3d_core.errors import InputError
+
+
+def check_new_folder(folder: Path) -> Path:
+    """The absolute path of a folder that a scene may be written to; call it before the work.
+
+    Raises
+    ------
+    InputError
+        It is a file, holds anything (a scene that somebody may have edited is never replaced), or cannot be made.
+    """
+    target = folder.resolve()
+    if target.is_dir() and any(target.iterdir()):
+        raise InputError(f"{folder}: is not empty; give the path of a new or empty folder")
+    if target.exists() and not target.is_dir():
+        raise InputError(f"{folder}: is a file; the scene needs the path of a folder")
+    above = next(parent for parent in target.parents if parent.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written, for {above} is not a folder that may be written to")
+    return target
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """A hidden folder to write into, which becomes `folder` in the end; if anything fails, nothing is left.
+
+    Raises
+    ------
+    InputError
+        As `check_new_folder`, or it cannot be written.
+    """
+    target = check_new_folder(folder)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    shutil.rmtree(part, ignore_errors=True)
+    try:
+        part.mkdir(parents=True)
+        yield part
+        if target.exists():
+            target.rmdir()
+        part.rename(target)
+    except OSError as fault:
+        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+    finally:
+        shutil.rmtree(part, ignore_errors=True)

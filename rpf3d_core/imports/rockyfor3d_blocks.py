@@ -1,0 +1,76 @@
+"""The blocks of a Rockyfor3D folder: their volumes, and which cells they fall from."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.imports.grids import Cells, Grids, refuse_where
+from rpf3d_core.imports.rims import surrounded, within
+from rpf3d_core.terrain.frame import FloatArray
+
+DENSITY, AXES, SHAPE = "rockdensity", ("d1", "d2", "d3"), "blshape"
+
+FILLED = {1: ("rectangular", 1.0), 2: ("ellipsoidal", math.pi / 6.0), 3: ("spherical", math.pi / 6.0),
+          4: ("disc", math.pi / 4.0)}  # fmt: skip
+"""Shapes by their code, and the share of the box d1 d2 d3 that they fill: a disc is a cylinder that is d3 thick."""
+
+IGNORED_RIM = 2
+"""Rows and columns at each side of the grid whose sources Rockyfor3D ignores (readme of a plugin that writes them)."""
+
+
+class Blocks(NamedTuple):
+    """The blocks of the source cells, row by row.
+
+    cells : (H, W) whether a cell is a source ; left_out : how many were ignored at the rim, or beside missing ground
+    density : (N,) kg/m3 ; volume : (N,) m3 ; shapes : the names of those that occur
+    """
+
+    cells: Cells
+    left_out: tuple[int, int]
+    density: FloatArray
+    volume: FloatArray
+    shapes: tuple[str, ...]
+
+    @property
+    def radius(self) -> float:
+        """Of the sphere of the mean volume, m."""
+        return float((3.0 * self.volume.mean() / (4.0 * math.pi)) ** (1.0 / 3.0))
+
+
+def blocks_of(grids: Grids) -> Blocks:
+    """The blocks of all cells with a rock density above 0.
+
+    Raises
+    ------
+    InputError
+        There is none, or one has no size or shape; names the file and the cell.
+    """
+    density = grids.values[DENSITY]
+    wrong = grids.ground & ~(density >= 0.0)
+    refuse_where(grids, DENSITY, wrong, "must be a density (kg/m3), or 0 where no rock falls")
+    wanted = grids.ground & (density > 0.0)
+    inside = within(wanted.shape, IGNORED_RIM)
+    cells = wanted & inside & surrounded(grids.ground)
+    if not cells.any():
+        raise InputError(
+            f"{grids.files[DENSITY]}: is 0 everywhere but in the outer {IGNORED_RIM} rows and columns and beside "
+            "missing ground, so no rock falls; source cells must have the density of their rock (kg/m3)"
+        )
+    _refuse_sizeless(grids, cells)
+    box = np.prod([grids.values[axis][cells] for axis in AXES], axis=0)
+    codes = grids.values[SHAPE][cells].astype(int)
+    share = np.array([FILLED[code][1] for code in codes.tolist()])
+    at_rim = int((wanted & ~inside).sum())
+    left_out = at_rim, int(wanted.sum() - cells.sum()) - at_rim
+    names = tuple(FILLED[code][0] for code in np.unique(codes).tolist())
+    return Blocks(cells, left_out, density[cells], box * share, names)
+
+
+def _refuse_sizeless(grids: Grids, cells: Cells) -> None:
+    for axis in AXES:
+        refuse_where(grids, axis, cells & ~(grids.values[axis] > 0.0), "must be above 0 m in every source cell")
+    codes = ", ".join(f"{code} ({name})" for code, (name, _) in FILLED.items())
+    unknown = cells & ~np.isin(grids.values[SHAPE], list(FILLED))
+    refuse_where(grids, SHAPE, unknown, f"must be one of {codes} in every source cell")

@@ -1,0 +1,93 @@
+"""The forest of a Rockyfor3D folder: rasters of stems and their diameters, or a file of trees; and its nets.
+
+One forest of a scene has one density, so the rasters become means over the wooded cells.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.imports.grids import Cells, Grids, refuse_where, require
+from rpf3d_core.imports.scene_text import comment, number
+from rpf3d_core.io.scene_models import EffectsSpec
+
+STEMS, MEAN, SD, CONIFERS = "nrtrees", "dbhmean", "dbhstd", "conif_percent"
+FOREST = (STEMS, MEAN, SD, CONIFERS)
+NETS = ("net_number", "net_energy", "net_height")
+"""Names of the rasters of nets. Unconfirmed."""
+TREES = ("treefile.txt", "treefile.csv", "trees.txt", "trees.csv")
+"""Names of files of single trees. Unconfirmed."""
+WOODED = "forest.geojson"
+PERCENT = 100.0
+
+
+class Forest(NamedTuple):
+    """The trees of the wooded cells (H, W): stems a hectare, diameter at breast height (cm), share of conifers (-)."""
+
+    cells: Cells
+    stems: float
+    dbh_mean: float
+    dbh_sd: float
+    conifers: float
+
+
+def forest_of(folder: Path, grids: Grids) -> Forest | None:
+    """The forest of the rasters; None where there are none, or no tree stands.
+
+    Raises
+    ------
+    InputError
+        One of the four is missing, or holds what no tree has; names the file and the cell.
+    """
+    given = [name for name in FOREST if name in grids.files]
+    if not given:
+        return None
+    require(folder, grids.files, FOREST, f"a forest ({given[0]}.asc is there)")
+    stems, mean, sd, conifers = (grids.values[name] for name in FOREST)
+    cells = grids.ground & (stems > 0.0)
+    refuse_where(grids, STEMS, grids.ground & (stems < 0.0), "must be a number of stems a hectare, 0 for none")
+    refuse_where(grids, MEAN, cells & ~(mean > 0.0), "must be a diameter above 0 cm where there are trees")
+    refuse_where(grids, SD, cells & ~(sd >= 0.0), "must be a standard deviation of at least 0 cm where there are trees")
+    share = (conifers >= 0.0) & (conifers <= PERCENT)
+    refuse_where(grids, CONIFERS, cells & ~share, "must be from 0 to 100 percent where there are trees")
+    return _means(grids, cells) if cells.any() else None
+
+
+def _means(grids: Grids, cells: Cells) -> Forest:
+    """Means over the wooded cells; a tree counts, not a cell, where it is the trees' diameter or kind."""
+    stems, mean, sd, conifers = (grids.values[name][cells] for name in FOREST)
+    all_mean = float(np.average(mean, weights=stems))
+    variance = np.average(sd**2 + (mean - all_mean) ** 2, weights=stems)
+    share = float(np.average(conifers, weights=stems)) / PERCENT
+    return Forest(cells, float(stems.mean()), all_mean, float(np.sqrt(variance)), share)
+
+
+def has_forest() -> bool:
+    """Whether this version has the effect."""
+    return "forest" in EffectsSpec.model_fields
+
+
+def forest_lines(forest: Forest | None) -> list[str]:
+    """The scene's effect; a comment where this version has none."""
+    if forest is None:
+        return []
+    lines = [
+        "effects:", "  forest:", f"    stems_per_ha: {number(forest.stems)}", f"    within: {WOODED}",
+        f"    dbh_mean_cm: {number(forest.dbh_mean)}", f"    dbh_sd_cm: {number(forest.dbh_sd)}",
+        f"    conifer_share: {number(forest.conifers)}",
+    ]  # fmt: skip
+    return lines if has_forest() else ["# This version has no forest.", *(f"# {line}" for line in lines)]
+
+
+def without_effect(folder: Path, files: Mapping[str, Path]) -> list[Path]:
+    """Files of trees and nets, which are copied beside the scene and not read."""
+    trees = sorted(path for path in folder.iterdir() if path.name.lower() in TREES)
+    return trees + [files[name] for name in NETS if name in files]
+
+
+def without_effect_lines(extra: list[Path]) -> list[str]:
+    """A comment that names them."""
+    names = ", ".join(path.name.lower() for path in extra)
+    return comment(f"Copied beside this file and without effect: {names}.") if extra else []

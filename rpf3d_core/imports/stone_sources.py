@@ -1,0 +1,113 @@
+"""The source cells of a STONE set: how many rocks each lets go, and towards which of its eight neighbours."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.imports.grids import Cells, Grids, refuse_where
+from rpf3d_core.imports.rims import surrounded
+from rpf3d_core.terrain.frame import FloatArray
+
+SOURCES = "sources"
+STOP = -1
+"""The value of a source cell in which rocks stop."""
+
+NEIGHBOURS = {
+    "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
+    "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
+}  # fmt: skip
+"""Steps to the east and north; of two that are as steep the first counts."""
+
+MOST_LINES = 5_000_000
+"""Lines of all files of source points: more take minutes to read."""
+
+
+class Start(NamedTuple):
+    """The rocks that start towards one neighbour.
+
+    direction : its name ; step : to the east and north
+    points : (N, 2) m in plan, each once for each `repeated` rocks ; rocks : in all
+    """
+
+    direction: str
+    step: tuple[int, int]
+    points: FloatArray
+    rocks: int
+
+
+class Starts(NamedTuple):
+    """All starts; `rising` cells have no lower neighbour, `left_out` lie at the rim or beside missing ground."""
+
+    starts: list[Start]
+    cells: int
+    rising: int
+    left_out: int
+
+
+def starts_of(grids: Grids) -> Starts:
+    """The starts of all cells with a positive number of rocks, by the direction of their steepest neighbour.
+
+    Raises
+    ------
+    InputError
+        A number is none of -1, 0, 1, 2, ...; there is no source, or too many for a list of points; names the file.
+    """
+    rocks = source_rocks(grids)
+    wanted = grids.ground & (rocks > 0)
+    cells = wanted & surrounded(grids.ground)
+    if not cells.any():
+        where = "is above 0 nowhere but at the rim of the ground" if wanted.any() else "is above 0 nowhere"
+        raise InputError(
+            f"{grids.files[SOURCES]}: {where}, so no rock falls; source cells must have the number of their rocks"
+        )
+    steepest, fall = steepest_neighbour(grids)
+    each = int(np.gcd.reduce(rocks[cells]))
+    _refuse_too_many(grids, int(rocks[cells].sum()) // each)
+    towards = [(k, cells & (steepest == k)) for k in range(len(NEIGHBOURS))]
+    starts = [_start(grids, k, its, rocks, each) for k, its in towards if its.any()]
+    return Starts(starts, int(cells.sum()), int((cells & (fall <= 0.0)).sum()), int(wanted.sum() - cells.sum()))
+
+
+def source_rocks(grids: Grids) -> NDArray[np.int64]:
+    """(H, W) the number of rocks of each cell, STOP where rocks stop, 0 where there is no value.
+
+    Raises
+    ------
+    InputError
+        A value is no whole number of at least STOP.
+    """
+    given = grids.values[SOURCES]
+    wrong = np.isfinite(given) & ((given != np.floor(given)) | (given < STOP))
+    refuse_where(grids, SOURCES, wrong, f"must be a whole number of rocks, 0, or {STOP} where rocks stop")
+    return np.where(np.isfinite(given), given, 0.0).astype(np.int64)
+
+
+def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
+    """(H, W) which of NEIGHBOURS lies lowest for its distance, and the fall towards it (-); NaN at the rim."""
+    heights = grids.values["dem"]
+    wide = np.pad(heights, 1, constant_values=np.nan)
+    rows, columns = heights.shape
+    falls = []
+    for east, north in NEIGHBOURS.values():
+        there = wide[1 - north : 1 - north + rows, 1 + east : 1 + east + columns]
+        falls.append((heights - there) / (grids.cell * math.hypot(east, north)))
+    fall = np.stack(falls)
+    known = np.where(np.isfinite(fall), fall, -np.inf)
+    return known.argmax(axis=0), np.asarray(known.max(axis=0))
+
+
+def _start(grids: Grids, direction: int, cells: Cells, rocks: NDArray[np.int64], each: int) -> Start:
+    name = list(NEIGHBOURS)[direction]
+    points = np.repeat(grids.centres(cells), rocks[cells] // each, axis=0)
+    return Start(name, NEIGHBOURS[name], points, int(rocks[cells].sum()))
+
+
+def _refuse_too_many(grids: Grids, lines: int) -> None:
+    if lines > MOST_LINES:
+        raise InputError(
+            f"{grids.files[SOURCES]}: its numbers of rocks make {lines:,} lines of source points, more than "
+            f"{MOST_LINES:,}; round them to multiples of one number"
+        )

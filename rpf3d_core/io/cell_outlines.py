@@ -1,0 +1,44 @@
+"""Outlines of the cells of a grid that have the same number, along the cells' borders."""
+
+import json
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from affine import Affine
+from numpy.typing import NDArray
+from rasterio.features import shapes
+
+CELLS_THAT_TOUCH = 4
+"""Cells that share a border are one polygon; those that share but a corner are two, or outlines would cross there."""
+CELLS_AROUND = 8
+"""A hole reaches from cell to cell over a corner, too, for no square has ground there."""
+
+
+def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
+    """The rings of the polygons around the cells (H, W) of each number but 0, in plan coordinates, m."""
+    rings: dict[int, list[Any]] = defaultdict(list)
+    there = numbers != 0
+    for geometry, number in shapes(numbers, mask=there, connectivity=CELLS_THAT_TOUCH, transform=transform):
+        rings[int(number)].append(geometry["coordinates"])
+    return dict(rings)
+
+
+def write_outlines(path: Path, rings: list[Any]) -> None:
+    """Write rings as one MultiPolygon of GeoJSON, as a scene's zones are read."""
+    geometry = {"type": "MultiPolygon", "coordinates": rings}
+    path.write_text(json.dumps(geometry, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
+    """Row and column of a missing cell (H, W) that others surround; None where all reach the grid's edge."""
+    image = missing.astype(np.uint8)
+    rows, columns = missing.shape
+    for geometry, _ in shapes(image, mask=missing, connectivity=CELLS_AROUND):
+        ring = np.array(geometry["coordinates"][0])
+        (left, top), (right, bottom) = ring.min(axis=0), ring.max(axis=0)
+        if min(left, top) > 0 and right < columns and bottom < rows:
+            row = int(top)
+            return row, int(np.flatnonzero(missing[row, int(left) : int(right)])[0] + left)
+    return None

@@ -1,0 +1,72 @@
+"""Small input folders of other programs, as their users have them."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROWS, COLUMNS, CELL = 14, 12, 5.0
+CORNER = (601000.0, 201000.0)
+"""x and y of the south-west corner, m."""
+NODATA = -9999.0
+
+Grid = NDArray[np.float64]
+
+
+def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float, float] = CORNER) -> Path:
+    """An ESRI ASCII grid; NaN is written as NODATA."""
+    rows, columns = values.shape
+    header = f"ncols {columns}\nnrows {rows}\nxllcorner {corner[0]!r}\nyllcorner {corner[1]!r}\ncellsize {cell!r}\n"
+    shown = np.where(np.isnan(values), NODATA, values)
+    lines = [" ".join(repr(value) for value in row) for row in shown.tolist()]
+    path.write_text(f"{header}NODATA_value {NODATA:g}\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def slope(rows: int = ROWS, columns: int = COLUMNS) -> Grid:
+    """Heights of a bumpy slope of about 40 degrees that falls to the south and becomes level."""
+    row, column = np.mgrid[0:rows, 0:columns].astype(float)
+    fall = np.maximum(0.0, 0.7 * rows - row) * CELL * 0.84
+    return np.asarray(400.0 + fall + 0.4 * np.sin(1.3 * column) + 0.3 * np.cos(row))
+
+
+def full(value: float, rows: int = ROWS, columns: int = COLUMNS) -> Grid:
+    """The same number everywhere."""
+    return np.full((rows, columns), value)
+
+
+def rockyfor3d_grids() -> dict[str, Grid]:
+    """A slope of three soils and a river, with six source cells of two sizes, and one that the program ignores."""
+    soil, rough = full(4.0), {"rg70": full(0.05), "rg20": full(0.1), "rg10": full(0.3)}
+    soil[9:11] = 3.0
+    soil[11, 3:9] = 0.0
+    soil[12:] = 1.0
+    rough["rg70"][:, 7:], rough["rg20"][:, 7:], rough["rg10"][:, 7:] = 0.2, 0.4, 0.9
+    density = full(0.0)
+    density[2:4, 3:6] = 2650.0
+    density[1, 3] = 2650.0
+    axes = {name: full(0.0) for name in ("d1", "d2", "d3")}
+    for name, length in zip(axes, (1.2, 1.0, 0.8), strict=True):
+        axes[name][density > 0.0] = length
+    axes["d1"][3, 3:6] = 0.6
+    shape = np.where(density > 0.0, 2.0, 0.0)
+    shape[3, 3:6] = 1.0
+    return {"dem": slope(), "rockdensity": density, **axes, "blshape": shape, **rough, "soiltype": soil}
+
+
+def stone_grids() -> dict[str, Grid]:
+    """A slope of two lithologies above a lake, with sources of 10 and 4 rocks; no value where there is no source."""
+    sources = full(np.nan)
+    sources[2, 3:6], sources[3, 8] = 10.0, 4.0
+    sources[12:, 2:10] = -1.0
+    normal, tangential, friction = full(65.0), full(75.0), full(0.3)
+    normal[6:], tangential[6:], friction[6:] = 35.0, 55.0, 0.65
+    return {"dem": slope(), "sources": sources, "nrest": normal, "trest": tangential, "friction": friction}
+
+
+def write_folder(folder: Path, grids: dict[str, Grid]) -> Path:
+    """A folder of such grids, each as .asc."""
+    folder.mkdir()
+    for name, values in grids.items():
+        write_grid(folder / f"{name}.asc", values)
+    return folder
