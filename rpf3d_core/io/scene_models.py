@@ -10,13 +10,11 @@ from pydantic import Field, model_validator
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
-REBOUNDS = "rpf3d_core.kinetics.rebound"
-
 
 class ConstantSpec(Offer):
     """R_n and R_t of the material, whatever the speed and the angle."""
 
-    PHYSICS: ClassVar[str] = f"{REBOUNDS}:ConstantRestitution"
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
     SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
@@ -24,7 +22,7 @@ class ConstantSpec(Offer):
 class ThesisLiteralSpec(Offer):
     """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
 
-    PHYSICS: ClassVar[str] = f"{REBOUNDS}:ThesisLiteral"
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebounds.thesis_literal:ThesisLiteral"
     SOURCE: ClassVar[str] = "thesis, equations 2-3 to 2-8"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
