@@ -8,6 +8,16 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_offers import Confirmed, Offer
+from rpf3d_core.io.scene_rebounds import (
+    AngleTableSpec,
+    MassScaledSpec,
+    PfeifferBowenSpec,
+    StochasticMatrixSpec,
+    ThesisLiteralSpec,
+    VelocityScaledSpec,
+    VHalfSpec,
+)
+from rpf3d_core.io.scene_roughness import RoughnessSpec
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
 
@@ -16,14 +26,6 @@ class ConstantSpec(Offer):
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
     SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3"
-    CONFIRMED: ClassVar[Confirmed] = "C"
-
-
-class ThesisLiteralSpec(Offer):
-    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
-
-    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebounds.thesis_literal:ThesisLiteral"
-    SOURCE: ClassVar[str] = "thesis, equations 2-3 to 2-8"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
 
@@ -67,6 +69,12 @@ class ReboundSpec(OneOf):
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
     thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
+    pfeiffer_bowen: PfeifferBowenSpec | None = Field(None, description="a mapping with K, A and B")
+    velocity_scaled: VelocityScaledSpec | None = Field(None, description="a mapping with K")
+    mass_scaled: MassScaledSpec | None = Field(None, description="a mapping with C and K")
+    v_half: VHalfSpec | None = Field(None, description="a mapping with v_half")
+    angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
+    stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
 
 
 class GroundSpec(OneOf):
@@ -78,6 +86,8 @@ class GroundSpec(OneOf):
 
 class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
+
+    roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
 
     @property
     def named(self) -> dict[str, Offer]:
