@@ -82,7 +82,10 @@ class MassScaledSpec(Offer):
 
 
 class VHalfSpec(Offer):
-    """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used."""
+    """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used.
+
+    Its bounces have no end of their own, so they end where they would rise less than smallest_bounce.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
     SOURCE: ClassVar[str] = "Bourrier and Dorren, as in PlatRock 2"

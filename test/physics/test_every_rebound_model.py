@@ -72,9 +72,7 @@ def test_on_level_ground_every_rock_comes_to_rest(model, resting):
     over = engine_over("reference", floor(400.0))
     ground = surface(0.5, 0.8, 35.0, 0.8)
     ends = fly(over, flight_with(model, ground, resting), np.tile((0.1, 0.3, 3.0), (20, 1)), (6.0, 1.0, 0.0)).deposits
-    # A drawn impact may leave no speed off the ground and much along it, which without a ground model is the end.
-    allowed = {Outcome.STOPPED, Outcome.UNRESOLVED_CONTACT} if hasattr(model, "draws") else {Outcome.STOPPED}
-    assert set(ends.outcome) <= (allowed if resting == "none" else {Outcome.STOPPED})
+    assert set(ends.outcome) == {Outcome.STOPPED}
 
 
 def test_a_model_that_is_not_named_is_not_imported():

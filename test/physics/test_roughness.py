@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from rebounds_named import MODELS, UP, falling_rock, flight_with
-from scenes_of_facets import ENGINES, engine_over, fly, incline, rough_grid, same_bits, surface
+from scenes_of_facets import ENGINES, engine_over, floor, fly, incline, rough_grid, same_bits, surface
 
 from rpf3d_core.effects.hooks import chain_of, felt_normal
 from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, tilted
@@ -156,6 +156,19 @@ def test_rough_ground_gives_a_rock_no_energy(effect):
     before = 9.81 * paths.x[1:, 2] + 0.5 * (paths.v_end[:-1] ** 2).sum(1)
     same = np.diff(paths.row) == 0
     assert np.all((after[1:] - before)[same] <= 1e-9 * np.abs(after).max())
+
+
+def test_a_tilt_that_would_send_a_rock_into_the_ground_is_dropped_and_it_bounces_as_on_smooth_ground():
+    """At 11 degrees half of the tilts of 0.14 rad ease; those beyond what leaves a way off the ground are none."""
+    over, x, v = engine_over("reference", floor(400.0)), np.tile((0.1, 0.3, 1e-3), (200, 1)), (6.0, 0.0, -1.2)
+    flights = fly(over, flight_with(MODELS["constant"], surface(), effects=chain_of([RocfallRoughness(0.14)])), x, v)
+    first = np.unique(flights.impacts.row, return_index=True)[1]
+    after = flights.paths.v[np.unique(flights.paths.row, return_index=True)[1] + 1]
+    smooth = fly(over, flight_with(MODELS["constant"], surface()), x[:1], v).paths.v[1]
+    assert len(first) == 200 and after[:, 2].min() > 0.0
+    as_smooth = np.all(after == smooth, axis=1)
+    assert 20 < as_smooth.sum() < 100
+    assert set(flights.deposits.outcome) == {Outcome.STOPPED}
 
 
 def test_without_deviation_rocks_keep_to_their_fall_line_and_with_it_they_spread():

@@ -71,7 +71,15 @@ def test_each_impact_of_each_rock_draws_anew_and_the_same_again():
     assert not np.array_equal(one, state_after(matrix_of(), falling_rock(impacts=3, rock=6)))
 
 
-def test_a_matrix_that_would_drive_the_rock_into_the_ground_leaves_it_on_it():
+def test_a_draw_that_would_send_the_rock_into_the_ground_leaves_it_the_means_speed_off_it():
+    """v_n' has a mean of 0.1 x 4 and a deviation of 4 or more: half of the draws are such."""
+    wide = StochasticMatrix(np.diag([0.8, 0.1, 0.0]), np.diag([0.0] * 4 + [1.0] + [0.0] * 4))
+    away = np.array([state_after(wide, falling_rock(rock=i))[1] for i in range(400)])
+    means = np.isclose(away, 0.4, rtol=1e-12)
+    assert 120 < means.sum() < 250 and away.min() > 0.0
+
+
+def test_a_mean_that_drives_the_rock_into_the_ground_leaves_it_on_it():
     after = struck(matrix_of(0.0, np.diag([0.8, -0.5, 0.0])), surface(), BEFORE)
     assert after.v == pytest.approx((4.8, 0.0, 0.0), abs=1e-14)
 

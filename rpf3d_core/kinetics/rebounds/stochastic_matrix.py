@@ -8,8 +8,9 @@ Signs, which a user's figures must share: v_t is the speed along the ground, in 
 the speed into the ground before, away from it after; w the spin about n x t, positive where a rolling rock has it. So
 diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
 
-Normal numbers have no bounds, so two things are added (D): the rock never enters the ground (v_n' >= 0), and where
-its kinetic energy would rise, the rotation 2/5 (R w)^2 counted, all three are scaled down so that it stays.
+Normal numbers have no bounds, so two things are added (D): where a draw would send the rock into the ground, v_n' is
+that of the mean, or zero; and where its kinetic energy would rise, the rotation 2/5 (R w)^2 counted, all three are
+scaled down so that it stays.
 """
 
 import math
@@ -49,7 +50,10 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
     spin = dot(motion.w, axis)
     before = (norm(v_t), -dot(motion.v, n), radius * spin)
     z = _nine_normals(falling.key, falling.impacts + 1)  # type: ignore[arg-type]  # asked for
-    after = _leaving(before, (_row(model, 0, z, before), _row(model, 1, z, before), _row(model, 2, z, before)))
+    off = _row(model, 1, z, before)
+    if off < 0.0:
+        off = max(_mean_row(model, 1, before), 0.0)
+    after = _no_faster(before, (_row(model, 0, z, before), off, _row(model, 2, z, before)))
     v = add(scale(after[0], t), scale(after[1], n))
     return Motion(motion.t, motion.x, v, add(motion.w, scale(after[2] / radius - spin, axis)))
 
@@ -83,9 +87,17 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 
 @kernel
-def _leaving(before: Vec, drawn: Vec) -> Vec:
-    """A drawn state that neither enters the ground nor has more energy than the one before."""
-    after = (drawn[0], max(drawn[1], 0.0), drawn[2])
+def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
+    """What row i of the mean makes of the state before."""
+    total = 0.0
+    for j in range(3):
+        total += float(model.mean[i, j]) * before[j]
+    return total
+
+
+@kernel
+def _no_faster(before: Vec, after: Vec) -> Vec:
+    """A state after, with no more energy than the one before."""
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
