@@ -72,7 +72,7 @@ class ReboundSpec(OneOf):
     pfeiffer_bowen: PfeifferBowenSpec | None = Field(None, description="a mapping with K, A and B")
     velocity_scaled: VelocityScaledSpec | None = Field(None, description="a mapping with K")
     mass_scaled: MassScaledSpec | None = Field(None, description="a mapping with C and K")
-    v_half: VHalfSpec | None = Field(None, description="a mapping with v_half")
+    v_half: VHalfSpec | None = Field(None, description="a mapping with speed")
     angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
     stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
 

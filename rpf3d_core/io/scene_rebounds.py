@@ -64,7 +64,7 @@ class VelocityScaledSpec(Offer):
 
 
 class MassScaledSpec(Offer):
-    """R_n of the material over 1 + (m / C)^2, of a lumped mass; with K scaled by speed as well."""
+    """R_n of the material over 1 + (m / C)^2; with K scaled by speed as well. The form is unconfirmed."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
     BUILDER: ClassVar[str] = f"{BUILDERS}:mass_scaled"
@@ -91,7 +91,7 @@ class VHalfSpec(Offer):
     SOURCE: ClassVar[str] = "Bourrier and Dorren, as in PlatRock 2"
     CONFIRMED: ClassVar[Confirmed] = "CC"
 
-    v_half: Number = parameter(
+    speed: Number = parameter(
         10.0, "a number above 0 and at most 50 (m/s), the speed into the ground of which half is given back", "m/s",
         "PlatRock 2", "CC", gt=0, le=50,
     )  # fmt: skip
@@ -118,10 +118,10 @@ class AngleTableSpec(Offer):
 
     rows: Annotated[tuple[Vector, ...], AfterValidator(_rising_within_limits)] | None = parameter(
         None, "a list of [angle, R_n, R_t]: degrees that rise from 0 to 90, R_n from 0 to 10, R_t from 0 to 1",
-        "degrees, -, -", "the user's", "D", min_length=1,
+        "", "the user's", "D", min_length=1,
     )  # fmt: skip
     law: Literal["wyllie"] | None = parameter(
-        None, "wyllie, R_n = 19.5 angle^-1.03 up to 2, and R_t of the material; instead of rows", "-",
+        None, "wyllie, R_n = 19.5 angle^-1.03 up to 2, and R_t of the material; instead of rows", "",
         "Wyllie 2014, Rock Fall Engineering, figures of RockGIS", "CC",
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ class RoughnessSpec(Offer):
         "atan(S / radius) against the motion", "m", CRSP, "CC", ge=0,
     )  # fmt: skip
     deviates: Flag = parameter(
-        False, "true or false, whether part of the tilt is to a side; with `amplitude`", "-", "PlatRock", "CC"
+        False, "true or false, whether part of the tilt is to a side; with `amplitude`", "", "PlatRock", "CC"
     )
     angle_sd_deg: Number | None = parameter(
         None, "a number from 0 to 30 (degrees), the standard deviation of the tilt along the motion, instead of "

@@ -95,7 +95,7 @@ MATRIX = "rebound: {{stochastic_matrix: {{mean: {}, covariance: {}}}}}"
         ("rebound: {velocity_scaled: {K: -1}}", "`rebound.velocity_scaled.K` is -1, but must be a number above 0"),
         ("rebound: {mass_scaled: {C: 0}}", "`rebound.mass_scaled.C` is 0, but must be a number above 0 (kg)"),
         ("rebound: {mass_scaled: {K: 0}}", "`rebound.mass_scaled.K` is 0, but must be a number above 0 (m/s)"),
-        ("rebound: {v_half: {v_half: 51}}", "`rebound.v_half.v_half` is 51, but must be a number above 0 and at"),
+        ("rebound: {v_half: {speed: 51}}", "`rebound.v_half.speed` is 51, but must be a number above 0 and at most"),
         ("rebound: angle_table", "`rebound.angle_table` must have exactly one of rows, law, but has none of them"),
         (
             "rebound: {angle_table: {law: wyllie, rows: [[0, 1, 1]]}}",

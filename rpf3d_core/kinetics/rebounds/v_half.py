@@ -15,15 +15,15 @@ from rpf3d_core.vectors import dot
 
 
 class VHalf(NamedTuple):
-    """v_half : m/s into the ground at which half of that speed is given back, above 0."""
+    """speed : v_half, m/s into the ground at which half of that speed is given back, above 0."""
 
-    v_half: float
+    speed: float
 
 
 @rebound.rule(VHalf)
 def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """A lumped mass with the material's R_t. Energy never rises."""
-    return lumped(model.v_half / (abs(dot(motion.v, n)) + model.v_half), surface.R_t, motion, n)
+    return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VHalf)
