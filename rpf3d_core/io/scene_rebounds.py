@@ -33,7 +33,10 @@ class ThesisLiteralSpec(Offer):
 
 
 class PfeifferBowenSpec(Offer):
-    """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling."""
+    """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
+
+    R_n and R_t are those of slow impacts, and R_t multiplies energy: values for a lumped mass are other values.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
     SOURCE: ClassVar[str] = PFEIFFER
@@ -109,7 +112,11 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
 
 
 class AngleTableSpec(Offer):
-    """R_n and R_t from the angle between velocity and surface, of a lumped mass; energy never rises."""
+    """R_n and R_t from the angle between velocity and surface, of a lumped mass.
+
+    R_n may be above 1 where impacts are flat; what that adds across the ground is limited to what is lost along it, so
+    energy never rises.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"
     BUILDER: ClassVar[str] = f"{BUILDERS}:angle_table"
@@ -146,7 +153,12 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 
 
 class StochasticMatrixSpec(Offer):
-    """(v_t, v_n, R w) after an impact is a drawn matrix times that before; the user's own, no figures are offered."""
+    """(v_t, v_n, R w) after an impact is a drawn matrix times that before; the user's own, no figures are offered.
+
+    v_t is the speed along the ground where it was heading, v_n that into the ground before and away from it after, R w
+    the radius times the spin, positive where a rolling rock has it: [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped
+    mass. A draw that leads into the ground takes v_n from the mean, and energy never rises.
+    """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"
     BUILDER: ClassVar[str] = f"{BUILDERS}:stochastic_matrix"

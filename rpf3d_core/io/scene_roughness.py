@@ -14,7 +14,10 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 class RoughnessSpec(Offer):
-    """Each impact feels a normal of its own: tilted against the motion (amplitude), or along it (angle_sd_deg)."""
+    """Each impact feels a normal of its own: tilted against the motion (amplitude), or along it (angle_sd_deg).
+
+    Of the first law a smaller rock feels more. A tilt that would send the rock into the ground is dropped.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.roughness:CrspRoughness"
     BUILDER: ClassVar[str] = "rpf3d_core.builders.roughness:roughness"

@@ -9,6 +9,8 @@ import pytest
 from scenes_of_facets import engine_over, flight, floor, fly, incline, rough_grid, surface
 
 from rpf3d_core.accuracy.precise import DIGITS, impacts_in_digits, off_exact
+from rpf3d_core.effects.hooks import chain_of
+from rpf3d_core.effects.roughness import RocfallRoughness
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import STANDARD_GRAVITY
 
@@ -76,3 +78,11 @@ def test_events_agree_with_50_digits_and_a_wrong_impact_is_told() -> None:
 def test_another_rebound_model_is_not_followed() -> None:
     engine, physics = engine_over("reference", floor()), flight(surface(), rebound="thesis_literal")
     assert off_exact(Case(engine, physics), fly(engine, physics, (0.0, 0.0, 3.0))) == []
+
+
+def test_effects_are_not_followed() -> None:
+    engine = engine_over("reference", floor())
+    rough = chain_of([RocfallRoughness(0.1)])
+    physics = flight(surface())
+    physics = replace(physics, models=physics.models._replace(effects=rough))
+    assert off_exact(Case(engine, physics), fly(engine, physics, (0.0, 0.0, 3.0), (3.0, 0.0, 0.0))) == []
