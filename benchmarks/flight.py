@@ -24,7 +24,7 @@ from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, Source, releases_of
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
+from rpf3d_core.kinetics.rebound import ConstantRestitution
 from rpf3d_core.materials.library import Surface, materials_of
 from rpf3d_core.simulation.engines import Engine, Models, engine_of
 from rpf3d_core.simulation.settings import Settings
@@ -69,7 +69,7 @@ def ground_of(falls: Falls, triangles: int) -> Terrain:
 
 def flight_of(falls: Falls, ground: str = "none") -> Flight:
     """The physics of the falls."""
-    models = Models(REBOUND_MODELS["constant"], GROUND_MODELS[ground])
+    models = Models(ConstantRestitution(), GROUND_MODELS[ground])
     return Flight(materials_of([falls.surface]), Settings(), models)
 
 

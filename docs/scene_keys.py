@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_hazard, scene_method, scene_model, scene_models
+from rpf3d_core.io import scene_hazard, scene_method, scene_model, scene_models, scene_rebounds, scene_roughness
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -21,6 +21,15 @@ PARTS = (
     ("rock", scene_model.RockSpec),
     ("sources[]", scene_model.SourceSpec),
     ("areas_of_interest[]", scene_model.AreaSpec),
+    ("rebound", scene_models.ReboundSpec),
+    ("rebound.pfeiffer_bowen", scene_rebounds.PfeifferBowenSpec),
+    ("rebound.velocity_scaled", scene_rebounds.VelocityScaledSpec),
+    ("rebound.mass_scaled", scene_rebounds.MassScaledSpec),
+    ("rebound.v_half", scene_rebounds.VHalfSpec),
+    ("rebound.angle_table", scene_rebounds.AngleTableSpec),
+    ("rebound.stochastic_matrix", scene_rebounds.StochasticMatrixSpec),
+    ("effects", scene_models.EffectsSpec),
+    ("effects.roughness", scene_roughness.RoughnessSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
     ("hazard", scene_hazard.HazardSpec),

@@ -3,6 +3,7 @@
 from rpf3d_core.effects.hooks import HOOKS, chain_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
 from rpf3d_core.io.scene_offers import Offer, loaded
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.simulation.engines import Models
@@ -28,6 +29,12 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
                              f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
                              f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
     return Models(model, ground, chain_of(effects))
+
+
+def models_called(rebound: str, ground: str) -> Models:
+    """Models by name, with all their defaults and no effects; for those that need nothing of a scene."""
+    bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
+    return Models(bouncing.offer.made(), resting.offer.made())
 
 
 def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:

@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Material, RockSpec, Scene
+from rpf3d_core.io.scene_models import OneOf
 from rpf3d_ros.map_frame import MapFrame
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
@@ -35,7 +36,8 @@ def parameter(
 
 
 def _scene_default(name: str) -> Any:
-    return Scene.model_fields[name].default
+    default = Scene.model_fields[name].get_default(call_default_factory=True)
+    return default.name if isinstance(default, OneOf) else default
 
 
 def _material_default(name: str) -> Any:

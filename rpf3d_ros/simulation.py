@@ -18,10 +18,9 @@ from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.hazard.passed import hazard_facets
 from rpf3d_core.io.scene_model import RockSpec
 from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
 from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.simulation.engines import Engine, Models, engine_of
+from rpf3d_core.named import models_called
+from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
@@ -124,8 +123,7 @@ def flight_of(parameters: SimulatorParameters) -> Flight:
         max_time=parameters.max_time,
         max_impacts=parameters.max_impacts,
     )
-    models = Models(REBOUND_MODELS[parameters.rebound], GROUND_MODELS[parameters.ground])
-    return Flight(materials_of([surface]), settings, models)
+    return Flight(materials_of([surface]), settings, models_called(parameters.rebound, parameters.ground))
 
 
 def releases_over(engine: Engine, sources: Sources, terrain: Terrain, parameters: SimulatorParameters) -> Releases:

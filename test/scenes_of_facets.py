@@ -13,10 +13,9 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.kinetics.ground import GROUND_MODELS
-from rpf3d_core.kinetics.rebound import REBOUND_MODELS
 from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.simulation.engines import Engine, Models, engine_of
+from rpf3d_core.named import models_called
+from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
@@ -180,8 +179,7 @@ def flight(
 ) -> Flight:
     """The physics of a flight: one ground for all zones or one for each, a ground model, a rebound."""
     surfaces = [ground] if isinstance(ground, Surface) else list(ground)
-    models = Models(REBOUND_MODELS[rebound], GROUND_MODELS[model])
-    return Flight(materials_of(surfaces), Settings(**settings), models)  # type: ignore[arg-type]
+    return Flight(materials_of(surfaces), Settings(**settings), models_called(rebound, model))  # type: ignore[arg-type]
 
 
 def fly(

@@ -45,11 +45,14 @@ class Off(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[Off]:
-    """How far the first impacts of some rocks are off, then the second, and so on; nothing for another rebound model.
+    """How far the first impacts of some rocks are off, then the second, and so on.
+
+    Nothing for another rebound model, or where effects act: they are not followed here.
 
     flights : with all impacts and paths
     """
-    if not isinstance(prepared.flight.models.rebound, ConstantRestitution):
+    models = prepared.flight.models
+    if not isinstance(models.rebound, ConstantRestitution) or models.effects is not None:
         return []
     rows = np.unique(np.linspace(0, len(flights.deposits.rock) - 1, rocks).astype(int))
     gaps = [gap for row in rows for gap in _gaps(prepared, flights, int(row))]

@@ -57,7 +57,7 @@ def links_of(chain: Chain | None) -> list[Any]:
 def felt_normal(effect: object, n: Vec, motion: Motion, falling: Falling) -> Vec:
     """The unit normal that an impact feels, of a ground whose normal is n (3,), turned against the velocity.
 
-    Where v . result >= 0 the ground's own normal is taken.
+    Where v . result >= 0, or the rebound from it would lead into the ground, the ground's own normal is taken.
     """
 
 

@@ -9,24 +9,24 @@ from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
+from rpf3d_core.io.scene_rebounds import (
+    AngleTableSpec,
+    MassScaledSpec,
+    PfeifferBowenSpec,
+    StochasticMatrixSpec,
+    ThesisLiteralSpec,
+    VelocityScaledSpec,
+    VHalfSpec,
+)
+from rpf3d_core.io.scene_roughness import RoughnessSpec
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
-
-REBOUNDS = "rpf3d_core.kinetics.rebound"
 
 
 class ConstantSpec(Offer):
     """R_n and R_t of the material, whatever the speed and the angle."""
 
-    PHYSICS: ClassVar[str] = f"{REBOUNDS}:ConstantRestitution"
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
     SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3"
-    CONFIRMED: ClassVar[Confirmed] = "C"
-
-
-class ThesisLiteralSpec(Offer):
-    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
-
-    PHYSICS: ClassVar[str] = f"{REBOUNDS}:ThesisLiteral"
-    SOURCE: ClassVar[str] = "thesis, equations 2-3 to 2-8"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
 
@@ -70,6 +70,12 @@ class ReboundSpec(OneOf):
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
     thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
+    pfeiffer_bowen: PfeifferBowenSpec | None = Field(None, description="a mapping with K, A and B")
+    velocity_scaled: VelocityScaledSpec | None = Field(None, description="a mapping with K")
+    mass_scaled: MassScaledSpec | None = Field(None, description="a mapping with C and K")
+    v_half: VHalfSpec | None = Field(None, description="a mapping with speed")
+    angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
+    stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
     own: OwnSpec | None = Field(None, alias=OWN, description="the import path module.Class of a model of your own")
 
 
@@ -83,6 +89,7 @@ class GroundSpec(OneOf):
 class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
+    roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
     own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
 
     @property

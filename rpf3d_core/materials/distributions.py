@@ -15,6 +15,8 @@ from rpf3d_core.materials.normal_quantile import normal_quantile
 FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
 """Kinds of distribution."""
 
+RAREST = 2.0**-54
+"""Stands for 0 where a uniform number is turned into one without bounds: half the smallest above it."""
 FEW = 5_000
 """Numbers up to which plain Python draws them: it is done before the loop has been compiled, with the same bits."""
 
@@ -93,6 +95,12 @@ def quantile(d: Distribution, u: float) -> float:
         if d.kind == LOGNORMAL:
             x = math.exp(x)
     return min(max(x, d.low), d.high)
+
+
+@kernel
+def standard_normal(u: float) -> float:
+    """The standard normal number of a uniform one in [0, 1); finite, 8.3 standard deviations at most."""
+    return normal_quantile(max(u, RAREST))
 
 
 def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:

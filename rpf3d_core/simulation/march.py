@@ -19,7 +19,7 @@ from rpf3d_core.effects.hooks import (
 )
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
-from rpf3d_core.materials.library import surface_of
+from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, note_impact, note_piece
 from rpf3d_core.simulation.state import (
@@ -191,18 +191,27 @@ def _land(physics: Physics, state: State, contact: Contact, falling: Falling, re
 def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Falling) -> Motion:
     """The motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
-    Where the normal that the rock feels would send it into the ground, its speed into the ground is dropped.
+    An effect's normal that the rock would not hit, or that would send it into the ground, is none: it then hits the
+    ground as it is. Where even that would send it into the ground, its speed into the ground is dropped.
     """
     surface = surface_of(physics.materials, physics.facets.zone[facet], falling)
     felt = felt_normal(physics.effects, n, motion, falling)
     if dot(motion.v, felt) >= 0.0:
         felt = n
-    entering = in_ground(physics.effects, surface, motion, felt, falling)
-    after = rebound(physics.rebound, surface, entering, felt, falling)
+    after = _struck(physics, surface, motion, felt, falling)
+    if physics.effects is not None and dot(after.v, n) < 0.0:
+        after = _struck(physics, surface, motion, n, falling)
     into = dot(after.v, n)
     if into >= 0.0:
-        return after  # type: ignore[no-any-return]
+        return after
     return Motion(after.t, after.x, subtract(after.v, scale(into, n)), after.w)
+
+
+@kernel
+def _struck(physics: Physics, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """The motion after an impact on a surface whose normal is n, which effects may let the rock enter first."""
+    entering = in_ground(physics.effects, surface, motion, n, falling)
+    return rebound(physics.rebound, surface, entering, n, falling)  # type: ignore[no-any-return]
 
 
 @kernel

@@ -12,6 +12,8 @@ from small_pit import scene_file
 
 from rpf3d_core.accuracy import flown
 from rpf3d_core.accuracy.precise import impacts_in_digits, off_exact
+from rpf3d_core.effects.hooks import chain_of
+from rpf3d_core.effects.roughness import RocfallRoughness
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.prepared import prepare
@@ -182,3 +184,11 @@ def test_drawn_ground_is_that_which_each_impact_found(tmp_path: Path, draw: str)
 def test_another_rebound_model_is_not_followed() -> None:
     engine, physics = engine_over("reference", floor()), flight(surface(), rebound="thesis_literal")
     assert off_exact(Case(engine, physics), fly(engine, physics, (0.0, 0.0, 3.0))) == []
+
+
+def test_effects_are_not_followed() -> None:
+    engine = engine_over("reference", floor())
+    rough = chain_of([RocfallRoughness(0.1)])
+    physics = flight(surface())
+    physics = replace(physics, models=physics.models._replace(effects=rough))
+    assert off_exact(Case(engine, physics), fly(engine, physics, (0.0, 0.0, 3.0), (3.0, 0.0, 0.0))) == []

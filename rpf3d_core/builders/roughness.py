@@ -1,0 +1,18 @@
+"""The law of roughness that a scene names."""
+
+import math
+from typing import Any
+
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_offers import loaded
+from rpf3d_core.io.scene_roughness import RoughnessSpec
+from rpf3d_core.terrain.facets import Terrain
+
+ROCFALL = "rpf3d_core.effects.roughness:RocfallRoughness"
+
+
+def roughness(offer: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
+    """CRSP's law where an amplitude is given, RocFall's where an angle is."""
+    if offer.angle_sd_deg is not None:
+        return loaded(ROCFALL)(math.radians(offer.angle_sd_deg))
+    return offer.physics()(offer.amplitude, offer.deviates)

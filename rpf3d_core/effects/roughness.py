@@ -1,0 +1,91 @@
+"""Rough ground: each impact feels a normal of its own, tilted from that of the facet.
+
+Two laws, of which a scene takes one.
+
+CRSP (physics reference 1.3, CC): with S the irregularity of the surface across it (m), within a length of the rock's
+radius R, the tilt is theta = U atan(S / R), U uniform in [0, 1). It is against the motion, so that it adds to the angle
+of the impact and never eases it (a steep one is thrown back); the smaller a rock, the rougher its ground. `deviates` is
+PlatRock's form of it in three dimensions (CC): a second uniform number U' shares the tilt, U' theta against the
+motion, (1 - U') theta to a side that is drawn as well, so that rocks leave their fall line.
+
+RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size, and may ease the
+impact as well as steepen it. No law to the side is published with it.
+
+The motion is that along the ground; where there is none, or it is rounding, there is no tilt. What a tilt of zero
+leaves is the ground's own normal to the last bit.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.effects.hooks import felt_normal
+from rpf3d_core.materials.distributions import standard_normal
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.streams import Purpose, uniform_at
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, along, cross, norm, scale, without
+
+TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
+STEEPEST = math.radians(89.0)
+"""A normal number has no bounds; a ground that is tilted by 90 degrees or more is none."""
+
+
+class CrspRoughness(NamedTuple):
+    """amplitude : S (m), >= 0; deviates : whether part of the tilt is to the side."""
+
+    amplitude: float
+    deviates: bool
+    asks_rock = True  # type: ignore[misc]
+    draws = True  # type: ignore[misc]
+
+
+class RocfallRoughness(NamedTuple):
+    """angle_sd : standard deviation of the tilt (radians), >= 0."""
+
+    angle_sd: float
+    draws = True  # type: ignore[misc]
+
+
+@felt_normal.rule(CrspRoughness)
+def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+    """The normal tilted against the motion, and to a side if the effect says so."""
+    most = math.atan(effect.amplitude / falling.rock.radius)  # type: ignore[union-attr]  # asked for
+    tilt = most * _drawn(falling, TILT)
+    if not effect.deviates:
+        return tilted(n, motion.v, tilt, 0.0)
+    share = _drawn(falling, SHARE)
+    aside = tilt * (1.0 - share)
+    return tilted(n, motion.v, tilt * share, aside if _drawn(falling, SIDE) < 0.5 else -aside)
+
+
+@felt_normal.rule(RocfallRoughness)
+def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+    """The normal tilted against the motion, or with it."""
+    tilt = effect.angle_sd * standard_normal(_drawn(falling, TILT))
+    return tilted(n, motion.v, min(max(tilt, -STEEPEST), STEEPEST), 0.0)
+
+
+@kernel
+def _drawn(falling: Falling, stream: int) -> float:
+    """A uniform number in [0, 1) of the impact that comes next."""
+    key: Any = falling.key  # there is one: these effects draw
+    return uniform_at(key.seed, key.source, key.rock, stream, falling.impacts + 1)
+
+
+@kernel
+def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
+    """The unit normal n turned by `back` radians against the motion along the ground, then by `aside` to its left."""
+    level = without(along(v, n), n)  # twice, so that what rounding leaves across it is nothing beside a slow motion
+    speed = norm(level)
+    if speed == 0.0 or (back == 0.0 and aside == 0.0):
+        return n
+    t = scale(1.0 / speed, level)
+    felt = turned(n, t, -back)
+    return felt if aside == 0.0 else turned(felt, cross(n, t), aside)
+
+
+@kernel
+def turned(n: Vec, towards: Vec, angle: float) -> Vec:
+    """The unit vector n turned by an angle (radians) towards a unit vector that is perpendicular to it."""
+    return add(scale(math.cos(angle), n), scale(math.sin(angle), towards))

@@ -1,0 +1,83 @@
+"""Restitution that depends on the angle at which a rock comes in, from the user's own table.
+
+The angle is the one between velocity and surface, 90 degrees for a rock that falls onto it straight. Tests show R_n to
+fall and R_t to rise with it (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics reference 1.6
+and 1.7). At small angles R_n may well be above 1: a rock that comes in flat trips over its corners, and turns speed
+along the ground and spin into height. A lumped mass has no spin to take that from, so what it gains across the surface
+is limited to what it loses along it: kinetic energy never rises.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, dot, norm, scale, without
+
+DEGREES = 180.0 / math.pi
+
+
+class AngleTable(NamedTuple):
+    """R_n, R_t (N,) (-) at N angles (N,) in degrees that rise, 0 to 90; between them linear, beyond them constant."""
+
+    angle: Any
+    R_n: Any
+    R_t: Any
+
+
+@rebound.rule(AngleTable)
+def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """A lumped mass with R_n and R_t of the table; those of the material are not used."""
+    R_n, R_t = restitution_at(model, impact_angle(motion, n))
+    return no_faster(R_n, R_t, motion, n)
+
+
+@kernel
+def impact_angle(motion: Motion, n: Vec) -> float:
+    """Degrees between the velocity and the surface, 0 to 90."""
+    return math.atan2(abs(dot(motion.v, n)), norm(without(motion.v, n))) * DEGREES
+
+
+@kernel
+def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
+    """R_n and R_t (-) at an angle (degrees)."""
+    last = len(table.angle) - 1
+    if angle <= table.angle[0]:
+        return float(table.R_n[0]), float(table.R_t[0])
+    for i in range(last):
+        low, high = float(table.angle[i]), float(table.angle[i + 1])
+        if angle <= high:
+            share = (angle - low) / (high - low)
+            return _between(table.R_n, i, share), _between(table.R_t, i, share)
+    return float(table.R_n[last]), float(table.R_t[last])
+
+
+@kernel
+def _between(column: Any, i: int, share: float) -> float:
+    """What lies a share of the way from row i to the next; equal rows give it exactly."""
+    low = float(column[i])
+    return low + share * (float(column[i + 1]) - low)
+
+
+@kernel
+def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
+    """The rebound of a lumped mass whose R_n may be above 1, while R_t is not: its kinetic energy does not rise.
+
+    v_n' = min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)).
+    """
+    v_n, v_t = -dot(motion.v, n), without(motion.v, n)
+    away = R_n * v_n
+    if R_n > 1.0:
+        away = min(away, math.sqrt(v_n * v_n + (1.0 - R_t * R_t) * dot(v_t, v_t)))
+    return Motion(motion.t, motion.x, add(scale(away, n), scale(R_t, v_t)), motion.w)
+
+
+@rest_of_bounces.rule(AngleTable)
+def by_angle_rest(
+    model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
+    """Not summed: every bounce changes the angle of the next, and flat ones may grow again."""
+    return endless(motion)

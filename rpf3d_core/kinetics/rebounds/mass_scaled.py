@@ -1,0 +1,39 @@
+"""Normal restitution that falls with the mass of the rock.
+
+v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), C = 1000 kg (as a public implementation has it). RocFall offers
+to scale R_n by mass and by speed (its help pages), but its own algebra is not published: that this is it is
+UNCONFIRMED (physics reference 1.4).
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
+from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import dot
+
+
+class MassScaled(NamedTuple):
+    """C : kg at which half of the material's R_n is left; K : m/s into the ground likewise, inf for no such scaling."""
+
+    C: float
+    K: float
+    asks_rock = True  # type: ignore[misc]
+
+
+@rebound.rule(MassScaled)
+def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """A lumped mass with the material's R_t, and R_n scaled by mass and speed. Energy never rises."""
+    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for
+    return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
+
+
+@rest_of_bounces.rule(MassScaled)
+def mass_scaled_rest(
+    model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
+    """The series with R_n as scaled by mass; off by as much as `velocity_scaled_rest`."""
+    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for
+    return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

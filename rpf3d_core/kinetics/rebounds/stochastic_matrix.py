@@ -1,0 +1,116 @@
+"""An impact as a matrix that is drawn: the state after it is A times the state before.
+
+Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11; physics reference 1.10):
+(v_t', v_n', R w') = A (v_t, v_n, R w), the nine coefficients of A jointly normal. Means and covariances belong to one
+site and one roughness, calibrated on detailed simulations; none are published that could stand for others.
+
+Signs, which a user's figures must share: v_t is the speed along the ground, in its direction t before the impact; v_n
+the speed into the ground before, away from it after; w the spin about n x t, positive where a rolling rock has it. So
+diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
+
+Normal numbers have no bounds, so two things are added (D): where a draw would send the rock into the ground, v_n' is
+that of the mean, or zero; and where its kinetic energy would rise, the rotation 2/5 (R w)^2 counted, all three are
+scaled down so that it stays.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebounds.spin import SPHERE, heading
+from rpf3d_core.materials.distributions import standard_normal
+from rpf3d_core.materials.falling import Falling, RockKey
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, along, cross, dot, norm, scale
+
+STREAM = int(Purpose.REBOUND_MATRIX)
+
+Nine = tuple[float, float, float, float, float, float, float, float, float]
+
+
+class StochasticMatrix(NamedTuple):
+    """mean : (3, 3) of A; root : (9, 9) lower triangular, root root^T is the covariance of A row by row."""
+
+    mean: Any
+    root: Any
+    asks_rock = True  # type: ignore[misc]
+    draws = True  # type: ignore[misc]
+
+
+@rebound.rule(StochasticMatrix)
+def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """The state after an impact of a drawn matrix; coefficients of the material are not used."""
+    radius = falling.rock.radius  # type: ignore[union-attr]  # asked for
+    v_t = along(motion.v, n)
+    t = heading(v_t, cross(motion.w, n))
+    axis = cross(n, t)
+    spin = dot(motion.w, axis)
+    before = (norm(v_t), -dot(motion.v, n), radius * spin)
+    z = _nine_normals(falling.key, falling.impacts + 1)  # type: ignore[arg-type]  # asked for
+    off = _row(model, 1, z, before)
+    if off < 0.0:
+        off = max(_mean_row(model, 1, before), 0.0)
+    after = _no_faster(before, (_row(model, 0, z, before), off, _row(model, 2, z, before)))
+    v = add(scale(after[0], t), scale(after[1], n))
+    return Motion(motion.t, motion.x, v, add(motion.w, scale(after[2] / radius - spin, axis)))
+
+
+@kernel
+def _nine_normals(key: RockKey, number: int) -> Nine:
+    """Independent standard normal numbers of an impact."""
+    return (
+        _normal(key, 0, number), _normal(key, 1, number), _normal(key, 2, number), _normal(key, 3, number),
+        _normal(key, 4, number), _normal(key, 5, number), _normal(key, 6, number), _normal(key, 7, number),
+        _normal(key, 8, number),
+    )  # fmt: skip
+
+
+@kernel
+def _normal(key: RockKey, k: int, number: int) -> float:
+    """The k-th of them; k stands where a zone does in other draws."""
+    return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
+
+
+@kernel
+def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
+    """What row i of the drawn matrix makes of the state before."""
+    total = 0.0
+    for j in range(3):
+        coefficient = float(model.mean[i, j])
+        for k in range(3 * i + j + 1):
+            coefficient += float(model.root[3 * i + j, k]) * z[k]
+        total += coefficient * before[j]
+    return total
+
+
+@kernel
+def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
+    """What row i of the mean makes of the state before."""
+    total = 0.0
+    for j in range(3):
+        total += float(model.mean[i, j]) * before[j]
+    return total
+
+
+@kernel
+def _no_faster(before: Vec, after: Vec) -> Vec:
+    """A state after, with no more energy than the one before."""
+    had, has = _energy(before), _energy(after)
+    return scale(math.sqrt(had / has), after) if has > had else after
+
+
+@kernel
+def _energy(state: Vec) -> float:
+    """Twice the kinetic energy for a kilogram: translation, and rotation of a sphere."""
+    return state[0] * state[0] + state[1] * state[1] + SPHERE * state[2] * state[2]
+
+
+@rest_of_bounces.rule(StochasticMatrix)
+def drawn_rest(
+    model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
+    """Not summed: every bounce is drawn."""
+    return endless(motion)

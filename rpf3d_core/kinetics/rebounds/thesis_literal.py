@@ -1,0 +1,42 @@
+"""The thesis' transform of the velocity at an impact as it is printed, for reproduction only."""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.kinetics.rebound import Rest, at_once, rebound, rest_of_bounces
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, dot, scale
+
+
+class ThesisLiteral(NamedTuple):
+    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only."""
+
+
+@rebound.rule(ThesisLiteral)
+def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """Equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
+
+    theta and phi are taken as the slopes of the ground along x and y, positive where it rises: the only reading under
+    which 2-3 is v . n for a plane that dips along one axis. The printed transform is not orthonormal: it loses speed
+    at R_n = R_t = 1 on a slope along one axis (physics reference 0.1), and gains
+    up to three times its energy on one along both. Where it would send the rock into the ground, the speed into the
+    ground is dropped.
+    """
+    theta, phi = math.atan2(-n[0], n[2]), math.atan2(-n[1], n[2])
+    st, ct, sp, cp = math.sin(theta), math.cos(theta), math.sin(phi), math.cos(phi)
+    vx, vy, vz = motion.v
+    v_n = surface.R_n * (vz * ct * cp - vx * st - vy * sp)
+    v_tx = surface.R_t * (vz * st * cp + vx * ct)
+    v_ty = surface.R_t * (vz * sp * ct + vy * cp)
+    v = (v_tx * ct + v_n * sp * ct, v_ty * cp + v_n * st * cp, v_tx * st + v_ty * sp - v_n * ct * cp)
+    return Motion(motion.t, motion.x, add(v, scale(max(-dot(v, n), 0.0), n)), motion.w)
+
+
+@rest_of_bounces.rule(ThesisLiteral)
+def thesis_rest(
+    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
+    """No closed form is known for the printed transform: the bouncing ends where it is, below `smallest_bounce`."""
+    return at_once(motion, n)

@@ -1,0 +1,180 @@
+"""Rough ground: the laws of CRSP and RocFall, what they may not do, and that no roughness is no effect."""
+
+import math
+
+import numpy as np
+import pytest
+from rebounds_named import MODELS, UP, falling_rock, flight_with
+from scenes_of_facets import ENGINES, engine_over, floor, fly, incline, rough_grid, same_bits, surface
+
+from rpf3d_core.effects.hooks import chain_of, felt_normal
+from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, tilted
+from rpf3d_core.values import ZERO, Motion, Outcome
+
+AHEAD = Motion(0.0, ZERO, (6.0, 0.0, -3.0), ZERO)
+DRAWS = 4000
+SIX_SIGMA = 6.0
+"""Standard errors by which a mean of so many draws may be off; one test in a billion is wrong by chance."""
+
+
+def normals(effect, motion=AHEAD, n=UP, radius=0.5):
+    """The normals (DRAWS, 3) that as many impacts feel."""
+    rocks = (falling_rock(radius=radius, rock=i) for i in range(DRAWS))
+    return np.array([felt_normal(effect, n, motion, falling) for falling in rocks])
+
+
+def tilts(felt):
+    """Degrees against the motion along x, and to its left."""
+    return np.degrees(np.arctan2(-felt[:, 0], felt[:, 2])), np.degrees(np.arcsin(felt[:, 1]))
+
+
+def test_crsps_tilt_is_uniform_up_to_the_angle_of_the_irregularity_within_a_radius():
+    """physics.md 1.3: theta ~ U(0, atan(S / R)); S = 0.1 m and R = 0.5 m make 11.31 degrees."""
+    back, aside = tilts(normals(CrspRoughness(0.1, False)))
+    most = math.degrees(math.atan(0.2))
+    assert most == pytest.approx(11.3099, abs=1e-4)
+    assert back.min() >= 0.0 and back.max() < most and back.max() > 0.99 * most
+    assert back.mean() == pytest.approx(most / 2, abs=SIX_SIGMA * most / math.sqrt(12 * DRAWS))
+    assert np.all(aside == 0.0)
+
+
+def test_the_same_irregularity_is_rougher_for_a_smaller_rock():
+    small, large = (tilts(normals(CrspRoughness(0.1, False), radius=radius))[0] for radius in (0.1, 1.0))
+    np.testing.assert_allclose(small / large, math.atan(1.0) / math.atan(0.1), rtol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_crsps_tilt_adds_to_the_angle_of_every_impact(seed):
+    """Never eases it; one that was steep already comes in from beyond the perpendicular, and is thrown back."""
+    draw = np.random.default_rng(seed)
+    n = draw.normal(size=3)
+    n /= np.linalg.norm(n)
+    v = draw.normal(size=3) * 5.0
+    v -= 2.0 * max(v @ n, 0.0) * n
+    falling = falling_rock(rock=seed)
+    felt = felt_normal(CrspRoughness(0.3, False), tuple(n.tolist()), AHEAD._replace(v=tuple(v.tolist())), falling)
+    ahead = v - (v @ n) * n
+    ahead /= np.linalg.norm(ahead)
+    angle, tilt = math.atan2(-(v @ n), v @ ahead), math.atan2(-np.dot(felt, ahead), np.dot(felt, n))
+    assert 0.0 < tilt < math.atan(0.6)
+    assert -np.dot(v, felt) == pytest.approx(np.linalg.norm(v) * math.sin(angle + tilt), rel=1e-12)
+    assert np.linalg.norm(felt) == pytest.approx(1.0, abs=1e-15)
+
+
+def test_platrocks_form_shares_the_tilt_between_back_and_either_side():
+    """physics.md 1.3: a = U atan(S / R) is shared, a b against the motion and a (1 - b) to a side."""
+    back, aside = tilts(normals(CrspRoughness(0.1, True)))
+    most = math.degrees(math.atan(0.2))
+    total = back + np.abs(aside)
+    assert back.min() >= 0.0 and total.max() < most + 1e-9
+    assert np.mean(aside > 0.0) == pytest.approx(0.5, abs=SIX_SIGMA * 0.5 / math.sqrt(DRAWS))
+    same = tilts(normals(CrspRoughness(0.1, False)))[0]
+    np.testing.assert_allclose(total, same, rtol=1e-9)
+
+
+def test_rocfalls_tilt_is_normal_about_the_ground_itself():
+    """physics.md 1.5: Normal(0, sigma)."""
+    back, aside = tilts(normals(RocfallRoughness(math.radians(8.0))))
+    assert back.mean() == pytest.approx(0.0, abs=SIX_SIGMA * 8.0 / math.sqrt(DRAWS))
+    assert back.std() == pytest.approx(8.0, abs=SIX_SIGMA * 8.0 / math.sqrt(2 * DRAWS))
+    assert np.all(aside == 0.0)
+    same = tilts(normals(RocfallRoughness(math.radians(8.0)), radius=3.0))[0]
+    assert np.array_equal(same, back), "a rock's size is no part of this law"
+
+
+def test_no_ground_is_tilted_by_90_degrees():
+    back, _ = tilts(normals(RocfallRoughness(math.radians(60.0))))
+    assert np.abs(back).max() == pytest.approx(math.degrees(STEEPEST), rel=1e-12)
+
+
+@pytest.mark.parametrize("v", [(0.0, 0.0, -3.0), (1e-14, 0.0, -3.0), (0.0, 0.0, 0.0)])
+def test_without_motion_along_the_ground_there_is_no_tilt(v):
+    for effect in (CrspRoughness(0.3, True), RocfallRoughness(0.2)):
+        assert felt_normal(effect, UP, AHEAD._replace(v=v), falling_rock()) == UP
+
+
+def test_a_motion_hardly_along_the_ground_tilts_a_normal_that_stays_one():
+    n = (math.sin(0.3), 0.0, math.cos(0.3))
+    v = tuple(float(c) for c in -5.0 * np.array(n) + 1e-10 * np.array([0.0, 1.0, 0.0]))
+    assert np.linalg.norm(tilted(n, v, 0.5, 0.0)) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_each_impact_draws_anew():
+    felt = [felt_normal(CrspRoughness(0.1, False), UP, AHEAD, falling_rock(impacts=k)) for k in range(50)]
+    assert len(set(felt)) == 50
+
+
+# --- flights ----------------------------------------------------------------------------------------------------------
+
+GROUND = rough_grid(10, 60.0, 0.7, 0.3, seed=5)
+EFFECTS = {
+    "crsp": CrspRoughness(0.1, False), "platrock": CrspRoughness(0.1, True), "rocfall": RocfallRoughness(0.14),
+}  # fmt: skip
+
+
+def flown(engine, effect, model="constant", rocks=30, **settings):
+    """Rocks over rough facets."""
+    draw = np.random.default_rng(8)
+    x = np.column_stack([draw.uniform(3, 12, rocks), draw.uniform(15, 45, rocks), draw.uniform(2, 9, rocks)])
+    effects = chain_of([effect] if effect else [])
+    physics = flight_with(MODELS[model], surface(0.5, 0.8, 35.0), effects=effects, **settings)
+    return fly(engine_over(engine, GROUND), physics, x, draw.normal(size=(rocks, 3)) * 3.0)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(effect):
+    reference, compiled = (flown(name, effect) for name in ENGINES)
+    assert same_bits(reference, compiled)
+    assert set(reference.deposits.outcome) <= {Outcome.STOPPED, Outcome.LEFT_TERRAIN}
+    assert not same_bits(reference, flown("reference", None))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    "effect", [CrspRoughness(0.0, False), CrspRoughness(0.0, True), RocfallRoughness(0.0)],
+    ids=["crsp", "platrock", "rocfall"],
+)  # fmt: skip
+def test_no_roughness_leaves_every_bit_as_it_is_without_the_effect(engine, effect):
+    assert same_bits(flown(engine, effect), flown(engine, None))
+
+
+@pytest.mark.parametrize("model", ["pfeiffer_bowen", "stochastic_matrix"])
+def test_it_acts_beside_rebounds_that_spin_and_draw_on_both_engines(model):
+    assert same_bits(*(flown(name, EFFECTS["platrock"], model) for name in ENGINES))
+
+
+def test_naming_roughness_leaves_what_a_rebound_draws_as_it_was():
+    """The stream of the matrix is a function of rock and impact: no roughness, drawn or not, shifts it."""
+    without, with_it = (flown("reference", effect, "stochastic_matrix") for effect in (None, CrspRoughness(0.0, True)))
+    assert same_bits(without, with_it)
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_rough_ground_gives_a_rock_no_energy(effect):
+    paths = flown("reference", effect).paths
+    after = 9.81 * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
+    before = 9.81 * paths.x[1:, 2] + 0.5 * (paths.v_end[:-1] ** 2).sum(1)
+    same = np.diff(paths.row) == 0
+    assert np.all((after[1:] - before)[same] <= 1e-9 * np.abs(after).max())
+
+
+def test_a_tilt_that_would_send_a_rock_into_the_ground_is_dropped_and_it_bounces_as_on_smooth_ground():
+    """At 11 degrees half of the tilts of 0.14 rad ease; those beyond what leaves a way off the ground are none."""
+    over, x, v = engine_over("reference", floor(400.0)), np.tile((0.1, 0.3, 1e-3), (200, 1)), (6.0, 0.0, -1.2)
+    flights = fly(over, flight_with(MODELS["constant"], surface(), effects=chain_of([RocfallRoughness(0.14)])), x, v)
+    first = np.unique(flights.impacts.row, return_index=True)[1]
+    after = flights.paths.v[np.unique(flights.paths.row, return_index=True)[1] + 1]
+    smooth = fly(over, flight_with(MODELS["constant"], surface()), x[:1], v).paths.v[1]
+    assert len(first) == 200 and after[:, 2].min() > 0.0
+    as_smooth = np.all(after == smooth, axis=1)
+    assert 20 < as_smooth.sum() < 100
+    assert set(flights.deposits.outcome) == {Outcome.STOPPED}
+
+
+def test_without_deviation_rocks_keep_to_their_fall_line_and_with_it_they_spread():
+    over, x = engine_over("reference", incline(35.0, down=80.0)), np.tile((0.5, 0.0, 4.0), (40, 1))
+    x[:, 1] += 0.1 * np.arange(40) - 2.0
+    chains = [chain_of([CrspRoughness(0.1, deviates)]) for deviates in (False, True)]
+    ends = [fly(over, flight_with(MODELS["constant"], surface(), effects=chain), x).deposits for chain in chains]
+    assert np.abs(ends[0].x[:, 1] - x[:, 1]).max() < 1e-9
+    assert np.abs(ends[1].x[:, 1] - x[:, 1]).max() > 0.5
