@@ -29,8 +29,17 @@ PASSES = 7
 TITLES = {"rebound": "Rebound models", "ground": "Ground models", "effects": "Effects"}
 ONLY_ONE = ("rebound", "ground")
 
-EXAMPLES: dict[str, str] = {}
+MADE_UP = [[0.0225 if row == column else 0.0 for column in range(9)] for row in range(9)]
+EXAMPLES: dict[str, str] = {
+    "rebound.angle_table": "{law: wyllie}",
+    "rebound.stochastic_matrix": (
+        "{mean: [[0.75, 0.05, 0.1], [0.1, 0.4, 0], [0.4, 0.1, 0.3]], covariance: " + str(MADE_UP) + "}"
+    ),
+    "effects.roughness": "{angle_sd_deg: 8}",
+}
 """What stands in the demo scene to measure those that have no sensible default, as YAML."""
+SHOWN = 120
+"""Characters of them that the page shows."""
 
 HEAD = """# Models and effects
 `rpf3d effects` prints this list, `rpf3d effects --json` the same for programs; `docs/effects.py` writes this page from
@@ -68,7 +77,8 @@ def _described(offer: Offered) -> str:
     lines = [f"### `{offer.name}`", offer.summary, "", f"Source: {offer.source} ({offer.confirmed}). {_cost(offer)}"]
     example = EXAMPLES.get(f"{offer.kind}.{offer.name}")
     if example:
-        lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {example}}}`."]
+        shown = example if len(example) <= SHOWN else example[:SHOWN] + " ..."
+        lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {shown}}}`; made-up figures are no advice."]
     if offer.parameters:
         lines += ["", "| parameter | value | default | source | confirmed |", "|---|---|---|---|---|"]
         lines += [
