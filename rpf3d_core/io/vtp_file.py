@@ -5,11 +5,11 @@ them, and rocks came to a thousandth of the facets. Of an array that is the same
 compressed, and stands for all others like it. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
 """
 
+import html
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pyarrow as pa
@@ -109,7 +109,7 @@ def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> 
         f'<Piece NumberOfPoints="{len(data.points)}" {cells} NumberOf{other}="0">',
     ]
     for section, attributes in (("PointData", data.point_data), ("CellData", data.cell_data)):
-        active = f" Scalars={quoteattr(next(iter(attributes)))}" if attributes else ""
+        active = f" Scalars={_quoted(next(iter(attributes)))}" if attributes else ""
         lines += _section(section, active, [_array(name, *next(following)) for name in attributes])
     lines += _section("Points", "", [_array("Points", *next(following))])
     lines += _section(data.kind, "", [_array(name, *next(following)) for name in ("connectivity", "offsets")])
@@ -125,7 +125,7 @@ def _array(name: str, values: Array, offset: int) -> str:
     word = {"f": "Float", "i": "Int", "u": "UInt"}[kind.kind]
     columns = values.shape[1] if isinstance(values, np.ndarray) and values.ndim == 2 else 1
     return (
-        f'<DataArray type="{word}{8 * kind.itemsize}" Name={quoteattr(name)} NumberOfComponents="{columns}" '
+        f'<DataArray type="{word}{8 * kind.itemsize}" Name={_quoted(name)} NumberOfComponents="{columns}" '
         f'format="appended" offset="{offset}"/>'
     )
 
@@ -133,7 +133,11 @@ def _array(name: str, values: Array, offset: int) -> str:
 def _texts(name: str, texts: Sequence[str]) -> str:
     """Texts as the codes of their bytes, each with a 0 at its end."""
     codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
-    return f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
+    return f'<Array type="String" Name={_quoted(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
+
+
+def _quoted(text: str) -> str:
+    return f'"{html.escape(text)}"'
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
