@@ -102,6 +102,6 @@ def _cut_into_edges(
             high[count] = low[count] + (edge & ((1 << reach) - 1))
             start[count] = use
             count += 1
-        facet[use] = side[use] % facets
+        facet[use] = side[use] - facets * (0 if side[use] < facets else 1 if side[use] < 2 * facets else 2)
         down[use] = keys[use] & 1 == 1
     return count
