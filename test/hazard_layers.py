@@ -1,5 +1,7 @@
 """Hazard maps made from points along the paths of rocks, by brute force: what the products are tested with."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, HazardMaps, Layers, Raster, Spread
@@ -41,6 +43,27 @@ def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: i
         height.ravel(),
         random.random(rocks * points) < 0.2,
     )
+
+
+def laid_out(layers: Layers) -> SimpleNamespace:
+    """Layers as arrays (C,) of all cells: counts 0 and statistics NaN where no rock came."""
+
+    def column(values):
+        return layers.everywhere(values, 0 if values.dtype.kind in "iu" else np.nan)
+
+    def columns(values):
+        return SimpleNamespace(**{name: column(array) for name, array in vars(values).items()})
+
+    counts = {name: column(getattr(layers, name)) for name in ("rocks", "passages", "impacts", "deposits")}
+    spreads = {name: columns(getattr(layers, name)) for name in ("energy", "speed", "height")}
+    arrival, within = column(layers.first_arrival), layers.percentiles_within
+    return SimpleNamespace(**counts, **spreads, first_arrival=arrival, percentiles_within=within)
+
+
+def laid_out_maps(maps: HazardMaps) -> SimpleNamespace:
+    """The same maps with the layers of each kind of cell laid out."""
+    kinds = {kind: laid_out(getattr(maps, kind)) for kind in ("cells", "facets", "zones", "areas")}
+    return SimpleNamespace(**{**vars(maps), **kinds})
 
 
 def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=()) -> HazardMaps:
@@ -93,21 +116,28 @@ def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
         np.maximum.at(most, place.ravel(), values[inside])
         return spread_of(pair[:, 0], most, cells)
 
-    return Layers(
+    everywhere = (
         np.bincount(pair[:, 0], minlength=cells),
         np.bincount(cell[entered], minlength=cells),
         np.bincount(cell[points.touching[inside]], minlength=cells),
         np.bincount(cell[points.last[inside]], minlength=cells),
-        np.where(np.isfinite(arrival), arrival, np.nan),
+        arrival,
         spread(0.5 * MASS * points.speed**2),
         spread(points.speed),
         spread(points.height),
-        0.0,
     )
+    return gathered(everywhere, everywhere[0] > 0)
 
 
-def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> Spread:
-    """The spread over the rocks in each cell of their maxima (N,)."""
+def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
+    """The layers of the cells to keep (C,) from arrays (C,) of all cells, and from tables (C, 6) of their spreads."""
+    *counts, arrival, energy, speed, height = (array[kept] for array in everywhere)
+    spreads = [Spread(*table.T) for table in (energy, speed, height)]
+    return Layers(len(kept), np.flatnonzero(kept), *counts, arrival, *spreads, 0.0)
+
+
+def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
+    """The spread over the rocks in each cell of their maxima (N,), a table (C, 6)."""
     order = np.argsort(cell, kind="stable")
     reached, first = np.unique(cell[order], return_index=True)
     table = np.full((cells, 2 + len(PERCENTILES)), np.nan)
@@ -115,19 +145,22 @@ def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> Spread:
         table[number, :2] = group.max(), group.mean()
         if len(group) >= FEWEST_ROCKS:
             table[number, 2:] = np.percentile(group, PERCENTILES)
-    return Spread(*table.T)
+    return table
 
 
 def _merged(parts: list[Layers]) -> Layers:
     """Areas may overlap: each was counted alone, with the numbers of the others empty."""
+    count = parts[0].count
+    laid = [laid_out(part) for part in parts]
 
     def chosen(arrays):
-        return np.array([array[number] for number, array in enumerate(arrays[: len(arrays[0])])])
+        return np.array([array[number] for number, array in enumerate(arrays[:count])])
 
-    def spread(name):
-        spreads = [getattr(part, name) for part in parts]
-        return Spread(*(chosen([getattr(one, key) for one in spreads]) for key in Spread.__dataclass_fields__))
+    def table(name):
+        spreads = [getattr(part, name) for part in laid]
+        columns = [chosen([getattr(one, key) for one in spreads]) for key in Spread.__dataclass_fields__]
+        return np.stack(columns, axis=-1).reshape(count, len(columns))
 
-    counts = (chosen([getattr(part, name) for part in parts]) for name in ("rocks", "passages", "impacts", "deposits"))
-    arrival = chosen([part.first_arrival for part in parts])
-    return Layers(*counts, arrival, spread("energy"), spread("speed"), spread("height"), 0.0)
+    names = ("rocks", "passages", "impacts", "deposits", "first_arrival")
+    alone = tuple(chosen([getattr(part, name) for part in laid]) for name in names)
+    return gathered((*alone, table("energy"), table("speed"), table("height")), alone[0] > 0)

@@ -55,7 +55,7 @@ CONFINED = {
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
     "matplotlib": ("rpf3d_core/io/plots",),
-    "pyarrow": ("rpf3d_core/io/tables.py",),
+    "pyarrow": ("rpf3d_core/io/tables.py", "rpf3d_core/io/vtp_file.py"),
     "rasterio": ("rpf3d_core/io/",),
     "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
     "pydantic": ("rpf3d_core/io/scene",),

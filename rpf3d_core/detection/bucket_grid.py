@@ -112,7 +112,7 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 
 
 @kernel
-def _span(a: float, b: float, c: float, slack: float, origin: float, cell: float, count: int) -> tuple[int, int]:
+def span_of(a: float, b: float, c: float, slack: float, origin: float, cell: float, count: int) -> tuple[int, int]:
     """First and last cell that three coordinates span, widened by the slack."""
     return (
         cell_index(min(a, b, c) - slack, origin, cell, count),
@@ -127,8 +127,8 @@ def _count(
     """Count the entries of bucket k into starts[k + 1]; False, and no further, if all together are more than most."""
     entries = 0
     for f in range(corners.shape[0]):
-        i0, i1 = _span(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = _span(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
+        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
         entries += (i1 - i0 + 1) * (j1 - j0 + 1)
         if entries > most:
             return False
@@ -146,8 +146,8 @@ def _fill(
     """Write the entries, in order of facet."""
     per_cell = 1.0 / cell
     for f in range(corners.shape[0]):
-        i0, i1 = _span(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = _span(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
+        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
         low_x = min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack
         high_x = max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack
         low_y = min(corners[f, 1], corners[f, 4], corners[f, 7]) - slack

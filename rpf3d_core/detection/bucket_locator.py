@@ -43,7 +43,7 @@ class BucketLocator(NamedTuple):
 def bucket_locator(facets: Facets) -> BucketLocator:
     """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches."""
     grid, buckets = sorted_into_buckets(facets)
-    return BucketLocator(*grid, *buckets, slabs_of(facets, grid, buckets))
+    return BucketLocator(*grid, *buckets, slabs_of(facets, grid))
 
 
 @kernel

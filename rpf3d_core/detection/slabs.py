@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.compiling import kernel, loop
-from rpf3d_core.detection.bucket_grid import Buckets, Grid
+from rpf3d_core.detection.bucket_grid import Grid, span_of
+from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot
@@ -36,16 +37,18 @@ class Slabs(NamedTuple):
     first: Any
 
 
-def slabs_of(facets: Facets, grid: Grid, buckets: Buckets) -> Slabs:
+def slabs_of(facets: Facets, grid: Grid) -> Slabs:
     """The slabs over the facets that stand in the buckets of a grid."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)])
     planes = np.zeros((first[-1], 4))
     planes[:, 3] = -np.inf
     slabs = Slabs(planes.reshape(-1), first[:-1])
-    _sum_normals(facets.normals, buckets.starts, buckets.ids, grid.nx, grid.ny, planes, first)
+    slack = REACH * facets.tolerance
+    _sum_normals(facets.corners, facets.normals, slack, *grid, planes)
+    _sum_over_levels(grid.nx, grid.ny, planes, first)
     _lean_upwards(planes)
-    _raise_over_facets(facets.corners, buckets.starts, buckets.ids, grid.nx, grid.ny, planes, first)
+    _raise_over_facets(facets.corners, slack, *grid, planes, first)
     return slabs
 
 
@@ -63,15 +66,25 @@ def slab_row(first: Any, nx: int, level: int, i: int, j: int) -> int:
 
 
 @loop
-def _sum_normals(normals: Any, starts: Any, ids: Any, nx: int, ny: int, planes: Any, first: Any) -> None:
-    """Add up the normals of the facets in each cell."""
+def _sum_normals(
+    corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, planes: Any
+) -> None:
+    """Add up the normals of the facets in each bucket. Facet by facet: what is looked at lies side by side then."""
+    for f in range(corners.shape[0]):
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
+        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                for axis in range(3):
+                    planes[j * nx + i, axis] += normals[f, axis]
+
+
+@loop
+def _sum_over_levels(nx: int, ny: int, planes: Any, first: Any) -> None:
+    """Add up the sums of the buckets in each cell of the levels above them."""
     for j in range(ny):
         for i in range(nx):
             k = j * nx + i
-            for entry in range(starts[k], starts[k + 1]):
-                f = ids[entry]
-                for axis in range(3):
-                    planes[k, axis] += normals[f, axis]
             for level in range(1, LEVELS):
                 row = slab_row(first, nx, level, i >> (SHIFT * level), j >> (SHIFT * level))
                 for axis in range(3):
@@ -87,19 +100,27 @@ def _lean_upwards(planes: Any) -> None:
 
 
 @loop
-def _raise_over_facets(corners: Any, starts: Any, ids: Any, nx: int, ny: int, planes: Any, first: Any) -> None:
+def _raise_over_facets(
+    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, planes: Any, first: Any
+) -> None:
     """Raise the slab of each cell, at all levels, above the corners of its facets."""
-    for j in range(ny):
-        for i in range(nx):
-            k = j * nx + i
-            for level in range(LEVELS):
-                row = slab_row(first, nx, level, i >> (SHIFT * level), j >> (SHIFT * level))
-                x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
-                for entry in range(starts[k], starts[k + 1]):
-                    f = ids[entry]
-                    for c in range(3):
-                        high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])
-                planes[row, 3] = high
+    for f in range(corners.shape[0]):
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
+        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        for level in range(LEVELS):
+            shift = SHIFT * level
+            for j in range(j0 >> shift, (j1 >> shift) + 1):
+                for i in range(i0 >> shift, (i1 >> shift) + 1):
+                    _raise_over(corners, f, planes, slab_row(first, nx, level, i, j))
+
+
+@kernel
+def _raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
+    """Raise one slab above the corners of one facet."""
+    x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
+    for c in range(3):
+        high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])
+    planes[row, 3] = high
 
 
 @kernel

@@ -1,7 +1,7 @@
 """The bench table: of each zone of the terrain and each area of interest, how many rocks came, stopped and stayed."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,9 +46,8 @@ class Bench(NamedTuple):
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
     """A row for each zone of the terrain, in its order, then for each area of interest, in the scene's."""
-    zones = [_bench(ZONE, name, maps.zones, index, maps.flown) for index, name in enumerate(terrain.zones)]
-    areas = [_bench(AREA, name, maps.areas, index, maps.flown) for index, name in enumerate(maps.area_names)]
-    return [*zones, *areas]
+    zones = _benches(ZONE, terrain.zones, maps.zones, maps.flown)
+    return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps.flown)]
 
 
 def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
@@ -89,9 +88,15 @@ def three_figures(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.12g}"
 
 
-def _bench(kind: str, name: str, layers: Layers, index: int, flown: int) -> Bench:
-    reached, stopped = int(layers.rocks[index]), int(layers.deposits[index])
-    energy = float(layers.energy.p95[index])
+def _benches(kind: str, names: Sequence[str], layers: Layers, flown: int) -> Iterator[Bench]:
+    """A row for each of all C zones or areas, (C,) names, those that no rock came to included."""
+    rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
+    energy = layers.everywhere(layers.energy.p95, np.nan)
+    for name, reached, stopped, p95 in zip(names, rocks.tolist(), deposits.tolist(), energy.tolist(), strict=True):
+        yield _bench(kind, name, reached, stopped, p95, flown)
+
+
+def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flown: int) -> Bench:
     return Bench(
         kind,
         name,

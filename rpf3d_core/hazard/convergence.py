@@ -47,13 +47,14 @@ class Step:
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
     """The areas of interest or, where the scene names none, the zones that rocks came to."""
     layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)
-    rocks = maps.flown
+    rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
+    energy = layers.everywhere(layers.energy.p95, np.nan)
     places = {
-        name: _place(int(layers.rocks[i]), int(layers.deposits[i]), rocks, float(layers.energy.p95[i]))
+        name: _place(int(rocks[i]), int(deposits[i]), maps.flown, float(energy[i]))
         for i, name in enumerate(names)
-        if maps.area_names or layers.rocks[i] > 0
+        if maps.area_names or rocks[i] > 0
     }
-    return Step(rocks, places)
+    return Step(maps.flown, places)
 
 
 def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:

@@ -1,4 +1,4 @@
-"""From a tally to layers: shares, means and percentiles of every cell."""
+"""From a tally to layers: shares, means and percentiles of every cell that rocks came to."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
-from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
 from rpf3d_core.hazard.lines import Found
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread
 from rpf3d_core.hazard.tally import SUM_UNITS, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -21,29 +20,20 @@ FEW = 500
 
 
 def layers_of(tally: Tally) -> Layers:
-    """The layers of all C cells of a tally."""
-    found, cells = tally.found(), len(tally.slot)
-    rocks, passages, impacts, deposits = (
-        _counted(cells, found.cell, some) for some in (found.rocks, found.passages, found.impacts, found.deposits)
-    )
-    first = _everywhere(cells, found.cell, found.first)
+    """The layers of the cells of a tally that rocks came to."""
+    found = tally.found()
     edges = [_edges(tally, q) for q in range(3)]
     percentiles = _percentiles_of(tally, found, edges)
     energy, speed, height = (_spread(tally, found, q, percentiles[q]) for q in range(3))
-    within = max(relative_error(some) for some in edges)
-    return Layers(rocks, passages, impacts, deposits, first, energy, speed, height, within)
+    return Layers(
+        len(tally.slot), found.cell, found.rocks, found.passages, found.impacts, found.deposits, found.first,
+        energy, speed, height, max(relative_error(some) for some in edges),
+    )  # fmt: skip
 
 
 def without_passages(layers: Layers) -> Layers:
-    """The layers of zones and areas, arrays (C,): a rock goes from facet to facet of a zone without leaving it."""
+    """The layers of zones and areas: a rock goes from facet to facet of a zone without leaving it."""
     return replace(layers, passages=np.zeros_like(layers.passages))
-
-
-def _counted(cells: int, some: IntArray, counts: CountArray) -> CountArray:
-    """Counts of some cells among all (C,), 0 elsewhere."""
-    everywhere = np.zeros(cells, dtype=np.int64)
-    everywhere[some] = counts
-    return everywhere
 
 
 def _edges(tally: Tally, q: int) -> FloatArray:
@@ -88,15 +78,7 @@ def _spread(tally: Tally, found: Found, q: int, percentiles: FloatArray) -> Spre
     largest = found.most[:, q]
     percentiles = np.minimum(percentiles, largest[:, None])
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
-    columns = (largest, mean, *percentiles.T)
-    return Spread(*(_everywhere(len(tally.slot), found.cell, column) for column in columns))
-
-
-def _everywhere(cells: int, some: IntArray, values: FloatArray) -> StatisticArray:
-    """Values of some cells among all (C,), NaN elsewhere."""
-    everywhere = np.full(cells, np.nan, dtype=np.float32)
-    everywhere[some] = values
-    return everywhere
+    return Spread(*(column.astype(np.float32) for column in (largest, mean, *percentiles.T)))
 
 
 @loop

@@ -1,7 +1,8 @@
 """The hazard of an ensemble, cell by cell: the product that maps, zones and tables are drawn from.
 
 A cell is a square of a raster in plan, a facet of the terrain, a zone of it, or an area of interest: what is told of
-each is the same (`Layers`).
+each is the same (`Layers`). Of a mine's millions of cells rocks come to a few thousand, so only those are kept: what
+needs a value everywhere lays out one column at a time.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ FEWEST_ROCKS = 20
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Of each rock's maximum in a cell, over the rocks that came there; every array (C,), NaN where none came.
+    """Of each rock's maximum in a cell, over the rocks that came there; every array (S,), of the cells of a `Layers`.
 
     largest : exact, to float32; mean : to 2^-35 of the largest value that the scene can produce, and float32
     p50, p90, p95, p99 : to within `Layers.percentiles_within`; NaN below `FEWEST_ROCKS` rocks
@@ -39,16 +40,19 @@ class Spread:
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """What came to each of C cells; every array (C,).
+    """What came to the S of C cells that rocks came to; every array (S,).
 
-    rocks : distinct rocks that passed over the cell, touched it or stopped in it
+    count : C, how many cells there are in all; cell : number of each, from 0 to C - 1, ascending
+    rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
     passages : times a rock entered it, or was released there; impacts : contacts with restitution; deposits : rocks
         that stopped there
-    first_arrival : s from its release until the fastest rock came; NaN where none did
+    first_arrival : s from its release until the fastest rock came
     energy : J, translational; speed : m/s; height : m, vertical, above the terrain straight below
     percentiles_within : bound of the relative error of every percentile (-)
     """
 
+    count: int
+    cell: CountArray
     rocks: CountArray
     passages: CountArray
     impacts: CountArray
@@ -58,6 +62,12 @@ class Layers:
     speed: Spread
     height: Spread
     percentiles_within: float
+
+    def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
+        """Values (S,) of the cells that rocks came to among all (C,), of the same kind; `elsewhere` where none came."""
+        laid_out = np.full(self.count, elsewhere, dtype=values.dtype)
+        laid_out[self.cell] = values
+        return laid_out
 
 
 class Raster(NamedTuple):
@@ -92,5 +102,5 @@ class HazardMaps:
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
-    """Share (-) of all rocks flown that came to each cell (C,), given that they fall (physics reference 7.2)."""
+    """Share (-) of all rocks flown that came to each of S cells, given that they fall (physics reference 7.2)."""
     return np.asarray(layers.rocks / max(flown, 1))

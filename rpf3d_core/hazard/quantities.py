@@ -1,5 +1,9 @@
-"""What each array of a hazard map is called in files, and its unit: one list for rasters, meshes and pictures."""
+"""What each array of a hazard map is called in files, and its unit: one list for rasters, meshes and pictures.
 
+Arrays (S,) are of the cells that rocks came to; `Quantity.elsewhere` holds everywhere else.
+"""
+
+import math
 from typing import NamedTuple
 
 from rpf3d_core.hazard.maps import (
@@ -18,17 +22,18 @@ STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
 
 
 class Quantity(NamedTuple):
-    """What a file or an array holds: its name, unit and meaning."""
+    """What a file or an array holds: its name, unit and meaning, and what it is where no rock came."""
 
     name: str
     unit: str
     meaning: str
+    elsewhere: float = math.nan
 
 
-REACH = Quantity("reach_probability", "1", "share of all rocks flown that came here, given that they fall")
-PASSAGES = Quantity("passages", "1", "times a rock entered, or was released here")
-IMPACTS = Quantity("impacts", "1", "contacts with restitution")
-DEPOSITS = Quantity("deposits", "1", "rocks that stopped here")
+REACH = Quantity("reach_probability", "1", "share of all rocks flown that came here, given that they fall", 0)
+PASSAGES = Quantity("passages", "1", "times a rock entered, or was released here", 0)
+IMPACTS = Quantity("impacts", "1", "contacts with restitution", 0)
+DEPOSITS = Quantity("deposits", "1", "rocks that stopped here", 0)
 ARRIVAL = Quantity("first_arrival_s", "s", "time from its release until the fastest rock came")
 ENERGY = Quantity("energy_j", "J", "translational kinetic energy")
 SPEED = Quantity("speed_m_s", "m/s", "speed")
@@ -36,20 +41,20 @@ HEIGHT = Quantity("height_m", "m", "vertical height above the terrain straight b
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
-    """Quantities with one number a cell that are not counts: arrays (C,), share (-) and s."""
+    """Quantities with one number a cell that are not counts: arrays (S,), share (-) and s."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
 
 
 def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
-    """Quantities that are counts, arrays (C,); 0 where no rock came."""
+    """Quantities that are counts, arrays (S,)."""
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, Spread]]:
-    """Quantities with a spread over rocks: J, m/s and m, arrays (C,)."""
+    """Quantities with a spread over rocks: J, m/s and m, arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 
 def statistics_of(spread: Spread) -> tuple[StatisticArray, ...]:
-    """The arrays (C,) of a spread in the order of `STATISTICS`, in its own unit."""
+    """The arrays (S,) of a spread in the order of `STATISTICS`, in its own unit."""
     return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

@@ -58,7 +58,7 @@ def _finest_cell(terrain: Terrain) -> float:
 def typical_size(terrain: Terrain) -> float:
     """Side (m) of a square of two facets of the median area, told from facets evenly spread over the file's order."""
     step = max(len(terrain.triangles) // SAMPLE, 1)
-    areas = area_vectors(terrain.vertices, np.ascontiguousarray(terrain.triangles[::step]))
+    areas = area_vectors(terrain.vertices, terrain.triangles[::step])
     return math.sqrt(2.0 * float(np.sqrt(np.median((areas**2).sum(axis=1)))))
 
 

@@ -44,7 +44,7 @@ MOST_MERGES = PER_OCTAVE.bit_length() - 1
 """After so many mergings in pairs a bin is an octave wide."""
 BYTES_PER_CELL = 132
 """That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, in the sheet of
-facets, and in layers."""
+facets, and, if they do, in layers."""
 BYTES_PER_SLOT = LINE + 4
 """That a cell needs beside its bins once rocks have come to it."""
 LEAST_SHARE = 0.2

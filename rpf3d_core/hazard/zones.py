@@ -56,7 +56,7 @@ class Zone(NamedTuple):
 def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """A zone for each level (-) of reach probability, in the order given; of one that no cell has, without cells."""
     share = reach_probability(maps.cells, maps.flown)
-    return [Zone("reach_probability", level, None, share >= level) for level in levels]
+    return [Zone("reach_probability", level, None, _flags(maps, share >= level)) for level in levels]
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
@@ -65,22 +65,27 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     Fewer than 20 rocks have no percentile: such a cell takes its largest energy instead, which is never below the
     percentile, and its zone says how many did. To leave it out would be to call it safe.
     """
-    reached, share = maps.cells.rocks > 0, reach_probability(maps.cells, maps.flown)
+    share = reach_probability(maps.cells, maps.flown)
     energy, guessed = _energy(maps, matrix.percentile)
     row = np.searchsorted(matrix.energy_levels, energy, side="right")
     column = np.searchsorted(matrix.probability_levels, share, side="right")
     names = matrix.names
     number = np.array([[names.index(name) if name else -1 for name in line] for line in matrix.classes])
-    found = np.where(reached, number[np.where(reached, row, 0), column], -1)
+    found = number[row, column]
     zones = []
     for index, name in enumerate(names):
-        cells = found == index
-        zones.append(Zone("matrix", None, name, cells, int((guessed & cells).sum())))
+        belongs = found == index
+        zones.append(Zone("matrix", None, name, _flags(maps, belongs), int((guessed & belongs).sum())))
     return zones
 
 
+def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
+    """Flags (C,) of all cells from those (S,) of the cells that rocks came to."""
+    return maps.cells.everywhere(belongs, False)
+
+
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
-    """The percentile of energy (C,) J, the largest where there is none, and a flag (C,) of where that is so."""
+    """The percentile of energy (S,) J, the largest where there is none, and a flag (S,) of where that is so."""
     energy = getattr(maps.cells.energy, f"p{percentile}")
-    guessed = np.isnan(energy) & (maps.cells.rocks > 0)
+    guessed = np.isnan(energy)
     return np.where(guessed, maps.cells.energy.largest, energy), guessed

@@ -9,7 +9,7 @@ from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
 
 from rpf3d_core.detection.vtk_closest import closest_by_vtk
 from rpf3d_core.detection.vtk_locator import VtkLocator
-from rpf3d_core.io.vtp import triangle_mesh
+from rpf3d_core.io.vtk_mesh import triangle_mesh
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 

@@ -7,10 +7,11 @@ Nodata: NaN in a statistic or a time means that no rock came, in a percentile th
 are 0 where no rock came; 0 is a value.
 """
 
+import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rasterio
@@ -18,6 +19,7 @@ from affine import Affine
 from numpy.typing import NDArray
 from rasterio.crs import CRS
 from rasterio.errors import NotGeoreferencedWarning
+from rasterio.windows import Window
 
 from rpf3d_core.hazard.maps import HazardMaps, Raster
 from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
@@ -80,21 +82,53 @@ def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
     return image if frame.up == "y" else image[::-1]
 
 
+class Part(NamedTuple):
+    """A part of an image: which of the S cells that rocks came to lie in it, and in which of its rows and columns."""
+
+    window: Window
+    cells: NDArray[np.int64]
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+
+
+def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[Part]:
+    """The tiles of an image that rocks came to, or all of it as one part."""
+    raster = maps.raster
+    row, column = np.divmod(maps.cells.cell, raster.nx)
+    row = row if frame.up == "y" else raster.ny - 1 - row
+    if not tiles:
+        return [Part(Window(0, 0, raster.nx, raster.ny), np.arange(len(row)), row, column)]
+    tile = row // TILE * raster.nx + column // TILE
+    order = np.argsort(tile, kind="stable")
+    parts = []
+    for cells in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1) if len(order) else ():
+        top, left = row[cells[0]] // TILE * TILE, column[cells[0]] // TILE * TILE
+        window = Window(left, top, min(TILE, raster.nx - left), min(TILE, raster.ny - top))
+        parts.append(Part(window, cells, row[cells] - top, column[cells] - left))
+    return parts
+
+
 def _write(
     folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]]
 ) -> None:
+    """Write bands of values (S,). Tiles that no rock came to are nodata, which the library fills in by itself."""
     raster, kind = maps.raster, bands[0].dtype
     profile = {
         "driver": "GTiff", "width": raster.nx, "height": raster.ny, "count": len(bands), "dtype": kind, "crs": crs,
         "transform": transform_of(raster, frame), "nodata": COUNT_NODATA if kind == np.uint32 else np.nan,
         "interleave": "band", "compress": "deflate", "zlevel": 1,
     }  # fmt: skip
-    if max(raster.nx, raster.ny) >= LARGE:
+    tiled = max(raster.nx, raster.ny) >= LARGE
+    if tiled:
         profile |= {"tiled": True, "blockxsize": TILE, "blockysize": TILE}
+    parts = _parts(maps, frame, tiled and math.isnan(quantity.elsewhere))
     with rasterio.open(folder / f"{quantity.name}.tif", "w", **profile) as file:
         file.update_tags(**_tags(quantity, frame, maps, len(bands)))
         for number, values in enumerate(bands, start=1):
-            file.write(upright(values, raster, frame), number)
+            for part in parts:
+                image = np.full((part.window.height, part.window.width), quantity.elsewhere, kind)
+                image[part.row, part.column] = values[part.cells]
+                file.write(image, number, window=part.window)
             file.set_band_description(number, STATISTICS[number - 1] if len(bands) > 1 else quantity.name)
             file.set_band_unit(number, quantity.unit)
 

@@ -35,7 +35,7 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
         WRITERS[extension](part, terrain)
         part.replace(path)
     except OSError as fault:
-        reason = f" ({fault.strerror})" if fault.strerror else ""  # VTK knows none
+        reason = f" ({fault.strerror})" if fault.strerror else ""  # a VTP file's fault has none
         raise InputError(f"{path}: could not be written{reason}") from fault
     finally:
         part.unlink(missing_ok=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.colours import zone_colours
-from rpf3d_core.terrain.facets import IntArray, Terrain, area_vectors, unit_normals
+from rpf3d_core.terrain.facets import IntArray, Terrain, unit_normals
 from rpf3d_core.terrain.frame import FloatArray
 
 CANDIDATES_AT_ONCE = 500_000
@@ -95,7 +95,7 @@ def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambie
     """Picture (H, W, 4) RGBA of zones in their colours (Z, 3); `ambient` is the brightness (-) in full shade."""
     shown = view.facet >= 0
     facets, place = np.unique(view.facet[shown], return_inverse=True)
-    normals = unit_normals(area_vectors(terrain.vertices, terrain.triangles[facets]))
+    normals = unit_normals(terrain.vertices, terrain.triangles[facets])
     upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
     brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
     colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)

@@ -122,15 +122,16 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
     p95 = "95th percentile of the rocks' largest"
     return {
         "reach_probability": Theme(
-            "reach probability", "share of all rocks that come here (%)", np.where(cells.rocks > 0, share, np.nan),
+            "reach probability", "share of all rocks that come here (%)", cells.everywhere(share, np.nan),
             reach_scale(maps.flown, share), 0.01,
         ),
         "energy_p95": Theme(
-            f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.energy.p95,
+            f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.everywhere(cells.energy.p95, np.nan),
             scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
         ),
         "height_p95": Theme(
-            f"{p95} height", "height above the ground, p95 (m)", cells.height.p95, scale_of_height(cells.height.p95)
+            f"{p95} height", "height above the ground, p95 (m)", cells.everywhere(cells.height.p95, np.nan),
+            scale_of_height(cells.height.p95),
         ),
     }  # fmt: skip
 
@@ -178,7 +179,7 @@ def _ground(
 def _reached(maps: HazardMaps) -> FloatArray:
     """Centres (N, 2) m of the cells that rocks came to, local frame."""
     raster = maps.raster
-    row, column = np.divmod(np.flatnonzero(maps.cells.rocks), raster.nx)
+    row, column = np.divmod(maps.cells.cell, raster.nx)
     return np.stack([column + 0.5, row + 0.5], axis=1) * raster.cell + (raster.x, raster.y)
 
 
@@ -192,7 +193,8 @@ def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps
     raster = maps.raster
     shown, extent = _cells_in(raster, window)
     values = theme.values.reshape(raster.ny, raster.nx)[shown]
-    few = (maps.cells.rocks.reshape(raster.ny, raster.nx)[shown] > 0) & ~np.isfinite(values)
+    reached = maps.cells.everywhere(maps.cells.rocks > 0, False).reshape(raster.ny, raster.nx)[shown]
+    few = reached & ~np.isfinite(values)
     where = placed(terrain, extent)
     limits = axes.get_xlim(), axes.get_ylim()
     style: dict[str, Any] = {"extent": where, "origin": "lower", "interpolation": "nearest", "alpha": OPACITY}
@@ -250,7 +252,7 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
 
 def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
     """In place of the colour bar, where no cell has a value."""
-    if (maps.cells.rocks > 0).any():
+    if len(maps.cells.cell):
         why = (
             f"No values: no cell was reached by\n{FEWEST_ROCKS} rocks. More rocks, or a larger\n"
             "hazard.cell in the scene, give some."

@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
 
 from rpf3d_core.ensemble.flights import Deposits, FloatArray, IntArray
 from rpf3d_core.ensemble.paths import PathSamples
-from rpf3d_core.io.vtp import triangle_mesh
+from rpf3d_core.io.vtk_mesh import triangle_mesh
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED
 

@@ -164,7 +164,7 @@ def _hazard(maps: HazardMaps) -> dict[str, Any]:
         "cell_m": maps.raster.cell,
         "columns": maps.raster.nx,
         "rows": maps.raster.ny,
-        "cells_reached": int((maps.cells.rocks > 0).sum()),
-        "facets_reached": int((maps.facets.rocks > 0).sum()),
+        "cells_reached": len(maps.cells.cell),
+        "facets_reached": len(maps.facets.cell),
         "percentiles_within": max(maps.cells.percentiles_within, maps.facets.percentiles_within),
     }

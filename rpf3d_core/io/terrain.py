@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 from rpf3d_core.terrain.pit import Pit, pit_terrain
 from rpf3d_core.terrain.welding import weld
 from rpf3d_core.terrain.winding import repair_winding
-from rpf3d_core.terrain.zero_area import NO_AREA_AT_ALL, without_area
+from rpf3d_core.terrain.zero_area import NO_AREA_AT_ALL
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
@@ -41,10 +41,11 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     raw, files = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
-    if without_area(raw.vertices, raw.triangles, winding.areas).all():
-        raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
     terrain = _with_drawn_zones(replace(raw, triangles=winding.triangles), scene)
-    return terrain, fault_report(terrain, winding, edges, files)
+    report = fault_report(terrain, winding, edges, files)
+    if report.zero_area_facets == report.triangles:
+        raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
+    return terrain, report
 
 
 def read_surface(path: Path) -> Surface:

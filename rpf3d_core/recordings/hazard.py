@@ -36,7 +36,7 @@ JOULE_PER_KJ = 1000.0
 
 
 class Layer(NamedTuple):
-    """One hazard of the facets: its entity, what it is called, its values (F,) with their scale, the unit shown.
+    """One hazard of the S facets that rocks came to: its entity, its title, values (S,) with their scale, unit shown.
 
     per_unit : of the values' own unit in one of the unit shown
     """
@@ -80,10 +80,9 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
     """The facets that rocks came to in the colours of a layer, lifted by `number` times LIFT so that none hides."""
-    reached = np.flatnonzero(maps.facets.rocks)
-    place = places(layer.scale, layer.values[reached])
+    place = places(layer.scale, layer.values)
     step = np.where(np.isnan(place), STEPS, np.clip(place * STEPS, 0, STEPS - 1)).astype(np.int64)
-    mesh = parted_mesh(terrain.vertices, terrain.triangles[reached], step, _palette())
+    mesh = parted_mesh(terrain.vertices, terrain.triangles[maps.facets.cell], step, _palette())
     low, high = terrain.vertices.min(axis=0), terrain.vertices.max(axis=0)
     lift = number * LIFT * float(np.linalg.norm(high - low))
     return mesh._replace(vertices=mesh.vertices + np.float32(lift) * mesh.normals)

@@ -1,10 +1,11 @@
 """The edges of a triangle mesh: which facets meet at each, and in which direction each runs through it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.compiling import loop
 from rpf3d_core.terrain.ordering import sort_keys
 
 Index = NDArray[np.int32]
@@ -31,25 +32,16 @@ class Edges(NamedTuple):
 
 def edges_of(triangles: Index, vertices: int) -> Edges:
     """The edges of F triangles (F, 3) over a number of vertices, sorted by their vertices."""
-    keys, reach = _side_keys(triangles, vertices)
+    triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+    reach, keys = _reach(triangles).bit_length(), np.empty(3 * len(triangles), np.int64)
+    _write_side_keys(triangles, vertices, reach, keys)
     keys, side = sort_keys(keys, vertices.bit_length() + reach + 1)
     used = int(np.searchsorted(keys, vertices << (reach + 1)))
-    keys, side = keys[:used], side[:used]
-    down = (keys & 1).astype(bool)
-    keys >>= 1
-    begins = np.ones(used, bool)
-    begins[1:] = keys[1:] != keys[:-1]
-    start = np.flatnonzero(begins).astype(np.int32)
-    edge = keys[start]
-    low = (edge >> reach).astype(np.int32)
-    return Edges(
-        low=low,
-        high=low + (edge & ((1 << reach) - 1)).astype(np.int32),
-        start=start,
-        uses=np.diff(start, append=np.int32(used)),
-        facet=_facet_of_side(side, len(triangles)),
-        down=down,
-    )
+    low, high, start, facet = (np.empty(used, np.int32) for _ in range(4))
+    down = np.empty(used, np.bool_)
+    count = _cut_into_edges(keys, side, used, reach, len(triangles), low, high, start, facet, down)
+    start = start[:count]
+    return Edges(low[:count], high[:count], start, np.diff(start, append=np.int32(used)), facet, down)
 
 
 def collapsed(triangles: Index) -> Flags:
@@ -70,29 +62,46 @@ def facets_on_borders(edges: Edges) -> Index:
     return np.asarray(edges.facet[np.repeat(edges.uses != 2, edges.uses)])
 
 
-def _side_keys(triangles: Index, vertices: int) -> tuple[NDArray[np.int64], int]:
-    """(3 F,) a number for each side, k F + f for side k of facet f, and the bits that the reach of an edge takes.
+@loop
+def _reach(triangles: Any) -> int:
+    """The largest difference between two vertices of a side."""
+    reach = 0
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        reach = max(reach, max(a, b, c) - min(a, b, c))
+    return int(reach)
+
+
+@loop
+def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> None:
+    """Write a number for each side (3 F,), k F + f for side k of facet f, with `reach` bits for the reach of an edge.
 
     It packs the lower vertex, the reach to the higher one and the direction, so that sorting brings the uses of an
     edge together; sides of collapsed facets come last.
     """
-    corners = np.ascontiguousarray(triangles.T, dtype=np.int64)
-    ends = np.roll(corners, -1, axis=0)
-    low = np.minimum(corners, ends)
-    between = np.abs(ends - corners)
-    reach = int(between.max()).bit_length()
-    out = collapsed(triangles)
-    low[:, out] = vertices
-    between[:, out] = 0
-    low <<= reach
-    low += between
-    low <<= 1
-    low += corners > ends
-    low[:, out] &= ~np.int64(1)
-    return low.ravel(), reach
+    count = len(triangles)
+    for f in range(count):
+        out = triangles[f, 0] == triangles[f, 1] or triangles[f, 1] == triangles[f, 2] \
+            or triangles[f, 2] == triangles[f, 0]
+        for k in range(3):
+            a, b = np.int64(triangles[f, k]), np.int64(triangles[f, (k + 1) % 3])
+            key = (((min(a, b) << reach) + abs(b - a)) << 1) + (1 if a > b else 0)
+            keys[k * count + f] = vertices << (reach + 1) if out else key
 
 
-def _facet_of_side(side: Index, facets: int) -> Index:
-    """The facet of each side k F + f, without a slow division."""
-    facet: Index = side - (side >= facets) * np.int32(facets)
-    return np.asarray(facet - (facet >= facets) * np.int32(facets))
+@loop
+def _cut_into_edges(
+    keys: Any, side: Any, used: int, reach: int, facets: int, low: Any, high: Any, start: Any, facet: Any, down: Any
+) -> int:  # fmt: skip
+    """Write the edges and their uses from sorted keys (3 F,) and the sides (3 F,) that they are of; how many edges."""
+    count = 0
+    for use in range(used):
+        edge = keys[use] >> 1
+        if use == 0 or edge != keys[use - 1] >> 1:
+            low[count] = edge >> reach
+            high[count] = low[count] + (edge & ((1 << reach) - 1))
+            start[count] = use
+            count += 1
+        facet[use] = side[use] - facets * (0 if side[use] < facets else 1 if side[use] < 2 * facets else 2)
+        down[use] = keys[use] & 1 == 1
+    return count

@@ -2,10 +2,12 @@
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.compiling import loop
 from rpf3d_core.terrain.components import components
 from rpf3d_core.terrain.edges import Edges, Flags, Index, collapsed
 from rpf3d_core.terrain.facets import Terrain
@@ -178,5 +180,15 @@ def _median_edge(vertices: FloatArray, edges: Edges) -> float:
     """Median length of the edges (m), 0 where there are none."""
     if len(edges.low) == 0:
         return 0.0
-    squared = sum((column[edges.high] - column[edges.low]) ** 2 for column in np.ascontiguousarray(vertices.T))
-    return float(np.sqrt(np.median(squared)))
+    squared = np.empty(len(edges.low))
+    _squared_lengths(np.ascontiguousarray(vertices), edges.low, edges.high, squared)
+    return float(np.sqrt(np.median(squared, overwrite_input=True)))
+
+
+@loop
+def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
+    """Write the squared length of each edge (m^2)."""
+    for e in range(len(low)):
+        x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],
+                   vertices[high[e], 2] - vertices[low[e], 2])  # fmt: skip
+        squared[e] = x * x + y * y + z * z

@@ -1,7 +1,11 @@
 """Sorting whole numbers together with where they came from."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+from rpf3d_core.compiling import loop
 
 Keys = NDArray[np.int64]
 
@@ -23,10 +27,23 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
     if bits > bits_left(len(keys)):
         order = np.argsort(keys)
         return keys[order], order.astype(np.int32)
-    shift = len(keys).bit_length()
-    keys <<= shift
-    keys += np.arange(len(keys))
+    shift, place = len(keys).bit_length(), np.empty(len(keys), np.int32)
+    _pack(keys, shift)
     keys.sort()
-    order = keys & ((1 << shift) - 1)
-    keys >>= shift
-    return keys, order.astype(np.int32)
+    _unpack(keys, shift, place)
+    return keys, place
+
+
+@loop
+def _pack(keys: Any, shift: int) -> None:
+    """Put the place of each key behind it."""
+    for i in range(len(keys)):
+        keys[i] = (keys[i] << shift) + i
+
+
+@loop
+def _unpack(keys: Any, shift: int, place: Any) -> None:
+    """Take the places from behind the keys."""
+    for i in range(len(keys)):
+        place[i] = keys[i] & ((1 << shift) - 1)
+        keys[i] >>= shift

@@ -4,9 +4,13 @@ No grid of cells is involved, so no pair is split by a cell's border: points are
 and two points within the tolerance of each other are within the tolerance along that direction too.
 """
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.compiling import loop
 from rpf3d_core.terrain.components import components
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.ordering import bits_left, sort_keys
@@ -47,32 +51,58 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
     index : (N,) int
         The vertex of each point.
     """
-    along = points[:, 0] * OBLIQUE[0] + points[:, 1] * OBLIQUE[1] + points[:, 2] * OBLIQUE[2]
+    x, y, z = (np.ascontiguousarray(column, dtype=np.float64) for column in points.T)
+    along = np.empty(len(points))
+    _project(x, y, z, along)
     order, step = _sorted_along(along)
-    begins = _begins_of_equal_runs(points, order)
-    first = order[begins]
-    first = _first_of_near(points[first], along[first], first, tolerance, step)
-    chosen = np.empty(len(points), np.int32)
-    chosen[order] = first[np.cumsum(begins, dtype=np.int32) - np.int32(1)]
-    return _numbered(points, chosen)
+    first, run, index = (np.empty_like(order) for _ in range(3))
+    first = first[: _runs_of_equals(x, y, z, order, first, run)]
+    first = _first_of_near(_at((x, y, z), first), along[first], first, tolerance, step)
+    kept = np.empty_like(first)
+    kept = kept[: _number(order, run, first, index, kept)]
+    return _at((x, y, z), kept), index
+
+
+def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
+    """Some of the points of which these are the columns, (N, 3)."""
+    return np.stack([column[some] for column in columns], axis=1)
+
+
+@loop
+def _project(x: Any, y: Any, z: Any, along: Any) -> None:
+    """Write the place of each point along OBLIQUE (m)."""
+    for p in range(len(x)):
+        along[p] = x[p] * OBLIQUE[0] + y[p] * OBLIQUE[1] + z[p] * OBLIQUE[2]
 
 
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
     """The points (N,) in rising order of their place, as far as whole steps tell, and the length of a step (m)."""
-    bits = bits_left(len(along))
-    low, span = float(along.min()), float(np.ptp(along))
-    steps = ((along - low) * (SMALLER_THAN_ONE * 2.0**bits / (span or 1.0))).astype(np.int64)
+    bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
+    low = float(along.min())
+    span = float(along.max()) - low
+    _count_steps(along, low, SMALLER_THAN_ONE * 2.0**bits / (span or 1.0), steps)
     return sort_keys(steps, bits)[1], 2.0 * span / 2.0**bits
 
 
-def _begins_of_equal_runs(points: FloatArray, order: Index) -> NDArray[np.bool_]:
-    """(N,) whether the point at each place of the order differs from the one before it."""
-    begins = np.zeros(len(order), bool)
-    begins[0] = True
-    for k in range(3):
-        column = points[:, k][order]
-        begins[1:] |= column[1:] != column[:-1]
-    return begins
+@loop
+def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
+    """Write how many whole steps each place lies above the lowest."""
+    for p in range(len(along)):
+        steps[p] = np.int64((along[p] - low) * per_metre)
+
+
+@loop
+def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
+    """Number the runs of equal points along the order: the point that each begins with, and that of each place."""
+    count = 0
+    for place in range(len(order)):
+        p = order[place]
+        q = order[max(place - 1, 0)]
+        if place == 0 or x[p] != x[q] or y[p] != y[q] or z[p] != z[q]:
+            first[count] = p
+            count += 1
+        run[place] = count - 1
+    return count
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
@@ -100,8 +130,20 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
     return np.concatenate(found_a), np.concatenate(found_b)
 
 
-def _numbered(points: FloatArray, chosen: Index) -> tuple[FloatArray, Index]:
-    """Vertices and the vertex of each point, from the point chosen for each point."""
-    kept = chosen == np.arange(len(chosen), dtype=np.int32)
-    number = np.cumsum(kept, dtype=np.int32) - np.int32(1)
-    return np.stack([column[kept] for column in points.T], axis=1), number[chosen]
+@loop
+def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
+    """Write the vertex of each point into index, and the point that each vertex lies on into kept; how many there are.
+
+    The first point of a chain has no later number than any other of it, so its vertex is known when theirs is asked.
+    """
+    for place in range(len(order)):
+        index[order[place]] = first[run[place]]
+    count = 0
+    for p in range(len(index)):
+        if index[p] == p:
+            kept[count] = p
+            index[p] = count
+            count += 1
+        else:
+            index[p] = index[index[p]]
+    return count

@@ -10,6 +10,7 @@ import scenes_of_facets as made
 import shapely
 from area_tracks import plan_tracks, reached
 from flights_on_a_floor import FRAMES, maps_of, scene
+from hazard_layers import laid_out_maps
 
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.io.areas import read_areas
@@ -82,7 +83,7 @@ def counted(request, flown, tmp_path):
         file = write_area(file_of(tmp_path, name), request.param, polygons)
         areas.append(f"{{name: {name}, polygons: {file.name}}}")
     named = scene(tmp_path, f"areas_of_interest: [{', '.join(areas)}]\n")
-    return named, terrain, flights, maps_of(named, terrain, flights)
+    return named, terrain, flights, laid_out_maps(maps_of(named, terrain, flights))
 
 
 def test_the_rocks_that_reach_an_area_are_those_whose_tracks_meet_it(counted, tmp_path) -> None:

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from flights_on_a_floor import floor
-from hazard_layers import lines_of_rocks, maps_of
+from hazard_layers import laid_out, lines_of_rocks, maps_of
 
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.benches import (
@@ -80,7 +80,7 @@ def test_nothing_is_told_of_what_no_rock_came_to(table):
 def test_p95_energy_needs_twenty_rocks(table, maps):
     rows = {row.name: row for row in table}
     assert rows["few"].reached["rocks"] == FEWEST_ROCKS - 1 and rows["few"].energy_p95 is None
-    assert rows["east"].energy_p95 == maps.areas.energy.p95[0]
+    assert rows["east"].energy_p95 == laid_out(maps.areas).energy.p95[0]
 
 
 def test_the_section_of_the_summary_holds_zones_and_areas_apart_and_is_json(table):

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import scenes_of_facets as made
+from hazard_layers import laid_out_maps
 from hazard_tallied import flown, numbers, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
@@ -162,7 +163,7 @@ def test_tracks_from_vertices_and_along_edges_pass_what_buckets_find(along):
     physics = made.flight(made.surface(0.5, 0.9), "none")
     for tallies in (walked, searched):
         made.fly(made.engine_over("compiled", terrain), physics, places, (*along, 3.0), watch=tallies)
-    one, other = (tallies.maps(len(places), ()) for tallies in (walked, searched))
+    one, other = (laid_out_maps(tallies.maps(len(places), ())) for tallies in (walked, searched))
     assert np.array_equal(one.cells.rocks, other.cells.rocks)
     assert np.abs(one.facets.rocks - other.facets.rocks).sum() <= ON_EDGES * one.facets.rocks.sum()
     np.testing.assert_allclose(one.cells.height.largest, other.cells.height.largest, rtol=1e-5, atol=1e-6)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scenes_of_facets as made
 from hazard_by_force import by_force, passages
+from hazard_layers import laid_out, laid_out_maps
 from hazard_tallied import MASS, MEMORY, flown, numbers, over, rocks_above, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
@@ -34,7 +35,7 @@ def assert_same(one, other):
 
 def assert_layers(layers, stays, with_passages=True):
     """Every cell and every statistic of layers is what the stays of all rocks say."""
-    cells = {}
+    layers, cells = laid_out(layers), {}
     for (_, cell), found in stays.items():
         cells.setdefault(cell, []).append(found)
     reached = np.zeros(len(layers.rocks), dtype=np.int64)
@@ -92,7 +93,7 @@ def slid(speed, friction, squares, angle=35.0, length=80.0):
     physics = made.flight(made.surface(0.0, 1.0, friction, 0.0), "sliding")
     made.fly(made.engine_over("compiled", terrain), physics, 1e-12 * normal, speed * down, watch=tallies)
     a = 9.81 * (math.sin(math.radians(angle)) - math.tan(math.radians(friction)) * math.cos(math.radians(angle)))
-    return tallies.maps(1, ()).cells, raster, a, down[0]
+    return laid_out(tallies.maps(1, ()).cells), raster, a, down[0]
 
 
 @pytest.mark.parametrize(("speed", "friction"), [(0.0, 30.0), (4.0, 30.0), (9.0, 37.0), (9.0, 35.0)])
@@ -195,7 +196,7 @@ def test_under_a_roof_a_rock_passes_the_floor_and_over_it_the_roof(engine):
     x, v = [(-8.0, 0.3, 4.0), (-3.0, 0.4, 8.0)], [(10.0, 0.1, 0.0), (2.0, 0.1, 0.0)]
     flights = made.fly(made.engine_over(engine, terrain), physics, x, v, watch=tallies)
     assert flights.deposits.max_height == pytest.approx([4.0, 3.0], rel=EXACT), "above what lies straight below"
-    zones = tallies.maps(2, ()).zones
+    zones = laid_out(tallies.maps(2, ()).zones)
     assert zones.rocks.tolist() == [1, 1]
     assert zones.deposits.tolist() == [1, 1]
 
@@ -210,7 +211,7 @@ def test_over_a_step_in_what_is_below_each_part_of_an_arc_counts_above_its_own_g
     engine = made.engine_over("compiled", terrain)
     flights = made.fly(engine, physics, (0.5, 1.0, 12.0), (10.0, 0.0, 0.0), watch=tallies)
     assert flights.deposits.max_height == pytest.approx([highest], rel=EXACT), "it begins 12 m above the floor"
-    maps = tallies.maps(1, ())
+    maps = laid_out_maps(tallies.maps(1, ()))
     fallen = 0.5 * 9.81 * ((edge - 0.5) / 10.0) ** 2
     assert maps.zones.height.largest == pytest.approx([highest, 2.0 - fallen], rel=FLOAT32)
     assert maps.zones.first_arrival == pytest.approx([0.0, (edge - 0.5) / 10.0], rel=FLOAT32, abs=EXACT)
@@ -235,7 +236,7 @@ def test_a_release_on_a_corner_of_squares_visits_none_that_it_only_touches():
     tallies = dataclasses.replace(tallies, ground=tallies.ground._replace(raster=raster))
     physics = made.flight(made.surface(0.0, 0.0), "none")
     made.fly(made.engine_over("compiled", terrain), physics, (2.0, 2.0, 5.0), (-0.3, -0.7, 0.0), watch=tallies)
-    row, column = np.divmod(np.flatnonzero(tallies.maps(1, ()).cells.rocks), raster.nx)
+    row, column = np.divmod(tallies.maps(1, ()).cells.cell, raster.nx)
     visited = set(zip((column - 8).tolist(), (row - 8).tolist(), strict=True))
     assert visited == {(2, 2), (1, 1)}, "(1, 2) is touched at its corner only"
 
@@ -255,7 +256,7 @@ def test_a_track_that_begins_on_the_outline_of_an_area_is_in_it_only_where_it_is
     tallies = over(terrain, areas=square)
     physics = made.flight(made.surface(0.0, 0.0), "none")
     made.fly(made.engine_over("compiled", terrain), physics, (*x, 20.0), (*v, 0.0), watch=tallies)
-    areas = tallies.maps(1, ("square",)).areas
+    areas = laid_out(tallies.maps(1, ("square",)).areas)
     assert areas.rocks[0] == (inside_s is not None)
     if inside_s is not None:
         assert areas.first_arrival[0] == pytest.approx(inside_s, abs=EXACT)
@@ -267,7 +268,7 @@ def test_rocks_that_find_no_room_among_the_areas_are_counted_in_them_all_the_sam
     tallies = over(rough(), areas={f"area_{k}": [ring] for k in range(6)})
     flights = flown(rough(), tallies, count=128)
     stopped = int((flights.deposits.outcome == 0).sum())
-    areas = tallies.maps(128, tuple(f"area_{k}" for k in range(6))).areas
+    areas = laid_out(tallies.maps(128, tuple(f"area_{k}" for k in range(6))).areas)
     assert areas.rocks.tolist() == [128] * 6 and areas.deposits.tolist() == [stopped] * 6
 
 
@@ -279,7 +280,7 @@ def test_the_first_arrival_in_a_zone_does_not_depend_on_the_order_of_its_facets(
     tallies = over(terrain)
     physics = made.flight(made.surface(0.0, 0.0), "none")
     made.fly(made.engine_over("compiled", terrain), physics, (-5.0, 3.0, 8.0), (6.0, -1.0, 0.0), watch=tallies)
-    zones = tallies.maps(1, ()).zones
+    zones = laid_out(tallies.maps(1, ()).zones)
     assert zones.first_arrival[0] == 0.0 and zones.passages[0] == 0
 
 
@@ -290,7 +291,7 @@ def test_a_vertical_wall_is_visited_by_what_strikes_it():
     flights = made.fly(engine, physics, (0.1, 0.2, 5.0), (8.0, 0.3, 0.0), watch=tallies)
     struck = flights.impacts.facet[0]
     assert tallies.ground.facets.normals[struck, 2] == 0.0
-    facets = tallies.maps(1, ()).facets
+    facets = laid_out(tallies.maps(1, ()).facets)
     assert (facets.rocks[struck], facets.passages[struck]) == (1, 1)
     assert facets.impacts[struck] == (flights.impacts.facet == struck).sum()
     assert facets.speed.largest[struck] == pytest.approx(flights.impacts.speed_in[0], rel=FLOAT32)
@@ -314,7 +315,7 @@ def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
     x = np.stack([random.uniform(1.0, 3.0, rocks), random.uniform(-3.0, 3.0, rocks), np.full(rocks, 3.0)], 1)
     v = np.stack([random.uniform(0.0, 4.0, rocks), random.uniform(-4.0, 4.0, rocks), np.zeros(rocks)], 1)
     made.fly(made.engine_over("compiled", terrain), made.flight(made.surface(0.5, 0.9, 20.0)), x, v, watch=tallies)
-    reached = tallies.maps(rocks, ()).cells.rocks.reshape(cells, cells)
+    reached = laid_out(tallies.maps(rocks, ()).cells).rocks.reshape(cells, cells)
     left, right = reached[: cells // 2], reached[cells // 2 :][::-1]
     share = (left + right) / (2 * rocks)
     spread = np.sqrt(2 * rocks * share * (1 - share))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rasterio
 from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
-from hazard_layers import Points, lines_of_rocks, maps_of
+from hazard_layers import Points, laid_out, lines_of_rocks, maps_of
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import FEWEST_ROCKS
@@ -53,7 +53,7 @@ def test_there_is_a_file_a_quantity(tmp_path, terrain, maps):
 
 
 def test_every_cell_comes_back_at_its_own_coordinates(tmp_path, terrain, maps):
-    files, cells = written(tmp_path, terrain, maps), maps.cells
+    files, cells = written(tmp_path, terrain, maps), laid_out(maps.cells)
     for name in ("passages", "impacts", "deposits"):
         np.testing.assert_array_equal(at_centres(files[name], terrain, maps.raster)[:, 0], getattr(cells, name))
     reach = at_centres(files["reach_probability"], terrain, maps.raster)[:, 0]
@@ -68,7 +68,7 @@ def test_every_band_of_a_spread_comes_back_under_its_name(tmp_path, terrain, map
     file = written(tmp_path, terrain, maps)[name]
     assert file.descriptions == STATISTICS == ("max", "mean", "p50", "p90", "p95", "p99")
     bands = at_centres(file, terrain, maps.raster)
-    spread = getattr(maps.cells, name.split("_")[0])
+    spread = getattr(laid_out(maps.cells), name.split("_")[0])
     fields = ("largest", "mean", "p50", "p90", "p95", "p99")
     assert len({float(np.nansum(getattr(spread, field))) for field in fields}) == 6  # bands that could be mixed up
     for band, field in enumerate(fields):
@@ -99,9 +99,10 @@ def test_no_rock_is_no_data_in_statistics_and_zero_in_counts_and_shares(tmp_path
     terrain = floor()
     maps = maps_of(terrain, lines_of_rocks(terrain), CELL)
     files = written(tmp_path, terrain, maps)
-    nobody = maps.cells.rocks == 0
-    few = ~nobody & (maps.cells.rocks < FEWEST_ROCKS)
-    assert nobody.any() and few.any() and (maps.cells.rocks >= FEWEST_ROCKS).any()
+    rocks = laid_out(maps.cells).rocks
+    nobody = rocks == 0
+    few = ~nobody & (rocks < FEWEST_ROCKS)
+    assert nobody.any() and few.any() and (rocks >= FEWEST_ROCKS).any()
 
     def known(name, band):
         mask = files[name].read_masks(band)
@@ -131,9 +132,26 @@ def test_a_large_raster_is_written_in_tiles(tmp_path, monkeypatch):
     maps = maps_of(terrain, lines_of_rocks(terrain, 5), 0.1)
     assert written(tmp_path, terrain, maps)["energy_j"].block_shapes[0][1] == maps.raster.nx
     monkeypatch.setattr(module, "LARGE", 400)
-    file = written(tmp_path, terrain, maps)["energy_j"]
-    assert file.block_shapes[0] == (256, 256)
-    np.testing.assert_array_equal(file.read(1)[::-1].ravel(), maps.cells.energy.largest.astype(np.float32))
+    files, cells = written(tmp_path, terrain, maps), laid_out(maps.cells)
+    assert files["energy_j"].block_shapes[0] == (256, 256)
+    for band, name in enumerate(vars(cells.energy), start=1):
+        expected = getattr(cells.energy, name).astype(np.float32)
+        np.testing.assert_array_equal(files["energy_j"].read(band)[::-1].ravel(), expected)
+    np.testing.assert_array_equal(files["passages"].read(1)[::-1].ravel(), cells.passages)
+
+
+@pytest.mark.parametrize("up", ["z", "y"])
+def test_tiles_that_no_rock_came_to_hold_no_data_and_count_none(tmp_path, monkeypatch, up):
+    monkeypatch.setattr(module, "LARGE", 60)
+    monkeypatch.setattr(module, "TILE", 16)
+    terrain = floor(SURVEY if up == "z" else SURVEY_Y_UP)
+    maps = maps_of(terrain, lines_of_rocks(terrain, 3), 0.5)
+    files, cells = written(tmp_path, terrain, maps), laid_out(maps.cells)
+    reached = cells.rocks.reshape(maps.raster.ny, maps.raster.nx) > 0
+    assert not reached[:16, :16].any() and reached.any(), "there are tiles without rocks, and others"
+    for name, expected in (("first_arrival_s", cells.first_arrival), ("impacts", cells.impacts)):
+        found = at_centres(files[name], terrain, maps.raster)[:, 0]
+        np.testing.assert_array_equal(found, expected.astype(found.dtype))
 
 
 @pytest.mark.filterwarnings("error")
@@ -149,7 +167,7 @@ def test_counts_beyond_32_bits_are_not_cut(tmp_path):
     maps = maps_of(terrain, lines_of_rocks(terrain), CELL)
     maps.cells.passages[7] = 2**40 + 1
     file = written(tmp_path, terrain, maps)["passages"]
-    assert at_centres(file, terrain, maps.raster)[7, 0] == 2**40 + 1
+    assert at_centres(file, terrain, maps.raster)[maps.cells.cell[7], 0] == 2**40 + 1
 
 
 def test_no_rocks_make_empty_maps(tmp_path):

@@ -1,14 +1,15 @@
 """Zones in the file are the cells they were made from: same places, same areas, valid polygons."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
-from hazard_layers import lines_of_rocks, maps_of
+from hazard_layers import laid_out, lines_of_rocks, maps_of
 from shapely.geometry import shape
 
-from rpf3d_core.hazard.maps import HazardMaps, Layers, Raster
+from rpf3d_core.hazard.maps import HazardMaps, Raster
 from rpf3d_core.io.hazard_zones import hazard_zones, write_hazard_zones
 from rpf3d_core.io.polygons import read_polygons
 from rpf3d_core.io.scene_hazard import HazardSpec
@@ -60,8 +61,8 @@ def speckled(cells: np.ndarray) -> HazardMaps:
     """Maps whose cells (rows, columns) were reached by every rock or by none."""
     rows, columns = cells.shape
     maps = maps_of(floor(), lines_of_rocks(floor(), 1), CELL)
-    rocks = cells.ravel().astype(np.int64) * maps.flown
-    layers = Layers(**{**vars(maps.cells), "rocks": rocks})
+    cell = np.flatnonzero(cells)
+    layers = replace(maps.cells, count=cells.size, cell=cell, rocks=np.full(len(cell), maps.flown))
     return HazardMaps(**{**vars(maps), "raster": Raster(-20.0, -20.0, 0.5, columns, rows), "cells": layers})
 
 
@@ -80,7 +81,7 @@ def test_zones_can_be_read_back_as_areas_of_interest(tmp_path, terrain):
     maps = maps_of(terrain, lines_of_rocks(terrain), CELL)
     zones_of(tmp_path, terrain, maps, HazardSpec(reach_levels=(0.05,)))
     polygons = read_polygons(tmp_path / "zones.geojson")
-    reached = maps.cells.rocks >= 0.05 * maps.flown
+    reached = laid_out(maps.cells).rocks >= 0.05 * maps.flown
     np.testing.assert_array_equal(covered(polygons, centres(terrain, maps.raster)), reached)
 
 

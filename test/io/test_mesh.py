@@ -12,6 +12,7 @@ from vtkmodules.vtkIOPLY import vtkPLYWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.io import stl
 from rpf3d_core.io.surface import facet_count
 from rpf3d_core.io.terrain import read_surface
 
@@ -62,6 +63,14 @@ KINDS = [
 def test_a_binary_stl_is_read_corner_by_corner(tmp_path):
     surface = read_surface(write_binary_stl(tmp_path / "m.stl", CORNERS))
     assert np.array_equal(corners_of(surface), CORNERS.astype(np.float32))
+
+
+@pytest.mark.parametrize("records", [7, len(CORNERS)])
+def test_a_binary_stl_is_read_whole_however_many_facets_are_held_at_a_time(tmp_path, monkeypatch, records):
+    monkeypatch.setattr(stl, "RECORDS_AT_A_TIME", records)
+    assert len(CORNERS) % 7, "the last block is a part of one"
+    surface = read_surface(write_binary_stl(tmp_path / "m.stl", CORNERS))
+    np.testing.assert_array_equal(corners_of(surface), CORNERS.astype(np.float32))
 
 
 def test_a_binary_stl_may_begin_with_the_word_solid(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
-from hazard_layers import Points, lines_of_rocks, maps_of
+from hazard_layers import Points, laid_out, lines_of_rocks, maps_of
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
@@ -81,25 +81,26 @@ def test_each_cell_has_the_colour_of_its_value_over_the_grey_of_the_ground(terra
     expected = colours_at(places(theme.scale, theme.values[known]))
     assert known.sum() > 30
     assert np.abs(picture[rows[known], columns[known]] - expected).max() <= STEP
-    few = inside & (maps.cells.rocks > 0) & ~np.isfinite(theme.values)
+    few = inside & (laid_out(maps.cells).rocks > 0) & ~np.isfinite(theme.values)
     assert few.any() == (name != "reach_probability")
     blue = [int(module.FEW[i : i + 2], 16) for i in (1, 3, 5)]
     assert np.abs(picture[rows[few], columns[few]] - blue).max(initial=0.0) <= STEP
-    nobody = inside & (maps.cells.rocks == 0)
+    nobody = inside & (laid_out(maps.cells).rocks == 0)
     assert np.ptp(picture[rows[nobody], columns[nobody]], axis=1).max() == 0.0
 
 
 def test_what_is_drawn_are_shares_and_percentiles_in_the_units_of_the_bar():
     maps = maps_over(floor())
     reach, energy, height = themes(maps).values()
-    reached = maps.cells.rocks > 0
-    np.testing.assert_array_equal(reach.values[reached], reach_probability(maps.cells, maps.flown)[reached])
+    cells = laid_out(maps.cells)
+    reached = cells.rocks > 0
+    np.testing.assert_array_equal(reach.values[reached], reach_probability(maps.cells, maps.flown))
     assert np.isnan(reach.values[~reached]).all() and reach.per_unit == 0.01 and "%" in reach.unit
-    np.testing.assert_array_equal(energy.values, maps.cells.energy.p95)
+    np.testing.assert_array_equal(energy.values, cells.energy.p95)
     assert energy.per_unit == 1000.0 and "kJ" in energy.unit
-    np.testing.assert_array_equal(height.values, maps.cells.height.p95)
+    np.testing.assert_array_equal(height.values, cells.height.p95)
     assert "(m)" in height.unit
-    assert np.isnan(height.values[maps.cells.rocks < FEWEST_ROCKS]).all()
+    assert np.isnan(height.values[cells.rocks < FEWEST_ROCKS]).all()
 
 
 def test_areas_and_releases_are_drawn_and_the_title_tells_the_number_of_rocks(tmp_path):

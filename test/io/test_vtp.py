@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 from flights_on_a_floor import FRAMES, SOURCES, floor, none_thrown, thrown
-from hazard_layers import lines_of_rocks, maps_of
+from hazard_layers import laid_out, lines_of_rocks, maps_of
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 from rpf3d_core.ensemble.paths import sample_paths
+from rpf3d_core.io import vtp_file
 from rpf3d_core.io.vtp import write_terrain, write_trajectories
+from rpf3d_core.io.vtp_file import PolyData, Scattered, write_poly_data
 
 
 @pytest.fixture(params=FRAMES, ids=lambda frame: f"{frame.up}-up at {frame.origin[0]:.0f}")
@@ -29,7 +31,7 @@ def array(attributes, name):
     return vtk_to_numpy(attributes.GetArray(name))
 
 
-def names(data, field):
+def names_of(data, field):
     strings = data.GetFieldData().GetAbstractArray(field)
     return [strings.GetValue(i) for i in range(strings.GetNumberOfValues())]
 
@@ -61,13 +63,13 @@ def test_the_trace_map_counts_the_impacts_of_each_facet(terrain, tmp_path):
 
 def test_zone_names_are_field_data(terrain, tmp_path):
     write_terrain(tmp_path / "terrain.vtp", terrain, thrown(terrain).impacts)
-    assert names(read(tmp_path / "terrain.vtp"), "zone_names") == ["bench_1", "floor"]
+    assert names_of(read(tmp_path / "terrain.vtp"), "zone_names") == ["bench_1", "floor"]
 
 
 def test_hazard_lies_on_the_facets_by_the_names_of_the_rasters(terrain, tmp_path):
     maps = maps_of(terrain, lines_of_rocks(terrain), 2.0)
     write_terrain(tmp_path / "terrain.vtp", terrain, none_thrown().impacts, maps)
-    cells, facets = read(tmp_path / "terrain.vtp").GetCellData(), maps.facets
+    cells, facets = read(tmp_path / "terrain.vtp").GetCellData(), laid_out(maps.facets)
     np.testing.assert_array_equal(array(cells, "reach_probability"), (facets.rocks / 300).astype(np.float32))
     np.testing.assert_array_equal(array(cells, "first_arrival_s"), facets.first_arrival.astype(np.float32))
     for name in ("passages", "deposits", "impacts"):  # of every rock, and not of the impacts that were kept
@@ -107,8 +109,8 @@ def test_trajectories_are_a_line_a_rock_with_speed_time_rock_and_mode(terrain, t
     np.testing.assert_array_equal(array(points, "rock"), flights.deposits.rock[samples.row])
     np.testing.assert_array_equal(array(data.GetCellData(), "outcome"), [0, 1])
     np.testing.assert_array_equal(array(data.GetCellData(), "row"), [1, 5])
-    assert names(data, "source_names") == SOURCES
-    assert names(data, "mode_names")[:2] == ["flight", "settling"]
+    assert names_of(data, "source_names") == SOURCES
+    assert names_of(data, "mode_names")[:2] == ["flight", "settling"]
 
 
 def test_each_line_holds_the_points_of_its_own_rock(tmp_path):
@@ -134,3 +136,31 @@ def test_no_rocks_are_a_trace_map_without_traces_and_no_lines(tmp_path):
 def test_a_file_that_cannot_be_written_is_an_error(tmp_path):
     with pytest.raises(OSError, match="could not be written"):
         write_terrain(tmp_path / "nowhere" / "terrain.vtp", floor(), none_thrown().impacts)
+
+
+def test_a_file_of_many_blocks_comes_back_whole_whatever_few_cells_differ(tmp_path, monkeypatch):
+    monkeypatch.setattr(vtp_file, "BLOCK", 64)  # 16 whole numbers
+    terrain = floor(cells=7)
+    count, cell = len(terrain.triangles), np.array([0, 15, 16, 97])
+    assert count == 98, "the last block is a part of one"
+    few = Scattered(count, cell, np.array([3, 2**31 - 1, 7, 1]), 0)
+    some = few._replace(values=np.array([0.5, np.nan, np.inf, -1.0], np.float32), elsewhere=np.nan)
+    none = few._replace(cell=cell[:0], values=np.empty(0), elsewhere=-2.5)
+    every = np.arange(count) * 1000
+    names = {"of_zones": ["berm", "Böschung & <ramp>", ""]}
+    data = {"few": few, 'so "me': some, "none": none, "every": every}
+    ends, corners = np.arange(3, 3 * count + 1, 3, dtype=np.int32), terrain.triangles.ravel()
+    path = tmp_path / "mesh.vtp"
+    write_poly_data(path, PolyData(terrain.vertices, "Polys", ends, corners, {}, data, names))
+    found = read(path)
+    cells, laid_out = found.GetCellData(), np.zeros(count, int)
+    laid_out[cell] = few.values
+    np.testing.assert_array_equal(array(cells, "few"), laid_out)
+    partly = np.full(count, np.nan, np.float32)
+    partly[cell] = some.values
+    np.testing.assert_array_equal(array(cells, 'so "me'), partly)
+    np.testing.assert_array_equal(array(cells, "none"), np.full(count, -2.5))
+    np.testing.assert_array_equal(array(cells, "every"), every)
+    np.testing.assert_array_equal(vtk_to_numpy(found.GetPoints().GetData()), terrain.vertices)
+    np.testing.assert_array_equal(vtk_to_numpy(found.GetPolys().GetConnectivityArray()), corners)
+    assert names_of(found, "of_zones") == names["of_zones"] and cells.GetScalars().GetName() == "few"

@@ -1,0 +1,30 @@
+"""Triangles as VTK's poly data, for its filters."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def triangle_mesh(vertices: FloatArray, triangles: NDArray[np.integer]) -> vtkPolyData:
+    """Vertices (V, 3) m and triangles (F, 3) as VTK poly data in double precision.
+
+    VTK looks into the arrays, and keeps them alive: copies would take as much memory as the terrain.
+    """
+    points, data = vtkPoints(), vtkPolyData()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(vertices)))
+    data.SetPoints(points)
+    data.SetPolys(_cells(np.arange(0, 3 * len(triangles) + 1, 3, dtype=np.int32), triangles.ravel()))
+    return data
+
+
+def _cells(offsets: NDArray[np.integer], connectivity: NDArray[np.integer]) -> Any:
+    """Cells of which number i joins connectivity[offsets[i]:offsets[i + 1]]; 32 bit, for no terrain needs more."""
+    cells = vtkCellArray()
+    cells.SetData(*(numpy_to_vtk(numbers.astype(np.int32, copy=False)) for numbers in (offsets, connectivity)))
+    return cells
