@@ -42,6 +42,7 @@ from rpf3d_core.io.scene_values import (
     RocksOrAuto,
     Vector,
     exactly_one,
+    no_two_alike,
     refuse,
 )
 from rpf3d_core.terrain.pit_parameters import Pit
@@ -53,17 +54,6 @@ MOST_NAMED = 12
 """Zones that a message lists: a pit has dozens."""
 FASTEST = 10_000.0
 """m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
-
-
-def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    first: dict[str, int] = {}
-    for i, part in enumerate(parts):
-        if first.setdefault(part.name, i) != i:
-            other = first[part.name] + 1
-            raise refuse(
-                f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
-            )
-    return parts
 
 
 def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:
@@ -305,7 +295,7 @@ class Scene(Part):
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
     )
     rock: RockSpec = Field(default_factory=RockSpec, description="a mapping with density and diameter, mass or volume")
-    sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
+    sources: Annotated[tuple[SourceSpec, ...], AfterValidator(no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )
     rocks: RocksOrAuto | None = Field(
@@ -331,7 +321,7 @@ class Scene(Part):
     effects: Annotated[EffectsSpec, BeforeValidator(named_effects)] = Field(
         default_factory=EffectsSpec, description="a mapping of effect name to its parameters"
     )
-    areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(_no_two_alike)] = Field(
+    areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(no_two_alike)] = Field(
         (), description="a list of {name, polygons}"
     )
     hazard: HazardSpec = Field(

@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from rpf3d_core.io.scene_barriers import BarriersSpec
+from rpf3d_core.io.scene_forest import ForestSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
@@ -80,6 +82,9 @@ class GroundSpec(OneOf):
 
 class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
+
+    forest: ForestSpec | None = Field(None, description="a mapping with file, or stems and dbh_mean_cm")
+    barriers: BarriersSpec | None = Field(None, description="a mapping with panels")
 
     @property
     def named(self) -> dict[str, Offer]:

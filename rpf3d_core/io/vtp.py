@@ -42,7 +42,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     layers = {} if maps is None else facet_layers(maps)
     count = layers.pop("impacts", None)
     if count is None:
-        count = np.bincount(impacts.facet, minlength=len(terrain.triangles)).astype(np.int32)
+        count = np.bincount(impacts.facet[impacts.facet >= 0], minlength=len(terrain.triangles)).astype(np.int32)
     data = triangle_mesh(terrain.frame.points_to_input(terrain.vertices), terrain.triangles)
     _attach(
         data.GetCellData(),

@@ -49,6 +49,13 @@ class Purpose(IntEnum):
     NORMAL_RESTITUTION = 14
     TANGENTIAL_RESTITUTION = 15
     FRICTION_ANGLE = 16
+    TREE_CLASS = 32
+    TREE_ANGLE = 33
+    TREE_SIDE = 34
+    TREE_X = 36
+    TREE_Y = 37
+    TREE_DIAMETER = 39
+    TREE_KIND = 40
 
 
 @kernel
