@@ -108,8 +108,8 @@ def test_a_sliding_rock_is_caught_on_the_ground_at_the_panel(engine, x):
 def test_a_sliding_rock_that_breaks_through_goes_on_sliding_with_what_is_left(engine):
     terrain, capacity = made.floor(cells=10), 15e3
     net = fence(terrain, LINE, 2.0, capacity)
-    flights = over_a_floor(engine, (-5.0, 0.5, 0.0), (9.0, 0.0, 0.0), net, friction=5.0)
-    friction = math.tan(math.radians(5.0)) * G
+    flights = over_a_floor(engine, (-5.0, 0.5, 0.0), (9.0, 0.0, 0.0), net, friction=10.0)
+    friction = math.tan(math.radians(10.0)) * G
     left = 0.5 * MASS * (81.0 - 2 * friction * 5.0) - capacity
     stop = flights.deposits.x[0]
     assert met(flights).sum() == 1 and flights.deposits.outcome[0] == Outcome.STOPPED
@@ -120,11 +120,13 @@ def test_a_sliding_rock_that_breaks_through_goes_on_sliding_with_what_is_left(en
 @BOTH
 def test_bounces_that_are_summed_up_end_at_a_panel_in_their_way(engine):
     terrain = made.floor(cells=1)
-    flights = over_a_floor(engine, (-3.0, 0.0, 0.02), (12.0, 0.0, 0.0), fence(terrain, LINE, 2.0, 1e9), model="none")
     free = over_a_floor(engine, (-3.0, 0.0, 0.02), (12.0, 0.0, 0.0), model="none")
-    assert Mode.SETTLING in free.paths.mode and free.deposits.x[0, 0] > 0.0
+    settling = np.flatnonzero(free.paths.mode == Mode.SETTLING)[0]
+    middle = 0.5 * (free.paths.x[settling, 0] + free.paths.x[settling + 1, 0])
+    net = fence(terrain, [(middle, -8.0), (middle, 8.0)], 2.0, 1e9)
+    flights = over_a_floor(engine, (-3.0, 0.0, 0.02), (12.0, 0.0, 0.0), net, model="none")
     assert flights.deposits.outcome[0] == Outcome.CAUGHT
-    assert flights.deposits.x[0, 0] == pytest.approx(0.0, abs=1e-9)
+    assert flights.deposits.x[0, 0] == pytest.approx(middle, abs=1e-9)
 
 
 @BOTH

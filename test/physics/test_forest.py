@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import scenes_of_facets as made
-from obstacles_made import ASIDE, MASS, RADIUS, energy_of, rough_ground, thrown, trees, with_effects
+from obstacles_made import ASIDE, RADIUS, energy_of, rough_ground, thrown, trees, with_effects
 from on_both_engines import BOTH, loses_energy
 
 from rpf3d_core.effects.forest import most_energy, share_at_offset
@@ -14,8 +14,8 @@ from rpf3d_core.materials.streams import Purpose
 from rpf3d_core.values import Outcome
 
 G = 9.81
-NOTHING_HIGH = 1e9
-"""m, of trees whose strength does not fall off with height."""
+ROUNDING = 1e-15
+"""Relative, of a velocity that is turned: a few of its last bits."""
 
 
 def over_a_floor(engine, x, v, *effects, friction=30.0):
@@ -72,7 +72,7 @@ def test_a_sliding_rock_that_the_stem_stops_lies_against_it(engine):
 def test_a_sliding_rock_that_is_turned_aside_stays_on_its_facet(engine):
     forest = trees(made.floor(cells=10), [(0.0, 0.1)], energy=10e3, deflection=ASIDE)
     flights = over_a_floor(engine, (-4.0, 0.0, 0.0), (12.0, 0.0, 0.0), forest, friction=5.0)
-    assert met(flights).sum() == 1 and (flights.paths.x[:, 2] == 0.0).all()
+    assert met(flights).sum() == 1 and np.abs(flights.paths.x[:, 2]).max() < 1e-12
     assert flights.deposits.x[0, 1] < -0.1, "away from the axis"
 
 
@@ -108,7 +108,7 @@ def test_both_engines_meet_the_same_trees_to_the_last_bit_and_no_energy_is_gaine
     )
     assert met(one).sum() > 60 and made.same_bits(one, other)
     assert loses_energy(one)
-    assert (one.impacts.speed_out[met(one)] <= one.impacts.speed_in[met(one)]).all()
+    assert (one.impacts.speed_out[met(one)] <= one.impacts.speed_in[met(one)] * (1.0 + ROUNDING)).all()
 
 
 @BOTH
@@ -133,7 +133,6 @@ def test_rocks_are_turned_by_the_classes_in_their_shares_and_alike_to_both_sides
     shares = np.histogram(np.abs(turn), (0.0, 22.5, 67.5, 76.0))[0] / number
     np.testing.assert_allclose(shares, (0.4, 0.4, 0.2), atol=4.0 * 0.5 / math.sqrt(number))
     assert (turn > 0).mean() == pytest.approx(0.5, abs=4.0 * 0.5 / math.sqrt(number))
-    assert MASS == 1000.0
 
 
 def test_naming_a_forest_leaves_every_other_draw_as_it_was():
