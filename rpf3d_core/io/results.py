@@ -191,7 +191,7 @@ def _write_pictures(
         profiles = folder / "profiles"
         profiles.mkdir()
         write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
-    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown)
+    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown, findings.obstacles)
     if findings.steps:
         name = f"{scene.path.stem}, {flown.describe()}"
         write_convergence(folder / "convergence.png", name, findings.steps, scene.target)

@@ -17,6 +17,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
+from rpf3d_core.io.scene_berms import BermSpec
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
@@ -105,6 +106,9 @@ class TerrainSpec(Part):
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
+    berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
+        (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
+    )
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
