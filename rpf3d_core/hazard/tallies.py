@@ -60,10 +60,7 @@ class Scratch(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Tallies:
-    """Counts over everything that hazard is told of. Call it with each batch of flown rocks; any thread may.
-
-    barriers : a `hazard.barriers.BarrierTally`, None where the scene names none
-    """
+    """Counts over everything that hazard is told of. Call it with each batch of flown rocks; any thread may."""
 
     ground: Ground
     areas: Areas
@@ -74,7 +71,7 @@ class Tallies:
     inside: Tally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
-    barriers: Any = None
+    barriers: Any = None  # a `hazard.barriers.BarrierTally` where the scene names some
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
         """Count N rocks in; their largest heights above the terrain (N,) m."""
@@ -111,10 +108,9 @@ class Tallies:
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
-        return HazardMaps(
-            flown, self.ground.raster, squares, facets, without_passages(zones), without_passages(inside), area_names,
-            () if self.barriers is None else self.barriers.figures,
-        )  # fmt: skip
+        zones, inside = without_passages(zones), without_passages(inside)
+        barriers = () if self.barriers is None else self.barriers.figures
+        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers)
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""

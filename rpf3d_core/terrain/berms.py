@@ -83,7 +83,7 @@ def _end(
     a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
     front = [a, b, c, d] if inner > 0.0 else [a, c, d]
     rises = [height, height, 0.0, 0.0] if inner > 0.0 else [height, 0.0, 0.0]
-    beside = [(np.array([b, end - outer * left, c])), (np.array([a, d, end + outer * left]))]
+    beside = (np.array([b, end - outer * left, c]), np.array([a, d, end + outer * left]))
     return [(np.array(front), np.array(rises)), *((corners, np.array([height, 0.0, 0.0])) for corners in beside)]
 
 
@@ -291,11 +291,9 @@ def _with_facets(
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     number = np.where(on_ridge, zones.index(zone), terrain.zone[owner]).astype(np.int32)
     corners: IntArray = facets.astype(np.int32)
-    _, first = np.unique(owner, return_index=True)
+    first = np.unique(owner, return_index=True)[1]
     triangles, zone_of = terrain.triangles.copy(), terrain.zone.astype(np.int32)
     triangles[owner[first]], zone_of[owner[first]] = corners[first], number[first]
     more = np.setdiff1d(np.arange(len(facets)), first)
-    return replace(
-        terrain, triangles=np.concatenate([triangles, corners[more]]),
-        zone=np.concatenate([zone_of, number[more]]), zones=zones,
-    )  # fmt: skip
+    triangles, zone_of = np.concatenate([triangles, corners[more]]), np.concatenate([zone_of, number[more]])
+    return replace(terrain, triangles=triangles, zone=zone_of, zones=zones)
