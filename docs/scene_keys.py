@@ -9,13 +9,24 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_hazard, scene_method, scene_model, scene_models, scene_rebounds, scene_roughness
+from rpf3d_core.io import (
+    scene_barriers,
+    scene_berms,
+    scene_forest,
+    scene_hazard,
+    scene_method,
+    scene_model,
+    scene_models,
+    scene_rebounds,
+    scene_roughness,
+)
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
     ("The scene", scene_model.Scene),
     ("terrain", scene_model.TerrainSpec),
     ("terrain.files[]", scene_model.TerrainFile),
+    ("terrain.berms[]", scene_berms.BermSpec),
     ("zones[]", scene_model.ZoneSpec),
     ("materials.NAME", scene_model.Material),
     ("rock", scene_model.RockSpec),
@@ -32,6 +43,11 @@ PARTS = (
     ("effects.roughness", scene_roughness.RoughnessSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
+    ("effects.forest", scene_forest.ForestSpec),
+    ("effects.forest.energy_factors", scene_forest.EnergyFactors),
+    ("effects.forest.deflection", scene_forest.DeflectionSpec),
+    ("effects.barriers", scene_barriers.BarriersSpec),
+    ("effects.barriers.panels[]", scene_barriers.BarrierSpec),
     ("hazard", scene_hazard.HazardSpec),
     ("hazard.matrix", scene_hazard.MatrixSpec),
     ("target", scene_model.TargetSpec),
@@ -78,6 +94,41 @@ capitals: x is also `east`, `easting` or `e`; y `north`, `northing` or `n`; z `e
 stands: one that is no plain number, such as `1,234.5` or `1,5`, is refused with its line and column. Where the source
 says `above_ground`, points in plan will do: no column for the height, or `[x, y]` (with `up: y` x and z).
 """
+OBSTACLES = """## Barriers, berms and trees
+```yaml
+terrain:
+  files: [{path: pit.stl}]
+  berms: [{name: haul_road, along: [[0, 0], [120, 40]], height: 2, width: 6, crest: 1}]
+effects:
+  barriers:
+    panels:
+      - {name: fence_1, along: [[0, 60], [120, 90]], height: 4, capacity_kj: 1000}
+      - {name: counted, along: portal.geojson, height: 3, capacity_kj: 0}
+  forest: {file: trees.csv}
+```
+
+- A **berm** is ground: it is raised on the terrain before anything else is made of it, by its height over whatever
+  lies below, follows that, and slopes to its foot and beyond its ends. Its facets are the zone `berm_<name>`,
+  whatever else is drawn there, so `materials` and the bench table know it; where two cross, their heights add up.
+  Facets that it cuts keep their number for the first of their parts.
+- A **barrier** stands vertically on the ground straight below its line. A rock that crosses its plane at most
+  `height` times `residual_height` above that ground meets it: with no more translational energy than `capacity_kj` it
+  is caught there (outcome `caught`); with more it breaks through, in the same direction, and `taken_by_break` times
+  the capacity is gone. Higher up it flies over, and nothing of its path changes. Rocks that slide, roll or settle
+  meet barriers, too.
+- Every rock finds a barrier as the scene gives it: rocks are independent of each other, so none finds what another
+  has broken. For a net that has been hit, say what is left of its height. Whether a net is high and strong enough is
+  for the engineer: the summary tells p95 energies and heights, and no factor of safety is applied.
+- A barrier of `capacity_kj: 0` stops nothing and changes no bit of any path: it counts the rocks that cross a line.
+- Energies that nets are tested with by ETAG 027 (now EAD 340059), in kJ at the maximum energy level, are,
+  unconfirmed: 100, 250, 500, 1000, 1500, 2000, 3000, 4500 for classes 0 to 7; look them up for the product that is
+  planned.
+- A file of **trees** is a CSV with a header that names x, y, `dbh_cm` and, where known, `height` (m), `kind`
+  (`conifer`, `broadleaved`, `silver_fir`) and the foot's z, which must lie within 2 m of the ground; or without a
+  header those five columns from x to kind. Trees that are drawn stand anywhere with the same chance; each is a
+  function of the seed and its number. A tree that takes all of a rock's energy drops it at its foot; one that slides
+  or rolls lies against it.
+"""
 DRAWS = """## Distributions
 Where a key says "or a distribution", one of these may stand instead of a number. All are cut off at their bounds, which
 must keep to the limits of the key.
@@ -121,7 +172,7 @@ sources:
 def document() -> str:
     """The whole page."""
     tables = [table(title, part) for title, part in PARTS]
-    return "\n".join([HEAD, *tables, pit_table(), POINTS, DRAWS])
+    return "\n".join([HEAD, *tables, pit_table(), POINTS, DRAWS, OBSTACLES])
 
 
 def table(title: str, part: type[BaseModel]) -> str:

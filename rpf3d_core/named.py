@@ -1,6 +1,9 @@
 """The models and effects that a scene names, made ready for the kernels; nothing else of them is imported."""
 
-from rpf3d_core.effects.hooks import HOOKS, chain_of
+from typing import Any
+
+from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
+from rpf3d_core.effects.obstacles import Obstacles, all_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
@@ -19,7 +22,7 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
         One of them cannot be built there: names the key.
     """
     model, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
-    effects = [_built(offer, scene, terrain) for offer in scene.effects.named.values()]
+    effects = numbered([_built(offer, scene, terrain) for offer in scene.effects.named.values()])
     if not rebound.has_rule(type(model)):
         raise InputError(f"{scene.path}: `rebound` names {type(model).__name__}, which has no rule; its file must have "
                          f"a function decorated with @rebound.rule({type(model).__name__})")  # fmt: skip
@@ -35,6 +38,25 @@ def models_called(rebound: str, ground: str) -> Models:
     """Models by name, with all their defaults and no effects; for those that need nothing of a scene."""
     bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
     return Models(bouncing.offer.made(), resting.offer.made())
+
+
+def numbered(effects: list[Any]) -> list[Any]:
+    """Effects whose obstacles, where they have some (`first`, `obstacles`), are numbered over all of them together."""
+    known, first = [], 0
+    for effect in effects:
+        if hasattr(effect, "first"):
+            effect, first = effect._replace(first=first), first + effect.obstacles
+        known.append(effect)
+    return known
+
+
+def obstacles_of(scene: Scene, models: Models) -> Obstacles:
+    """What the obstacles of a scene are called and where they stand, in the order of their numbers."""
+    named = zip(scene.effects.named.items(), links_of(models.effects), strict=True)
+    parts = [
+        loaded(offer.OBSTACLES)(name, offer, effect) for (name, offer), effect in named if offer.OBSTACLES is not None
+    ]
+    return all_of(parts)
 
 
 def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:

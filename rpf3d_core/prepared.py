@@ -3,12 +3,15 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.effects.hooks import links_of
+from rpf3d_core.effects.obstacles import Obstacles
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.fly import choose_engine
@@ -30,7 +33,7 @@ from rpf3d_core.io.scene_model import Scene, check_materials, material_of
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
-from rpf3d_core.named import models_of
+from rpf3d_core.named import models_of, obstacles_of
 from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
@@ -62,6 +65,11 @@ class Prepared:
     read_s: float
     index_s: float
     began: float
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """What the obstacles of the scene are called and where they stand."""
+        return obstacles_of(self.scene, self.flight.models)
 
 
 def prepare(scene: Scene) -> Prepared:
@@ -212,7 +220,21 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     allowed = scene.hazard.memory_gb * GIGABYTE
     limit = max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
     scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
-    return tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
+    tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
+    return replace(tallies, barriers=_empty_barriers(prepared, compiled))
+
+
+def _empty_barriers(prepared: Prepared, compiled: bool) -> Any:
+    """A tally of the scene's barriers, None where it names none."""
+    spec = prepared.scene.effects.barriers
+    if spec is None:
+        return None
+    from rpf3d_core.effects.barriers import Barriers  # for scenes that name them only
+    from rpf3d_core.hazard.barriers import BarrierTally
+
+    barriers = next(link for link in links_of(prepared.flight.models.effects) if isinstance(link, Barriers))
+    names = tuple(panel.name for panel in spec.panels)
+    return BarrierTally(barriers, names, prepared.scene.gravity, compiled)
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:

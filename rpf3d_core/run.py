@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.choices import Rocks, Round, chosen_scene, rounds_of
+from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import Progress
 from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
@@ -59,6 +60,7 @@ class Run:
     read_s: float
     index_s: float
     began: float
+    obstacles: Obstacles = NO_OBSTACLES
 
 
 def simulate(
@@ -118,7 +120,9 @@ def run_scene(
         prepared = prepare(chosen_scene(scene, rocks, engine, seed))
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
-        with open_tables(part, sources, terrain, prepared.scene.rock.density, outputs.impacts) as sink:
+        with open_tables(
+            part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles
+        ) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop)
         if writing:
             writing()
@@ -172,7 +176,8 @@ def findings_of(run: Run) -> Findings:
     """What a run has found, as the files of a result are written from."""
     timings = {"read_s": run.read_s, "index_s": run.index_s, "wall_s": time.perf_counter() - run.began}
     return Findings(
-        run.scene, run.terrain, run.faults, run.flights, run.totals, run.maps, run.planned, run.steps, timings
+        run.scene, run.terrain, run.faults, run.flights, run.totals, run.maps, run.planned, run.steps, timings,
+        run.obstacles,
     )  # fmt: skip
 
 
@@ -212,7 +217,7 @@ def _fly(
     maps = tallies.maps(totals.rocks, prepared.area_names)
     return Run(
         scene, prepared.terrain, prepared.faults, flights, totals, maps, planned, tuple(steps),
-        prepared.read_s, prepared.index_s, prepared.began,
+        prepared.read_s, prepared.index_s, prepared.began, prepared.obstacles,
     )  # fmt: skip
 
 

@@ -45,13 +45,14 @@ class Part:
     """What came of a part of a scene's rocks, ready to travel.
 
     digest : of the scene, with its files, as the worker read them
-    totals, tallies : of all rocks of the part; flights : of those that are shown
+    totals, tallies, barriers : of all rocks of the part; flights : of those that are shown
     """
 
     digest: str
     totals: Totals
     tallies: tuple[PackedTally, ...]
     flights: Flights
+    barriers: tuple[Any, ...] = ()
 
 
 class Finished(NamedTuple):
@@ -141,7 +142,8 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     began = time.perf_counter()
     stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last))
     flights = stream.flights(compile_s, time.perf_counter() - began)
-    return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights)
+    barriers = () if tallies.barriers is None else tallies.barriers.counted
+    return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)
 
 
 def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
@@ -160,10 +162,12 @@ def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
     for part in parts:
         add_packed(tallies, part.tallies)
         totals.join(part.totals)
+        if tallies.barriers is not None:
+            tallies.barriers.join(part.barriers)
     return Run(
         scene, prepared.terrain, prepared.faults, joined([part.flights for part in parts]), totals,
         tallies.maps(totals.rocks, prepared.area_names), totals.rocks, (), prepared.read_s, prepared.index_s,
-        prepared.began,
+        prepared.began, prepared.obstacles,
     )  # fmt: skip
 
 

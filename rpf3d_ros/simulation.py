@@ -10,7 +10,7 @@ import numpy as np
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts
+from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, on_ground
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_of
@@ -177,7 +177,8 @@ def _trajectory_columns(terrain: Terrain, samples: PathSamples, deposits: Deposi
     return {**_position_columns(terrain, samples.x), **row}
 
 
-def _impact_columns(terrain: Terrain, impacts: Impacts, deposits: Deposits) -> Columns:
+def _impact_columns(terrain: Terrain, flown: Impacts, deposits: Deposits) -> Columns:
+    impacts = on_ground(flown)
     energy = 0.5 * deposits.mass[impacts.row] * impacts.speed_in**2
     row = {"t": impacts.t, "rock": impacts.row, "speed": impacts.speed_in, "energy": energy}
     return {**_position_columns(terrain, impacts.x), **row}

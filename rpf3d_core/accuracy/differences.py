@@ -85,24 +85,32 @@ def first_impacts(flights: Flights) -> FloatArray:
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Of the values (I, 3) of all impacts, those of the first of each rock (R, 3); NaN where it has none."""
+    """Of the values (I, 3) of all impacts, those of the first of each rock on the ground (R, 3); NaN where none is."""
     some = np.full((len(flights.deposits.rock), 3), np.nan)
-    rows, first = np.unique(flights.impacts.row, return_index=True)
-    some[rows] = values[first]
+    struck = np.flatnonzero(flights.impacts.facet >= 0)
+    rows, first = np.unique(flights.impacts.row[struck], return_index=True)
+    some[rows] = values[struck[first]]
     return some
+
+
+def _rows_that_struck_first(flights: Flights) -> IntArray:
+    """Rows (N,) of the rocks that struck the ground before any obstacle."""
+    rows, first = np.unique(flights.impacts.row, return_index=True)
+    return np.asarray(rows[flights.impacts.facet[first] >= 0])
 
 
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
     """How high each of R rocks would rise off a level ground with the speed that its first impact left it: (R,) m.
 
     With the speed along the facet's normal, for off a steep face a rock does not rise at all. NaN where it did not fly
-    on, or no path was kept. gravity : m/s^2
+    on, met an obstacle before, or no path was kept. gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths
     _, first = np.unique(paths.row, return_index=True)
     second = first + 1  # at least its end
     second = second[paths.mode[second] == Mode.FLIGHT]
+    second = second[np.isin(paths.row[second], _rows_that_struck_first(flights))]
     row = paths.row[second]
     away = (paths.v[second] * _first_of(flights, flights.impacts.normal)[row]).sum(axis=1)
     rises[row] = away**2 / (2.0 * gravity)

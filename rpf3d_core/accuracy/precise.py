@@ -7,6 +7,7 @@ an impact takes no more than sums, products and one square root.
 
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
+from itertools import takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -66,11 +67,11 @@ def _off(gaps: list[tuple[float, float]]) -> Off:
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Number of each impact of a rock before it first settles or slides, and how far it is off (m, s)."""
+    """Number of each impact of a rock before it first settles, slides or meets an obstacle, and how far off it is."""
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
     alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
-    facets = [int(f) for f in flights.impacts.facet[struck[:alone]]]
+    facets = [int(f) for f in takewhile(lambda f: f >= 0, flights.impacts.facet[struck[:alone]])]
     start = np.flatnonzero(flights.paths.row == row)[0]
     release = (flights.paths.x[start].tolist(), flights.paths.v[start].tolist())
     surfaces = _surfaces(prepared, flights, row, facets)

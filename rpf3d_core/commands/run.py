@@ -76,6 +76,7 @@ def _print_run(result: "Run", write_s: float) -> None:
 
     _print_outcomes(result)
     _print_benches(result)
+    _print_barriers(result)
     print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard)])
     flights = result.flights
     screen.print(
@@ -112,6 +113,19 @@ def _print_benches(run: "Run") -> None:
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
         screen.print(TEXT_NOTE, style="dim", highlight=False)
+
+
+def _print_barriers(run: "Run") -> None:
+    """What rocks did at each barrier, where the scene names some."""
+    if not run.maps.barriers:
+        return
+    from rpf3d_core.io.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
+
+    table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
+    for row in text_rows(run.maps.barriers):
+        table.add_row(*row)
+    screen.print(table)
+    screen.print(TEXT_NOTE, style="dim", highlight=False)
 
 
 def _print_convergence(run: "Run") -> None:

@@ -31,10 +31,14 @@ class Meeting(NamedTuple):
 
 
 class Met(NamedTuple):
-    """What an obstacle has made of a rock: its motion, and its outcome if it ends there, else MOVING."""
+    """What an obstacle has made of a rock: its motion, and its outcome if it ends there, else MOVING.
+
+    facet : that the obstacle stands on, which a rock that ends there is told to lie on; -1 if the rock goes on
+    """
 
     motion: Motion
     outcome: int
+    facet: int
 
 
 NO_MEETING = Meeting(math.inf, -1)
@@ -205,7 +209,7 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, falling: 
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, falling: Falling) -> Met:
     """Nothing: it is not one of this effect's."""
-    return Met(motion, MOVING)
+    return Met(motion, MOVING, -1)
 
 
 @at_obstacle.rule(Chain)

@@ -3,7 +3,7 @@
 All positions are in the terrain's local frame; `io` turns them back to the input's coordinates.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +44,12 @@ class Deposits:
 
 @dataclass(frozen=True, eq=False)
 class Impacts:
-    """Every impact; I rows, grouped by rock in order of time.
+    """Every impact on the ground and every meeting with an obstacle; I rows, grouped by rock in order of time.
 
-    row : row of the rock in `Deposits`; t : s; x : (I, 3) m; facet : id
-    normal : (I, 3) unit, turned against the incoming velocity; speed_in, speed_out : m/s
+    row : row of the rock in `Deposits`; t : s; x : (I, 3) m
+    facet : id; of a meeting `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
+    normal : (I, 3) unit, turned against the incoming velocity; of a meeting against that velocity
+    speed_in, speed_out : m/s
     """
 
     row: IntArray
@@ -57,6 +59,12 @@ class Impacts:
     normal: FloatArray
     speed_in: FloatArray
     speed_out: FloatArray
+
+
+def on_ground(impacts: Impacts) -> Impacts:
+    """The impacts on the ground alone, without the meetings with obstacles."""
+    struck = impacts.facet >= 0
+    return Impacts(*(getattr(impacts, column.name)[struck] for column in fields(Impacts)))
 
 
 @dataclass(frozen=True, eq=False)

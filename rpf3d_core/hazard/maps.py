@@ -89,7 +89,7 @@ class HazardMaps:
 
     cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
     areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
-    height (NaN).
+    height (NaN). barriers : `hazard.barriers.BarrierFigures` of each, where the scene names some
     """
 
     flown: int
@@ -99,6 +99,7 @@ class HazardMaps:
     zones: Layers
     areas: Layers
     area_names: tuple[str, ...]
+    barriers: tuple[Any, ...] = ()
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:

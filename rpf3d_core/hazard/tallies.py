@@ -71,6 +71,7 @@ class Tallies:
     inside: Tally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
+    barriers: Any = None  # a `hazard.barriers.BarrierTally` where the scene names some
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
         """Count N rocks in; their largest heights above the terrain (N,) m."""
@@ -84,6 +85,8 @@ class Tallies:
                 scratch = _with_more_room(scratch)
             begin = end
         self.idle.put(scratch)
+        if self.barriers is not None:
+            self.barriers(batch, releases)
         return heights
 
     def warm(self) -> float:
@@ -99,13 +102,15 @@ class Tallies:
         """Count in what another part of the same ensemble has counted."""
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
+        if self.barriers is not None:
+            self.barriers.join(other.barriers.counted)
 
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
-        return HazardMaps(
-            flown, self.ground.raster, squares, facets, without_passages(zones), without_passages(inside), area_names
-        )
+        zones, inside = without_passages(zones), without_passages(inside)
+        barriers = () if self.barriers is None else self.barriers.figures
+        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers)
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
@@ -180,7 +185,8 @@ def _visit_all(
         for p in range(first[r, 1], first[r + 1, 1] - 1):
             at = _walk_piece(ground, areas, scratch, pieces, modes, p, gravity, mass[r], at)
             while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
-                _note_impact(ground, areas, scratch, impacts, q, facets[q], mass[r])
+                if facets[q] >= 0:  # an obstacle is no ground: the flights before and after it tell of it
+                    _note_impact(ground, areas, scratch, impacts, q, facets[q], mass[r])
                 q += 1
         _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r], mass[r])
         if not _fits(scratch):

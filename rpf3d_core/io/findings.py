@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.convergence import Step
@@ -45,7 +46,7 @@ class Findings:
     flights : of the rocks that are drawn, all or an even selection; totals, maps : of all that have flown
     planned : rocks that should have flown; more than have flown if the run was interrupted
     steps : what was known after each doubling, where the number of rocks was left open
-    timings : name -> wall seconds, such as `read_s` and `wall_s`
+    obstacles : of the scene's effects; timings : name -> wall seconds, such as `read_s` and `wall_s`
     """
 
     scene: Scene
@@ -57,6 +58,7 @@ class Findings:
     planned: int
     steps: tuple[Step, ...]
     timings: Mapping[str, float]
+    obstacles: Obstacles = NO_OBSTACLES
 
     @property
     def flown(self) -> Flown:

@@ -49,6 +49,10 @@ def write_hazard(
     write_hazard_rasters(folder, terrain, maps, crs)
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
     write_benches(folder / "benches.csv", bench_table(terrain, maps))
+    if maps.barriers:
+        from rpf3d_core.io.hazard_barriers import write_barriers
+
+        write_barriers(folder / "barriers.csv", maps.barriers)
     if pictures:
         # matplotlib takes most of a second to import: only a run that draws pays for it.
         from rpf3d_core.io.plots_hazard import write_hazard_pictures

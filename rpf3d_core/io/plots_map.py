@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
@@ -39,6 +40,8 @@ MARKERS = "o^sDvPX*"
 """By outcome, in order of value."""
 
 PATH = "#10203a"
+BARRIER = "#b3007a"
+TREE: dict[str, Any] = {"marker": ".", "color": "#1e6b2e", "markersize": 2.5}
 
 
 def write_map(
@@ -49,6 +52,7 @@ def write_map(
     samples: PathSamples,
     areas: Mapping[str, Sequence[FloatArray]],
     flown: Flown,
+    obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
     """Write the map.
 
@@ -58,6 +62,7 @@ def write_map(
     deposits : of the rocks that are drawn, all or some of those flown
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame.
+    obstacles : barriers and trees of the scene
 
     Notes
     -----
@@ -68,13 +73,14 @@ def write_map(
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, shaded(terrain, seen_from_above(terrain, window, PIXELS)))
     draw_areas(main, terrain, areas)
+    handles = _draw_obstacles(main, terrain, obstacles)
     _draw_rocks(main, terrain, deposits, samples)
     measure(main, terrain, window)
     main.set_title(f"{name}: {flown.describe()}", loc="left", fontsize=12)
     if window != whole:
         small = shaded(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
         draw_overview(figure, terrain, whole, window, small, areas)
-    handles = _legend_entries(terrain, deposits, len(samples.starts), areas, flown)
+    handles += _legend_entries(terrain, deposits, len(samples.starts), areas, flown)
     draw_north(side, terrain)
     side.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 0.9), frameon=False, fontsize=9)
     save(figure, path)
@@ -89,6 +95,22 @@ def rocks_window(
     """
     places = np.concatenate([deposits.release[:, :2], deposits.x[:, :2], samples.x[:, :2]])
     return window_with_areas(whole, places, areas)
+
+
+def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Any]:
+    """Barriers as lines and trees as dots, some where there are very many; their entries in the legend."""
+    entries: list[Any] = []
+    if obstacles.lines:
+        lines = [plan_of(terrain, points) for _, points in obstacles.lines]
+        axes.add_collection(LineCollection(lines, colors=BARRIER, linewidths=1.8))
+        entries.append(Line2D([], [], color=BARRIER, linewidth=1.8, label="barrier"))
+    if len(obstacles.stems):
+        some = selection(len(obstacles.stems))
+        axes.plot(*plan_of(terrain, obstacles.stems[some, :3]).T, linestyle="none", **TREE)
+        number = len(obstacles.stems)
+        label = "tree" if len(some) == number else f"tree ({len(some):,} of {number:,} drawn)"
+        entries.append(Line2D([], [], linestyle="none", label=label, **TREE))
+    return entries
 
 
 def _draw_rocks(axes: Axes, terrain: Terrain, deposits: Deposits, samples: PathSamples) -> None:

@@ -76,7 +76,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
     """The points of a text or CSV."""
-    rows = list(_rows(path, text))
+    rows = list(rows_of(path, text))
     if not rows:
         return []
     first = rows[0]
@@ -89,7 +89,7 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
     return [_point(path, row, columns, None) for row in rows]
 
 
-def _rows(path: Path, text: str) -> Iterator[Row]:
+def rows_of(path: Path, text: str) -> Iterator[Row]:
     """The lines that hold anything, as cells without blanks around them."""
     begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
     separator = next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)

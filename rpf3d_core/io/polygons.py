@@ -83,7 +83,7 @@ def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[An
     elif kind in wanted:
         yield content
     else:
-        only = "polygons" if wanted == KINDS else "points"
+        only = {"Polygon": "polygons", "LineString": "lines"}.get(wanted[0], "points")
         raise InputError(f"{path}: must be GeoJSON that holds {only} only, but has {kind or str(content)[:40]!r}")
 
 

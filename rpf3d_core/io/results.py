@@ -127,7 +127,8 @@ def _replace(target: Path, part: Path) -> None:
 def write_all_tables(folder: Path, findings: Findings) -> None:
     """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
-    with tables.open_tables(folder, sources, findings.terrain, scene.rock.density, scene.outputs.impacts) as sink:
+    place = (folder, sources, findings.terrain, scene.rock.density)
+    with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles) as sink:
         sink(findings.flights.deposits, findings.flights.impacts)
 
 
@@ -190,7 +191,7 @@ def _write_pictures(
         profiles = folder / "profiles"
         profiles.mkdir()
         write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
-    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown)
+    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown, findings.obstacles)
     if findings.steps:
         name = f"{scene.path.stem}, {flown.describe()}"
         write_convergence(folder / "convergence.png", name, findings.steps, scene.target)

@@ -17,6 +17,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
+from rpf3d_core.io.scene_berms import BermSpec
 from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
@@ -42,6 +43,7 @@ from rpf3d_core.io.scene_values import (
     RocksOrAuto,
     Vector,
     exactly_one,
+    no_two_alike,
     refuse,
 )
 from rpf3d_core.terrain.pit_parameters import Pit
@@ -53,17 +55,6 @@ MOST_NAMED = 12
 """Zones that a message lists: a pit has dozens."""
 FASTEST = 10_000.0
 """m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
-
-
-def _no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    first: dict[str, int] = {}
-    for i, part in enumerate(parts):
-        if first.setdefault(part.name, i) != i:
-            other = first[part.name] + 1
-            raise refuse(
-                f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
-            )
-    return parts
 
 
 def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:
@@ -115,6 +106,9 @@ class TerrainSpec(Part):
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
+    berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
+        (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
+    )
     up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
     weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
     crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
@@ -305,7 +299,7 @@ class Scene(Part):
         min_length=1, description="a mapping of zone name, pattern or `default` to a material"
     )
     rock: RockSpec = Field(default_factory=RockSpec, description="a mapping with density and diameter, mass or volume")
-    sources: Annotated[tuple[SourceSpec, ...], AfterValidator(_no_two_alike)] = Field(
+    sources: Annotated[tuple[SourceSpec, ...], AfterValidator(no_two_alike)] = Field(
         min_length=1, description="a list of at least one source"
     )
     rocks: RocksOrAuto | None = Field(
@@ -331,7 +325,7 @@ class Scene(Part):
     effects: Annotated[EffectsSpec, BeforeValidator(named_effects)] = Field(
         default_factory=EffectsSpec, description="a mapping of effect name to its parameters"
     )
-    areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(_no_two_alike)] = Field(
+    areas_of_interest: Annotated[tuple[AreaSpec, ...], AfterValidator(no_two_alike)] = Field(
         (), description="a list of {name, polygons}"
     )
     hazard: HazardSpec = Field(

@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from rpf3d_core.io.scene_barriers import BarriersSpec
+from rpf3d_core.io.scene_forest import ForestSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
 from rpf3d_core.io.scene_rebounds import (
@@ -90,6 +92,8 @@ class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
     roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
+    forest: ForestSpec | None = Field(None, description="a mapping with file, or stems and dbh_mean_cm")
+    barriers: BarriersSpec | None = Field(None, description="a mapping with panels")
     own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
 
     @property

@@ -20,11 +20,13 @@ class Offer(Part):
 
     PHYSICS : module and class of the parameters that its rules are registered for
     BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
+    OBSTACLES : module and function that tells what its obstacles are called, from (name, offer, its parameters)
     SOURCE : where it is published; CONFIRMED : how far that is confirmed
     """
 
     PHYSICS: ClassVar[str]
     BUILDER: ClassVar[str | None] = None
+    OBSTACLES: ClassVar[str | None] = None
     SOURCE: ClassVar[str]
     CONFIRMED: ClassVar[Confirmed]
 

@@ -48,6 +48,18 @@ def exactly_one(part: BaseModel, *names: str) -> None:
         raise refuse(f"must have exactly one of {', '.join(names)}, but has {has}")
 
 
+def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Refuse parts of which two have the same name."""
+    first: dict[str, int] = {}
+    for i, part in enumerate(parts):
+        if first.setdefault(part.name, i) != i:
+            other = first[part.name] + 1
+            raise refuse(
+                f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
+            )
+    return parts
+
+
 def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
     """Refuse corners in plan (N, 2) that enclose no area."""
     try:
@@ -81,6 +93,16 @@ else:
         Annotated[InputFile, Tag("[file]")] | Annotated[Corners, Tag("[corners]")],
         Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
     ]
+
+Places = Annotated[tuple[Corner, ...], Field(min_length=2)]
+if TYPE_CHECKING:
+    Along = Path | Places
+else:
+    Along = Annotated[
+        Annotated[InputFile, Tag("[file]")] | Annotated[Places, Tag("[corners]")],
+        Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
+    ]
+"""A line in plan: its corners, or the path of a GeoJSON file with lines."""
 
 
 class Part(BaseModel):

@@ -53,6 +53,10 @@ def summary(findings: Findings) -> dict[str, Any]:
         "benches": benches["zones"],
         "hazard": {**_hazard(findings.maps), "zones": zones_section(findings.maps, scene.hazard)},
     }
+    if findings.maps.barriers:
+        from rpf3d_core.io.hazard_barriers import MEANING, barriers_section
+
+        facts["barriers"], facts["barriers_count"] = barriers_section(findings.maps.barriers), MEANING
     if scene.areas_of_interest:
         facts["areas_reached_by"] = REACHED_BY
     if findings.steps:

@@ -15,13 +15,18 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike, NDArray
 
+from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.ensemble.sizes import diameter_of
 from rpf3d_core.ensemble.totals import runout
+from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Mode, Outcome
+
+GROUND = "ground"
+"""What an impact has struck where it is no obstacle."""
 
 UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
@@ -33,12 +38,13 @@ UNITS = {
 
 @contextmanager
 def open_tables(
-    folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True
-) -> Iterator[Callable[[Deposits, Impacts], None]]:
+    folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
+    obstacles: Obstacles = NO_OBSTACLES,
+) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Write deposits.csv, one line a rock, and impacts.parquet, one line an impact, block after block.
 
-    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet. Yields a function that takes the rocks
-    of a block, and their impacts.
+    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet; obstacles : of the scene. Yields a
+    function that takes the rocks of a block, and their impacts.
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -49,7 +55,7 @@ def open_tables(
             _write_lines(deposits_file, lines, header=not deposits_file.tell())
             if not impacts:
                 return
-            table = impacts_table(sources, terrain, deposits, struck)
+            table = impacts_table(sources, terrain, deposits, struck, obstacles)
             if not parquet:
                 how = {"use_dictionary": _repeated(table.schema)}
                 path = folder / "impacts.parquet"
@@ -101,8 +107,13 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
     )
 
 
-def impacts_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, impacts: Impacts) -> pa.Table:
-    """Impacts as a table of I rows; `index` counts a rock's impacts from 0."""
+def impacts_table(
+    sources: Sequence[str], terrain: Terrain, deposits: Deposits, impacts: Impacts, obstacles: Obstacles = NO_OBSTACLES
+) -> pa.Table:
+    """Impacts as a table of I rows; `index` counts a rock's rows from 0.
+
+    `struck` is the ground or the name of an obstacle, and there the facet and its zone are left empty.
+    """
     first = np.searchsorted(impacts.row, impacts.row, side="left")
     normals = terrain.frame.directions_to_input(impacts.normal)
     return _table(
@@ -111,8 +122,9 @@ def impacts_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, 
             "index": np.arange(len(impacts.row)) - first,
             "t": impacts.t,
             **_xyz(terrain.frame.points_to_input(impacts.x)),
-            "facet": impacts.facet,
-            "zone": _names(terrain.zones, terrain.zone[impacts.facet]),
+            "facet": pa.array(impacts.facet, mask=impacts.facet < 0),
+            "zone": _names(terrain.zones, zones_of_facets(terrain, impacts.facet)),
+            "struck": _names((GROUND, *obstacles.names), _struck(impacts.facet, obstacles)),
             **_xyz(normals, prefix="normal_"),
             "speed_in": impacts.speed_in,
             "speed_out": impacts.speed_out,
@@ -137,8 +149,16 @@ def trajectories_table(
 
 
 def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Zone index (N,) of facets (N,); -1 for facet -1, a rock that never touched the ground."""
-    return np.where(facet < 0, -1, terrain.zone[facet])
+    """Zone index (N,) of facets (N,); -1 for a facet below 0: no ground was touched."""
+    return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
+
+
+def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
+    """What impacts (I,) struck: 0 the ground, then the obstacles' names in order."""
+    struck = np.zeros(len(facet), dtype=np.int64)
+    met = facet < 0
+    struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
+    return struck
 
 
 def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:

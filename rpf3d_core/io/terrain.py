@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.io.berms import with_berms, with_zones_of_berms
 from rpf3d_core.io.dem import DEM_EXTENSIONS, read_dem
 from rpf3d_core.io.mesh import MESH_READERS
 from rpf3d_core.io.polygons import read_polygons
@@ -29,8 +30,9 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     """The terrain of a scene, ready to fly over, and what was found and repaired on the way.
 
     Files are read in order, turned z up, moved to a local origin of whole metres and welded; facets keep their order,
-    faulty ones included, so facet f of the run is facet f of the files. Zones drawn as polygons come on top, later
-    ones winning.
+    faulty ones included, so facet f of the run is facet f of the files, but for those that berms cut: the first part
+    of each keeps its number, and the others come after all. Zones drawn as polygons come on top, later ones winning;
+    a berm stays a zone of its own.
 
     Raises
     ------
@@ -39,9 +41,10 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
         names the file.
     """
     raw, files = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
+    raw = with_berms(raw, scene)
     edges = edges_of(raw.triangles, len(raw.vertices))
     winding = repair_winding(raw.vertices, raw.triangles, edges)
-    terrain = _with_drawn_zones(replace(raw, triangles=winding.triangles), scene)
+    terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw)
     report = fault_report(terrain, winding, edges, files)
     if report.zero_area_facets == report.triangles:
         raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")

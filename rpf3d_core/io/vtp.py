@@ -39,7 +39,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     layers = {} if maps is None else facet_layers(maps)
     count = layers.pop("impacts", None)
     if count is None:
-        struck, number = np.unique(impacts.facet, return_counts=True)
+        struck, number = np.unique(impacts.facet[impacts.facet >= 0], return_counts=True)
         count = Scattered(facets, struck, number.astype(np.int32), 0)
     cell_data: dict[str, Array] = {
         "impacts": count,

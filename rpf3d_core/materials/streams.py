@@ -53,6 +53,13 @@ class Purpose(IntEnum):
     ROUGHNESS = 28
     ROUGHNESS_SHARE = 29
     ROUGHNESS_SIDE = 30
+    TREE_CLASS = 32
+    TREE_ANGLE = 33
+    TREE_SIDE = 34
+    TREE_X = 36
+    TREE_Y = 37
+    TREE_DIAMETER = 39
+    TREE_KIND = 40
 
 
 @kernel

@@ -86,7 +86,7 @@ class Reference:
         listed = Starts(*(column.tolist() for column in starts))
         ground = (self.method, self.facets, plain(materials), settings)
         rocks = (listed.x, listed.v, *asked_for(models, materials, settings, listed))
-        done = _follow_all.py_func(*models, *ground, *rocks, record, first, begin, finals, counts)  # type: ignore[attr-defined]
+        done = _follow_all.py_func(*plain(models), *ground, *rocks, record, first, begin, finals, counts)  # type: ignore[attr-defined]
         return int(done)
 
     def ground_below(self, x: Floats) -> Floats:

@@ -21,11 +21,12 @@ from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
-from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, note_impact, note_piece
+from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
 from rpf3d_core.simulation.state import (
     NONE_PASSED,
     State,
     ended,
+    past,
     released,
     with_ground,
     with_impact,
@@ -159,11 +160,9 @@ def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record
     """An obstacle: it changes the motion, or ends it."""
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, as_it_is(falling, state))
-    speed = norm(before.v)
-    against = scale(-1.0 / speed, before.v) if speed > 0.0 else (0.0, 0.0, 1.0)
-    note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against)
-    tally = with_meeting(state.tally)
-    return State(met.motion, _mid_air(state.left), False, tally, met.outcome, meeting.number)
+    note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
+    tally = with_meeting(state.tally, met.facet)
+    return State(met.motion, _mid_air(state.left), False, tally, met.outcome, past(met.motion, meeting.number))
 
 
 @kernel
@@ -181,7 +180,8 @@ def _land(physics: Physics, state: State, contact: Contact, falling: Falling, re
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
     left = Left(contact.facet, -1, contact.side, False, -1)
-    bounced = State(after, left, False, tally, MOVING, NONE_PASSED)
+    passed = state.passed if state.tally.idle > 0 else NONE_PASSED
+    bounced = State(after, left, False, tally, MOVING, passed)
     if breaks(physics.effects, state.motion, after, n, who):
         return ended(bounced, FRAGMENTED)
     return _settle(physics, bounced, n, falling, record)
@@ -229,8 +229,8 @@ def _stand(facets: Facets, state: State, held: Left, v: Vec) -> State:
 def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Record) -> State:
     """After an impact: sum up the rest of the bounces if they are small and stay on the facet.
 
-    Otherwise the rock flies on. Needs a facet that gravity presses the rock against. Where each impact draws its
-    ground, the rest of the bounces has that of the next.
+    Otherwise, or where an obstacle stands on the way, the rock flies on. Needs a facet that gravity presses the rock
+    against. Where each impact draws its ground, the rest of the bounces has that of the next.
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
@@ -239,16 +239,25 @@ def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Re
         return state
     surface = ground_of(physics, f, falling, state)
     rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, as_it_is(falling, state))
-    x = add(motion.x, add(rest.along, rest.down))
-    if rest.ends and motion.t + rest.t <= settings.max_time and _stays_on(facets, f, motion.x, rest.along, rest.down):
+    way = add(rest.along, rest.down)
+    x = add(motion.x, way)
+    in_time = rest.ends and motion.t + rest.t <= settings.max_time
+    clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, as_it_is(falling, state))
+    if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
         end = Motion(motion.t + rest.t, x, rest.v, motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
-        tally = with_piece(state.tally, norm(add(rest.along, rest.down)), end, facets.tolerance)
+        tally = with_piece(state.tally, norm(way), end, facets.tolerance)
         settled = State(end, state.left, True, tally, MOVING, state.passed)
         return _stand(facets, settled, state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return _stand(facets, state, state.left, along(motion.v, n))
     return state
+
+
+@kernel
+def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, falling: Falling) -> bool:
+    """Whether no obstacle stands on a straight way from x (3,) m, which a rock goes in small bounces."""
+    return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, falling).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel

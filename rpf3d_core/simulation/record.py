@@ -12,7 +12,7 @@ import numpy as np
 from rpf3d_core.compiling import kernel
 from rpf3d_core.simulation.state import Tally
 from rpf3d_core.values import Motion, Vec
-from rpf3d_core.vectors import norm
+from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
 """What stands for a facet in the row of a meeting with obstacle 0; those after it go down from there."""
@@ -67,6 +67,13 @@ def close_rock(record: Record, tally: Tally, first: Any, i: int) -> bool:
     first[i + 1, 0] = first[i, 0] + tally.impacts + tally.meetings
     first[i + 1, 1] = first[i, 1] + tally.pieces + 1
     return bool(first[i + 1, 0] <= len(record.facets) and first[i + 1, 1] <= len(record.modes))
+
+
+@kernel
+def against(v: Vec) -> Vec:
+    """What stands for the normal of an obstacle that a rock meets with velocity v: against it; upwards if it is 0."""
+    speed = norm(v)
+    return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
 
 
 @kernel

@@ -36,7 +36,7 @@ class Tally(NamedTuple):
 class State(NamedTuple):
     """A rock between two events: it flies, or `stands` in sustained contact with the facets of `left`.
 
-    passed : number of the obstacle that it has met last and since when it has had no impact, else NONE_PASSED
+    passed : number of the obstacle that it has met last and is past, until its next impact elsewhere; else NONE_PASSED
     """
 
     motion: Motion
@@ -85,12 +85,22 @@ def with_impact(tally: Tally, facet: int, motion: Motion) -> Tally:
 
 
 @kernel
-def with_meeting(tally: Tally) -> Tally:
-    """The tally after an obstacle. It counts as a contact, so that no rock goes back and forth for ever."""
+def with_meeting(tally: Tally, facet: int) -> Tally:
+    """The tally after an obstacle. It counts as a contact, so that no rock goes back and forth for ever.
+
+    facet : on which the rock lies if it ends there, else -1
+    """
     return Tally(
         tally.path, tally.impacts, tally.meetings + 1, tally.pieces, tally.contacts + 1, tally.speed2,
-        tally.ground_speed, tally.facet, tally.idle,
+        tally.ground_speed, facet if facet >= 0 else tally.facet, tally.idle,
     )  # fmt: skip
+
+
+@kernel
+def past(motion: Motion, number: int) -> int:
+    """The obstacle that a rock has passed which left it with `motion`: none if it has been brought to rest there."""
+    v = motion.v
+    return NONE_PASSED if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 else number
 
 
 @kernel

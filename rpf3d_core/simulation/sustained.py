@@ -1,10 +1,13 @@
 """Sustained contact: when it begins, and how each ground model carries on from there."""
 
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
+from rpf3d_core.arc import Arc
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
+from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle
 from rpf3d_core.kinetics.ground import NoGround, Sliding
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
@@ -17,14 +20,14 @@ from rpf3d_core.kinetics.sliding import (
     slide_on_facet,
 )
 from rpf3d_core.materials.falling import Falling
-from rpf3d_core.simulation.physics import Physics, ground_of
-from rpf3d_core.simulation.record import Record, note_piece
+from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.simulation.state import State, ended, with_slide
+from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
 from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
 from rpf3d_core.terrain.facets import Facets
-from rpf3d_core.values import MOVING, ZERO, Mode, Outcome, Vec
-from rpf3d_core.vectors import along, dot, norm, scale, subtract, without
+from rpf3d_core.values import MOVING, ZERO, Mode, Motion, Outcome, Vec
+from rpf3d_core.vectors import add, along, dot, norm, scale, subtract, without
 
 SLIDING = int(Mode.SLIDING)
 STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
@@ -51,13 +54,77 @@ def stop_or_give_up(ground: NoGround, physics: Physics, state: State, falling: F
 @carry_on.rule(Sliding)
 def slide_on(ground: Sliding, physics: Physics, state: State, falling: Falling, record: Record) -> State:
     """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
+    return along_piece(physics, state, _slide(physics, state, falling), falling, record)
+
+
+@kernel
+def along_piece(physics: Physics, state: State, piece: Piece, falling: Falling, record: Record) -> State:
+    """The state after a piece of path on the ground, or at the first obstacle on it."""
+    meeting = obstacle_on(physics.effects, state, piece, falling)
+    if meeting.t < math.inf:
+        return at_obstacle_on(physics, state, piece, meeting, falling, record)
     tolerance = physics.facets.tolerance
-    piece = _slide(physics, state, falling)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
     tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, tolerance)
     return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), state.passed)
+
+
+@kernel
+def obstacle_on(effects: Any, state: State, piece: Piece, falling: Falling) -> Meeting:
+    """The first obstacle on the chord of a piece of path on the ground, as a share of its length for its time."""
+    way = subtract(piece.motion.x, state.motion.x)
+    return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, as_it_is(falling, state))  # type: ignore[no-any-return]
+
+
+@kernel
+def at_obstacle_on(
+    physics: Physics, state: State, piece: Piece, meeting: Meeting, falling: Falling, record: Record
+) -> State:
+    """The state of a rock that meets an obstacle on a piece of path: it stands on, lies against it, or is caught.
+
+    What is left of its velocity is what lies in the plane of its facet, or along the line of its gully.
+    """
+    before = on_piece(state.motion, piece.motion, meeting.t)
+    note_piece(record, state.tally, state.motion, before.v, SLIDING)
+    tally = with_piece(state.tally, meeting.t * piece.length, before, physics.facets.tolerance)
+    who = as_it_is(falling, state)
+    met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, who)
+    v = met.motion.v
+    n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
+    v = along(v, n) if state.left.other < 0 else along_line(v, before.v)
+    after = Motion(before.t, before.x, v, met.motion.w)
+    note_impact(record, tally, before, after, FIRST_OBSTACLE - meeting.number, against(before.v))
+    outcome = STOPPED if met.outcome == MOVING and past(after, 0) == NONE_PASSED else met.outcome
+    passed = past(after, meeting.number)
+    return State(after, state.left, True, with_meeting(tally, met.facet), outcome, passed)
+
+
+@kernel
+def on_piece(start: Motion, end: Motion, share: float) -> Motion:
+    """The motion after a share of the chord of a piece on the ground: along it the square of the speed grows evenly.
+
+    So its energy lies between those at the ends, and the motion at either end is that of the piece, to rounding.
+    """
+    begin2, end2 = dot(start.v, start.v), dot(end.v, end.v)
+    speed = math.sqrt(max(begin2 + share * (end2 - begin2), 0.0))
+    way = subtract(end.x, start.x)
+    heading = add(scale(1.0 - share, start.v), scale(share, end.v))
+    if norm(heading) == 0.0:
+        heading = way
+    length = norm(heading)
+    v = scale(speed / length, heading) if length > 0.0 else ZERO
+    mean, whole = math.sqrt(begin2) + speed, math.sqrt(begin2) + math.sqrt(end2)
+    part = share * whole / mean if mean > 0.0 else share
+    return Motion(start.t + min(part, 1.0) * (end.t - start.t), add(start.x, scale(share, way)), v, end.w)
+
+
+@kernel
+def along_line(v: Vec, line: Vec) -> Vec:
+    """The part of v along the direction of another vector; zero where that is zero."""
+    square = dot(line, line)
+    return scale(dot(v, line) / square, line) if square > 0.0 else ZERO
 
 
 @kernel

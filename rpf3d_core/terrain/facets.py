@@ -81,6 +81,13 @@ def facets_of(terrain: Terrain) -> Facets:
     )
 
 
+def tolerance_of(terrain: Terrain) -> float:
+    """The tolerance of contacts (m) with the facets of a terrain, as `facets_of` tells it."""
+    corners = terrain.vertices[np.unique(terrain.triangles)]
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return RELATIVE_TOLERANCE * math.dist(low, high)
+
+
 def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
     """Unit normals (F, 3) of facets, from vertices (V, 3) m and triangles (F, 3); zero where one has no area."""
     return _geometry(vertices, triangles)[0][:, 9:]
@@ -150,5 +157,14 @@ def _lay_out(vertices: Any, triangles: Any, geometry: Any, box: Any) -> None:
 
 
 def plain(value: Any) -> Any:
-    """The same record with memoryviews for arrays: indexing them gives Python floats, five times as fast as NumPy."""
-    return type(value)(*(memoryview(v.data) if isinstance(v, np.ndarray) else v for v in value))
+    """The same record with memoryviews for arrays: indexing them gives Python floats, five times as fast as NumPy.
+
+    Records within it, however deep, alike.
+    """
+    return type(value)(*(_plain_part(part) for part in value))
+
+
+def _plain_part(part: Any) -> Any:
+    if isinstance(part, np.ndarray):
+        return memoryview(part.data)
+    return plain(part) if hasattr(part, "_fields") else part

@@ -17,7 +17,7 @@ DEPOSIT_COLUMNS = [
     "max_height", "zone", "entered_ground_at_speed", "mass_kg", "diameter_m", "release_x", "release_y", "release_z",
 ]  # fmt: skip
 IMPACT_COLUMNS = [
-    "source", "rock", "index", "t", "x", "y", "z", "facet", "zone", "normal_x", "normal_y", "normal_z",
+    "source", "rock", "index", "t", "x", "y", "z", "facet", "zone", "struck", "normal_x", "normal_y", "normal_z",
     "speed_in", "speed_out", "energy_in_j",
 ]  # fmt: skip
 TRAJECTORY_COLUMNS = ["source", "rock", "t", "x", "y", "z", "speed", "mode"]

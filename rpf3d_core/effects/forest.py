@@ -1,0 +1,176 @@
+"""Single trees: vertical stems that take energy from a rock and turn it aside.
+
+A rock meets a stem where its path comes within the stem's radius and its own of the stem's axis in plan, between the
+foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH d (cm) takes at most
+
+    E_max = FE 38.7 d^2.31 J                                                     (physics reference 4.1, UNCONFIRMED)
+
+where FE is 1 for silver fir, and about 0.93 for other conifers and 1.59 for broadleaved trees. Struck aside of its
+axis it takes less: with x the offset of the path from the axis over the distance at which the two just touch,
+
+    E / E_max = a + (b - a) / (1 + 10^((c - x) s)),  a -0.046, b 0.98, c 0.58, s -8.007, not below 0   (UNCONFIRMED)
+
+and with height above the foot what it takes falls to nothing at the top, evenly (UNCONFIRMED). A rock that has no more
+than that loses all its speed and drops; one that slides or rolls lies against the stem. Any other goes on with the
+rest, turned away from the axis in plan by an angle of three classes whose chances depend on where the stem is struck
+(figures UNCONFIRMED, all of them the scene's). Spin is kept. A tree stands as it is for every rock: none finds what
+another has felled.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc, position
+from rpf3d_core.compiling import kernel
+from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
+from rpf3d_core.effects.obstacle_cells import Cells, first_in_cells, time_to
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.streams import Purpose, uniform_at
+from rpf3d_core.values import MOVING, ZERO, Motion
+from rpf3d_core.vectors import dot
+
+CLASS, ANGLE, SIDE = int(Purpose.TREE_CLASS), int(Purpose.TREE_ANGLE), int(Purpose.TREE_SIDE)
+LOWER, UPPER, MIDDLE, STEEPNESS = -0.046, 0.98, 0.58, -8.007
+ENERGY_FACTOR, ENERGY_EXPONENT = 38.7, 2.31
+ROOTS = 2.0
+"""Times the distance at which rock and stem touch that a rock may be below the foot of a tree: on the downhill side of
+it the ground is lower."""
+DEGREES = math.pi / 180.0
+NEAREST = 1e-9
+"""Metres within which a rock is on the outside of a stem, not within it."""
+
+
+class Stems(NamedTuple):
+    """T trees; every array (T,): foot x, y, z (m), radius (m), height (m), and E_max (J)."""
+
+    x: Any
+    y: Any
+    z: Any
+    radius: Any
+    height: Any
+    energy: Any
+
+
+class Deflection(NamedTuple):
+    """How rocks are turned: `frontal` and `lateral` are offsets x (-) up to which a blow is that; beyond it scratches.
+
+    chances : (9,) of the three classes of angles, for frontal, lateral and scratching blows; they add up to 1 each
+    angles : (4,) degrees at which the classes begin and end
+    """
+
+    frontal: float
+    lateral: float
+    chances: Any
+    angles: Any
+
+
+class Forest(NamedTuple):
+    """The trees of a scene: obstacles number `first` and those that follow; cells : of the trees in plan."""
+
+    first: int
+    stems: Stems
+    deflection: Deflection
+    cells: Cells
+
+    @property
+    def asks_rock(self) -> bool:
+        """Its rules ask for mass and radius."""
+        return True
+
+    @property
+    def draws(self) -> bool:
+        """They draw how a rock is turned."""
+        return True
+
+    @property
+    def obstacles(self) -> int:
+        """How many obstacles there are."""
+        return len(self.stems.x)
+
+
+def most_energy(dbh_cm: Any, factor: Any) -> Any:
+    """What stems of a DBH (cm) take at most (J); factor : that of their kind, FE (-)."""
+    return factor * ENERGY_FACTOR * dbh_cm**ENERGY_EXPONENT
+
+
+@kernel
+def share_at_offset(x: float) -> float:
+    """Share of E_max (-) that a stem takes which is struck with an offset x, from 0 (head on) to 1 (grazed)."""
+    share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
+    return max(share, 0.0)
+
+
+LN_10 = math.log(10.0)
+
+
+@time_to.rule(Forest)
+def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
+    """When an arc comes as near to stem k as rock and stem are thick, from outside."""
+    if k == passed:
+        return math.inf
+    stems = forest.stems
+    x, y = arc.x[0] - stems.x[k], arc.x[1] - stems.y[k]
+    reach = stems.radius[k] + falling.rock.radius  # type: ignore[union-attr]
+    speed2 = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]
+    closing = -(x * arc.v[0] + y * arc.v[1])
+    away2 = x * x + y * y - reach * reach
+    if closing <= 0.0 or away2 < -2.0 * NEAREST * reach:
+        return math.inf
+    discriminant = closing * closing - speed2 * away2
+    if discriminant <= 0.0:
+        return math.inf
+    t = max(away2, 0.0) / (closing + math.sqrt(discriminant))
+    if t > until:
+        return math.inf
+    above = position(arc, t)[2] - stems.z[k]
+    return t if -ROOTS * reach <= above <= stems.height[k] else math.inf
+
+
+@first_obstacle.rule(Forest)
+def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
+    """The first tree on an arc."""
+    met = first_in_cells(forest, arc, passed - forest.first, until, falling)
+    return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
+
+
+@at_obstacle.rule(Forest)
+def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: Falling) -> Met:
+    """Stopped dead, or turned aside with the energy that is left."""
+    k = number - forest.first
+    if k < 0 or k >= len(forest.stems.x):
+        return Met(motion, MOVING, -1)
+    stems, v, rock = forest.stems, motion.v, falling.rock
+    x, y = motion.x[0] - stems.x[k], motion.x[1] - stems.y[k]
+    level = math.sqrt(v[0] * v[0] + v[1] * v[1])
+    if level == 0.0:  # it leans against the stem
+        return Met(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+    aside = (v[0] * y - v[1] * x) / level
+    offset = min(abs(aside) / (stems.radius[k] + rock.radius), 1.0)  # type: ignore[union-attr]
+    up = min(max((motion.x[2] - stems.z[k]) / stems.height[k], 0.0), 1.0)
+    taken = stems.energy[k] * share_at_offset(offset) * (1.0 - up)
+    energy = 0.5 * rock.mass * dot(v, v)  # type: ignore[union-attr]
+    if energy <= taken:
+        return Met(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+    turn = _turn(forest.deflection, offset, aside, met, falling)
+    kept = math.sqrt((energy - taken) / energy)
+    c, s = kept * math.cos(turn), kept * math.sin(turn)
+    turned = (c * v[0] - s * v[1], s * v[0] + c * v[1], kept * v[2])
+    return Met(Motion(motion.t, motion.x, turned, motion.w), MOVING, -1)
+
+
+@kernel
+def _turn(deflection: Deflection, offset: float, aside: float, met: int, falling: Falling) -> float:
+    """The angle (radians, counter-clockwise in plan) by which a rock is turned: away from the axis."""
+    key, number = falling.key, met + 1
+    blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
+    chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]
+    which = 0
+    if chance >= deflection.chances[3 * blow]:
+        which = 1 if chance < deflection.chances[3 * blow] + deflection.chances[3 * blow + 1] else 2
+    share = uniform_at(key.seed, key.source, key.rock, ANGLE, number)  # type: ignore[union-attr]
+    low, high = deflection.angles[which], deflection.angles[which + 1]
+    angle = (low + share * (high - low)) * DEGREES
+    left = aside > 0.0
+    if aside == 0.0:
+        left = uniform_at(key.seed, key.source, key.rock, SIDE, number) < 0.5  # type: ignore[union-attr]
+    return angle if left else -angle  # type: ignore[no-any-return]

@@ -1,0 +1,122 @@
+"""Obstacles sorted into the square cells of a grid over the plan, and the first of them on an arc.
+
+In plan an arc is a straight line, so only obstacles of the cells that it crosses are looked at. A kind of obstacle has
+a rule in `time_to`, and a field `cells`.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.effects.hooks import NO_MEETING, Meeting
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.terrain.frame import FloatArray
+
+CELLS_PER_OBSTACLE = 2.0
+"""Cells at most, over obstacles."""
+FEWEST_CELLS = 16
+"""What even a few obstacles may have."""
+SLOWEST = 1e-9
+"""Speed (m/s) in plan along an axis below which an arc leaves no cell on that axis."""
+
+
+class Cells(NamedTuple):
+    """Square cells of a side `cell` (m) from the corner x, y (m), nx by ny: those of cell k are ids[starts[k]:...]."""
+
+    x: float
+    y: float
+    cell: float
+    nx: int
+    ny: int
+    starts: Any
+    ids: Any
+
+
+def cells_of(low: FloatArray, high: FloatArray) -> Cells:
+    """Sort N >= 0 obstacles by the boxes (N, 2), (N, 2) m around them in plan; each stands in all cells it touches."""
+    if not len(low):
+        return Cells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
+    begin, end = low.min(axis=0), high.max(axis=0)
+    most = max(CELLS_PER_OBSTACLE * len(low), FEWEST_CELLS)
+    width, depth = (end - begin).tolist()
+    cell = max(math.sqrt(width * depth / most), max(width, depth) / most, float(np.median(high - low))) or 1.0
+    nx, ny = int(width / cell) + 1, int(depth / cell) + 1
+    first = _cell_indices(low, begin, cell, nx, ny)
+    span = _cell_indices(high, begin, cell, nx, ny) - first + 1
+    ids = np.repeat(np.arange(len(low)), span.prod(axis=1))
+    within = np.arange(len(ids)) - np.repeat(np.cumsum(span.prod(axis=1)) - span.prod(axis=1), span.prod(axis=1))
+    column, row = first[ids, 0] + within % span[ids, 0], first[ids, 1] + within // span[ids, 0]
+    place = row * nx + column
+    order = np.argsort(place, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=nx * ny))])
+    return Cells(float(begin[0]), float(begin[1]), cell, nx, ny, starts.astype(np.int64), ids[order].astype(np.int64))
+
+
+def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, ny: int) -> np.ndarray:
+    """Column and row (N, 2) of points (N, 2) m."""
+    return np.clip(np.floor((points - begin) / cell).astype(np.int64), 0, [nx - 1, ny - 1])
+
+
+@model_function
+def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
+    """When an arc meets obstacle k of a kind (s), from 0 to `until`; inf if it does not. One rule per kind.
+
+    passed : index of the obstacle of this kind that the rock has met last and is past, below 0 for none
+    """
+
+
+@kernel
+def first_in_cells(obstacles: Any, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
+    """The first meeting of an arc with one of a kind of obstacles before `until` (s), by its index; or NO_MEETING.
+
+    Of two at the same instant the one with the smaller index.
+    """
+    cells, best = obstacles.cells, NO_MEETING
+    if not _comes_near(cells, arc, until):
+        return best
+    i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
+    while True:
+        leave_i = leaves_at(i, cells.nx, cells.x, cells.cell, arc.x[0], arc.v[0])
+        leave_j = leaves_at(j, cells.ny, cells.y, cells.cell, arc.x[1], arc.v[1])
+        leave = min(leave_i, leave_j)
+        place = j * cells.nx + i
+        for entry in range(cells.starts[place], cells.starts[place + 1]):
+            k = cells.ids[entry]
+            t = time_to(obstacles, k, arc, passed, until, falling)
+            if t < best.t or (t == best.t and t < math.inf and k < best.number):
+                best = Meeting(t, k)
+        if leave >= until or best.t < leave:
+            return best
+        if leave_i <= leave_j:
+            i += 1 if arc.v[0] > 0.0 else -1
+        else:
+            j += 1 if arc.v[1] > 0.0 else -1
+
+
+@kernel
+def _comes_near(cells: Cells, arc: Arc, until: float) -> bool:
+    """Whether the box of an arc in plan touches the grid."""
+    if cells.nx == 0:
+        return False
+    end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
+    beside = max(arc.x[0], end_x) < cells.x or min(arc.x[0], end_x) > cells.x + cells.nx * cells.cell
+    return not (
+        beside or max(arc.x[1], end_y) < cells.y or min(arc.x[1], end_y) > cells.y + cells.ny * cells.cell
+    )
+
+
+@kernel
+def index_of(value: float, origin: float, cell: float, count: int) -> int:
+    """The row or column that a coordinate lies in, clamped to the grid."""
+    return min(max(math.floor((value - origin) / cell), 0), count - 1)
+
+
+@kernel
+def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
+    """When a coordinate leaves row `index` for another row of the grid (s); inf if it never does."""
+    if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
+        return math.inf
+    return (origin + (index + 1 if v > 0.0 else index) * cell - x) / v

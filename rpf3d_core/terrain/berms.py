@@ -1,0 +1,299 @@
+"""Berms: ridges along lines that are raised over the ground, whose facets are cut where the ridge begins and bends.
+
+A berm adds to the height of the ground below: nothing outside its foot, its full height on its crest, and evenly more
+from one to the other. So it follows the ground, the surface stays one sheet where it was one, and no rock can get
+between berm and ground, for there is no ground below it. Facets are cut in space by vertical planes, as in `clipping`.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.facets import IntArray, Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.welding import weld
+
+Polygon = list[FloatArray]
+"""Corners (3,) m of a convex polygon in space, in order."""
+
+SHARPEST = 0.2
+"""Least 1 + cosine of the angle by which the line of a berm may bend: 143 degrees."""
+ON_LINE = 1e-9
+"""Metres from a line within which a corner lies on it."""
+SLACK = 1e-6
+"""Metres within which places become one."""
+
+
+class Ridge(NamedTuple):
+    """K convex pieces of a berm in plan.
+
+    corners : of each (N, 2) m, counter-clockwise; heights : of each at its corners (N,) m, over the ground
+    """
+
+    corners: tuple[FloatArray, ...]
+    heights: tuple[FloatArray, ...]
+
+
+def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> Ridge | None:
+    """The ridge along a line (P, 2) m in plan; None where the line bends too sharply for its width.
+
+    height : m, over the ground; width, crest : m, at its foot and at its top, 0 <= crest < width. At the ends of the
+    line it has its full height, and slopes down beyond them as it does to its sides.
+    """
+    way = np.diff(line, axis=0)
+    along = way / np.hypot(way[:, 0], way[:, 1])[:, None]
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    bend = 1.0 + (left[1:] * left[:-1]).sum(axis=1)
+    if (bend < SHARPEST).any():
+        return None
+    across = np.concatenate([left[:1], (left[1:] + left[:-1]) / bend[:, None], left[-1:]])
+    inner, outer = 0.5 * crest, 0.5 * width
+    for side in (-1.0, 1.0):
+        foot = line + side * outer * across
+        if ((np.diff(foot, axis=0) * along).sum(axis=1) <= 0.0).any():
+            return None
+    pieces = list(_sides(line, across, inner, outer, height))
+    pieces += _end(line[0], -along[0], inner, outer, height) + _end(line[-1], along[-1], inner, outer, height)
+    return Ridge(tuple(corners for corners, _ in pieces), tuple(heights for _, heights in pieces))
+
+
+def _sides(
+    line: FloatArray, across: FloatArray, inner: float, outer: float, height: float
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """The crest and both slopes along each straight part of the line."""
+    edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]
+    rises = (0.0, height, height, 0.0)
+    for i in range(len(line) - 1):
+        for (right, low), (left, high) in pairwise(zip(edges, rises, strict=True)):
+            corners = np.array([right[i], right[i + 1], left[i + 1], left[i]])
+            if not np.array_equal(right[i], left[i]):
+                yield corners, np.array([low, low, high, high])
+
+
+def _end(
+    end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
+) -> list[tuple[FloatArray, FloatArray]]:
+    """The slopes beyond an end of the line: one onward, and one to each side of it."""
+    left = np.array([-onward[1], onward[0]])
+    tip = end + (outer - inner) * onward
+    a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
+    front = [a, b, c, d] if inner > 0.0 else [a, c, d]
+    rises = [height, height, 0.0, 0.0] if inner > 0.0 else [height, 0.0, 0.0]
+    beside = (np.array([b, end - outer * left, c]), np.array([a, d, end + outer * left]))
+    return [(np.array(front), np.array(rises)), *((corners, np.array([height, 0.0, 0.0])) for corners in beside)]
+
+
+def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
+    """The terrain with a ridge on it, whose facets belong to a zone.
+
+    A facet that is cut keeps its number for the first of its parts; the others come after all facets. A terrain that
+    the ridge does not touch stays as it is.
+    """
+    cut = _touched(terrain, ridge)
+    if not len(cut):
+        return terrain
+    parts = [_parts(terrain.vertices[terrain.triangles[f]], ridge) for f in cut]
+    beside = _beside(terrain, cut)
+    polygons = [part for its in parts for part in its]
+    polygons += [list(terrain.vertices[terrain.triangles[f]]) for f in beside]
+    owners = np.concatenate([np.repeat(cut, [len(its) for its in parts]), beside])
+    old = np.unique(terrain.triangles[np.concatenate([cut, beside])])
+    corners = np.array([corner for polygon in polygons for corner in polygon])
+    places, place = weld(np.asfortranarray(np.concatenate([terrain.vertices[old], corners])), SLACK)
+    lengths = np.cumsum([len(polygon) for polygon in polygons])
+    rings = [_without_repeats(ring) for ring in np.split(place[len(old) :].astype(np.int64), lengths[:-1])]
+    facets, owner, places = _triangles(np.array(places), rings, owners)
+    on_ridge = height_at(ridge, places[facets].mean(axis=1)[:, :2], 0.0) > 0.0
+    places[:, 2] += height_at(ridge, places[:, :2], SLACK)
+    vertices, number = _as_vertices(terrain, places, old, place[: len(old)].astype(np.int64))
+    return _with_facets(replace(terrain, vertices=vertices), number[facets], owner, on_ridge, zone)
+
+
+def _as_vertices(
+    terrain: Terrain, places: FloatArray, old: NDArray[np.int64], place: NDArray[np.int64]
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """The vertices of a terrain, those that are places moved there, with the other places; the vertex of each place.
+
+    old : (N,) vertices that lie on the places (N,)
+    """
+    number = np.full(len(places), -1, dtype=np.int64)
+    number[place[::-1]] = old[::-1]
+    new = np.flatnonzero(number < 0)
+    number[new] = len(terrain.vertices) + np.arange(len(new))
+    vertices = np.concatenate([terrain.vertices, places[new]])
+    known = np.setdiff1d(np.arange(len(places)), new)
+    vertices[number[known]] = places[known]
+    return vertices, number
+
+
+def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
+    """Height (N,) m of a ridge over the ground at points (N, 2) m in plan; 0 beside it."""
+    height = np.zeros(len(points))
+    for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
+        inside = np.ones(len(points), dtype=bool)
+        for k in range(len(corners)):
+            edge = corners[(k + 1) % len(corners)] - corners[k]
+            inside &= _off(points, corners[k], edge) >= -slack
+        u, w = corners[1] - corners[0], corners[-1] - corners[0]
+        area = u[0] * w[1] - u[1] * w[0]
+        s = ((points[:, 0] - corners[0, 0]) * w[1] - (points[:, 1] - corners[0, 1]) * w[0]) / area
+        t = ((points[:, 1] - corners[0, 1]) * u[0] - (points[:, 0] - corners[0, 0]) * u[1]) / area
+        here = heights[0] + s * (heights[1] - heights[0]) + t * (heights[-1] - heights[0])
+        height = np.where(inside, np.maximum(height, np.clip(here, 0.0, heights.max())), height)
+    return height
+
+
+def _off(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
+    """How far points (N, 2) lie to the left of a line in plan (N,) m."""
+    return np.asarray(
+        (edge[0] * (points[..., 1] - begin[1]) - edge[1] * (points[..., 0] - begin[0])) / np.hypot(edge[0], edge[1])
+    )
+
+
+def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
+    """The facets (N,) that no side of a piece of a ridge, or of its box, parts from it in plan."""
+    plan = terrain.vertices[:, :2]
+    touched = np.zeros(len(terrain.triangles), dtype=bool)
+    for corners in ridge.corners:
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        code = (plan[:, 0] <= low[0]) + 2 * (plan[:, 0] >= high[0]) + 4 * (plan[:, 1] <= low[1])
+        code = (code + 8 * (plan[:, 1] >= high[1])).astype(np.uint8)
+        for k in range(len(corners)):
+            beyond = _off(plan, corners[k], corners[(k + 1) % len(corners)] - corners[k]) <= 0.0
+            code |= beyond.astype(np.uint8) << np.uint8(4 + k)
+        touched |= np.bitwise_and.reduce(code[terrain.triangles], axis=1) == 0
+    return np.flatnonzero(touched)
+
+
+def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
+    """A facet (3, 3) cut into convex parts, each of which lies within one piece of the ridge or beside all."""
+    inside: list[Polygon] = []
+    outside: list[Polygon] = [list(corners)]
+    low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
+    for piece in ridge.corners:
+        if (piece.min(axis=0) >= high).any() or (piece.max(axis=0) <= low).any():
+            continue
+        rest = []
+        for polygon in outside:
+            within, beyond = _cut_out(polygon, piece)
+            rest += beyond if within else [polygon]
+            inside += [within] if within else []
+        outside = rest
+    return inside + outside
+
+
+def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
+    """The part of a polygon within a convex piece of the plan, empty if there is none, and the parts beyond."""
+    within, beyond = polygon, []
+    for k in range(len(piece)):
+        within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
+        if not within:
+            return [], []
+        beyond += [right] if right else []
+    return within, beyond
+
+
+def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
+    """The parts of a convex polygon to the left and to the right of a line in plan; empty where it only touches.
+
+    Where an edge is cut does not depend on the direction in which it is gone along: both its facets get the same place.
+    """
+    points = np.array(polygon)
+    off = _off(points[:, :2], begin, end - begin)
+    off[np.abs(off) <= ON_LINE] = 0.0
+    if (off <= 0.0).all():
+        return [], polygon
+    if (off >= 0.0).all():
+        return polygon, []
+    left, right = [], []
+    for i in range(len(points)):
+        j = (i + 1) % len(points)
+        left += [points[i]] if off[i] >= 0.0 else []
+        right += [points[i]] if off[i] <= 0.0 else []
+        if off[i] * off[j] < 0.0:
+            a, b = (i, j) if tuple(points[i]) < tuple(points[j]) else (j, i)
+            met = points[a] + off[a] / (off[a] - off[b]) * (points[b] - points[a])
+            left.append(met)
+            right.append(met)
+    return left, right
+
+
+def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The facets (N,) that are not cut but share an edge, or part of one, with one that is."""
+    known = np.zeros(len(terrain.vertices), dtype=bool)
+    known[terrain.triangles[cut].ravel()] = True
+    near = known[terrain.triangles].sum(axis=1) >= 2
+    near[cut] = False
+    return np.flatnonzero(near)
+
+
+def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
+    """A ring of places without those that repeat the one before."""
+    return np.asarray(ring[ring != np.roll(ring, 1)])
+
+
+def _triangles(
+    places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+    """Facets (F, 3) that fill rings, with the owner of each (F,), and the places with those in their middles.
+
+    Places that lie on an edge of a ring become corners of it, so that neighbours share whole edges.
+    """
+    order = np.argsort(places[:, 0], kind="stable")
+    x = places[order, 0]
+    facets, owner = [], []
+    middles: list[FloatArray] = []
+    for ring, its in zip(rings, owners, strict=True):
+        if len(ring) < 3:
+            continue
+        whole = _with_places_between(places, order, x, ring)
+        if len(whole) == 3:
+            facets.append(whole)
+            owner.append(its)
+            continue
+        centre = len(places) + len(middles)
+        middles.append(places[ring].mean(axis=0))
+        for a, b in zip(whole, np.roll(whole, -1), strict=True):
+            facets.append(np.array([a, b, centre]))
+            owner.append(its)
+    return np.array(facets), np.array(owner), np.concatenate([places, np.array(middles).reshape(-1, 3)])
+
+
+def _with_places_between(
+    places: FloatArray, order: NDArray[np.int64], x: FloatArray, ring: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """A ring with all places that lie on its edges, in their order along them; order : of the places by x."""
+    whole = []
+    for a, b in zip(ring, np.roll(ring, -1), strict=True):
+        begin, way = places[a], places[b] - places[a]
+        low, high = min(begin[0], places[b, 0]) - SLACK, max(begin[0], places[b, 0]) + SLACK
+        first, last = np.searchsorted(x, [low, high])
+        near = order[first:last]
+        offset = places[near] - begin
+        length2 = float(way @ way)
+        share = offset @ way / length2
+        aside = offset - share[:, None] * way
+        on = (np.einsum("ij,ij->i", aside, aside) <= SLACK * SLACK) & (share > 0.0) & (share < 1.0)
+        on &= (near != a) & (near != b)
+        between = near[on][np.argsort(share[on])]
+        whole += [a, *between.tolist()]
+    return np.array(whole, dtype=np.int64)
+
+
+def _with_facets(
+    terrain: Terrain, facets: NDArray[np.int64], owner: NDArray[np.int64], on_ridge: NDArray[np.bool_], zone: str
+) -> Terrain:
+    """The terrain with facets (N, 3) in the stead of their owners (N,); some of them (N,) belong to the zone."""
+    zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
+    number = np.where(on_ridge, zones.index(zone), terrain.zone[owner]).astype(np.int32)
+    corners: IntArray = facets.astype(np.int32)
+    first = np.unique(owner, return_index=True)[1]
+    triangles, zone_of = terrain.triangles.copy(), terrain.zone.astype(np.int32)
+    triangles[owner[first]], zone_of[owner[first]] = corners[first], number[first]
+    more = np.setdiff1d(np.arange(len(facets)), first)
+    triangles, zone_of = np.concatenate([triangles, corners[more]]), np.concatenate([zone_of, number[more]])
+    return replace(terrain, triangles=triangles, zone=zone_of, zones=zones)

@@ -1,0 +1,152 @@
+"""The ground straight below points in plan, and along lines: exact, from the facets, for what is put on a terrain.
+
+Of several sheets above each other the highest counts.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+AT_ONCE = 65_536
+"""Facets that are looked at together."""
+NEAR = 1e-9
+"""Share of a facet's width in plan by which it is widened, so that no place on an edge lies beside both its facets."""
+SHORTEST = 1e-6
+"""Metres of a line without ground that are no hole but a crack."""
+
+
+class Section(NamedTuple):
+    """N pieces of a line in plan over one facet each, in order.
+
+    share : (N, 2) of the line's length at which each begins and ends; z : (N, 2) m, the ground there; facet : (N,)
+    """
+
+    share: FloatArray
+    z: FloatArray
+    facet: NDArray[np.int64]
+
+
+def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Height (N,) m of the ground at points (N, 2) m in plan, and the facet there (N,); -inf and -1 where none is."""
+    z, facet = np.full(len(points), -np.inf), np.full(len(points), -1, dtype=np.int64)
+    for f, p in _pairs(terrain, points):
+        corners = terrain.vertices[terrain.triangles[f]]
+        height, inside = _height_in(corners, points[p])
+        f, p, height = f[inside], p[inside], height[inside]
+        order = np.lexsort((-f, height, p))  # of each point the highest last, of equals the first facet
+        f, p, height = f[order], p[order], height[order]
+        last = np.append(p[1:] != p[:-1], True) if len(p) else np.empty(0, dtype=bool)
+        f, p, height = f[last], p[last], height[last]
+        higher = height > z[p]
+        z[p[higher]], facet[p[higher]] = height[higher], f[higher]
+    return z, facet
+
+
+def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Height (N,) m of the plane of facets (N, 3, 3) at points (N, 2) in plan, and whether they lie in the facet."""
+    a, u, w = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
+    flat = area == 0.0
+    area = np.where(flat, 1.0, area)
+    x, y = points[:, 0] - a[:, 0], points[:, 1] - a[:, 1]
+    s, t = (x * w[:, 1] - y * w[:, 0]) / area, (u[:, 0] * y - u[:, 1] * x) / area
+    inside = ~flat & (s >= -NEAR) & (t >= -NEAR) & (s + t <= 1.0 + NEAR)
+    return a[:, 2] + s * u[:, 2] + t * w[:, 2], inside
+
+
+def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Facets and points (P,), (P,) whose boxes in plan meet: points lie sorted by rows of a grid, and along each."""
+    if not len(points):
+        return
+    low, high = points.min(axis=0), points.max(axis=0)
+    rows = max(int(np.sqrt(len(points))), 1)
+    depth = (high[1] - low[1]) / rows or 1.0
+    width = (high[0] - low[0]) or 1.0
+    row = np.clip(((points[:, 1] - low[1]) / depth).astype(np.int64), 0, rows - 1)
+    order = np.lexsort((points[:, 0], row))
+    key = 2.0 * row[order] + (points[order, 0] - low[0]) / width  # in [2 row, 2 row + 1]
+    for begin in range(0, len(terrain.triangles), AT_ONCE):
+        corners = terrain.vertices[terrain.triangles[begin : begin + AT_ONCE].ravel()].reshape(-1, 3, 3)[..., :2]
+        slack = NEAR * np.ptp(corners, axis=1).max(axis=1)
+        left, right = corners[..., 0].min(axis=1) - slack, corners[..., 0].max(axis=1) + slack
+        bottom, top = corners[..., 1].min(axis=1) - slack, corners[..., 1].max(axis=1) + slack
+        near = np.flatnonzero((right >= low[0]) & (left <= high[0]) & (top >= low[1]) & (bottom <= high[1]))
+        first = np.clip(np.floor((bottom[near] - low[1]) / depth).astype(np.int64), 0, rows - 1)
+        last = np.clip(np.floor((top[near] - low[1]) / depth).astype(np.int64), 0, rows - 1)
+        facet, within = _spread(near, last - first + 1)
+        at_row = np.repeat(first, last - first + 1) + within
+        # A share of a row's key is known to 2^-52 of the largest key.
+        slip = 2.0**-50 * (2.0 * rows + 1.0)
+        start = np.searchsorted(key, 2.0 * at_row + np.clip((left[facet] - low[0]) / width, 0.0, 1.0) - slip)
+        stop = np.searchsorted(key, 2.0 * at_row + np.clip((right[facet] - low[0]) / width, 0.0, 1.0) + slip)
+        f, number = _spread(facet, stop - start)
+        yield f + begin, order[np.repeat(start, stop - start) + number]
+
+
+def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Each value as often as its count, and 0, 1, ... of each."""
+    ends = np.cumsum(counts)
+    total = int(ends[-1]) if len(ends) else 0
+    return np.repeat(values, counts), np.arange(total) - np.repeat(ends - counts, counts)
+
+
+def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
+    """The ground along a straight line in plan from begin (2,) to end (2,) m; None where there is a hole below it."""
+    length = float(np.hypot(*(end - begin)))
+    facets = _facets_near(terrain, begin, end)
+    corners = terrain.vertices[terrain.triangles[facets]]
+    first, last = _shares_over(corners, begin, end)
+    over = last - first > 0.0
+    facets, corners, first, last = facets[over], corners[over], first[over], last[over]
+    edges = np.unique(np.concatenate([[0.0, 1.0], first, last]))
+    edges = edges[np.append(True, np.diff(edges) * length > SHORTEST)]
+    edges[-1] = 1.0
+    pieces = []
+    for share in pairwise(edges):
+        middle = begin + 0.5 * (share[0] + share[1]) * (end - begin)
+        there = np.flatnonzero((first <= 0.5 * sum(share)) & (last >= 0.5 * sum(share)))
+        if not len(there):
+            return None
+        highest = there[np.argmax(_height_in(corners[there], np.tile(middle, (len(there), 1)))[0])]
+        at = np.array([begin + s * (end - begin) for s in share])
+        z, _ = _height_in(np.repeat(corners[[highest]], 2, axis=0), at)
+        pieces.append((share, z, facets[highest]))
+    shares, heights, numbers = zip(*pieces, strict=True)
+    return Section(np.array(shares), np.array(heights), np.array(numbers, dtype=np.int64))
+
+
+def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
+    """The facets (N,) whose boxes in plan meet that of a line, and that it passes on neither side."""
+    low, high = np.minimum(begin, end), np.maximum(begin, end)
+    x, y = (terrain.vertices[:, k] for k in (0, 1))
+    # Of each vertex on which sides of the box, and of the line, it lies: bits that all three share put a facet off it.
+    side = (end[0] - begin[0]) * (y - begin[1]) - (end[1] - begin[1]) * (x - begin[0])
+    off = (x < low[0]) + 2 * (x > high[0]) + 4 * (y < low[1]) + 8 * (y > high[1]) + 16 * (side < 0) + 32 * (side > 0)
+    code = off.astype(np.uint8)
+    return np.flatnonzero(np.bitwise_and.reduce(code[terrain.triangles], axis=1) == 0)
+
+
+def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shares (N,), (N,) of a line at which it comes over facets (N, 3, 3) in plan and leaves them (Cyrus and Beck 1978,
+    Computers and Graphics 3:23-28); a facet without a plan is left before it is entered."""
+    plan = corners[..., :2]
+    u, w = plan[:, 1] - plan[:, 0], plan[:, 2] - plan[:, 0]
+    turn = np.sign(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])
+    first, last = np.zeros(len(plan)), np.where(turn == 0.0, -1.0, 1.0)
+    way = end - begin
+    for k in range(3):
+        edge = (plan[:, (k + 1) % 3] - plan[:, k]) * turn[:, None]
+        inside = edge[:, 0] * (begin[1] - plan[:, k, 1]) - edge[:, 1] * (begin[0] - plan[:, k, 0])
+        rate = edge[:, 0] * way[1] - edge[:, 1] * way[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = -inside / rate
+        first = np.where(rate > 0.0, np.maximum(first, share), first)
+        last = np.where(rate < 0.0, np.minimum(last, share), last)
+        last = np.where((rate == 0.0) & (inside < 0.0), -1.0, last)
+    return first, last

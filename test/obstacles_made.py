@@ -1,0 +1,83 @@
+"""Barriers and trees made for tests without a scene, and rocks flown against them."""
+
+import dataclasses
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import scenes_of_facets as made
+
+from rpf3d_core.effects.barriers import Barriers, Panel
+from rpf3d_core.effects.forest import Deflection, Forest, Stems
+from rpf3d_core.effects.hooks import chain_of
+from rpf3d_core.effects.obstacle_cells import cells_of
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.simulation.engines import Models
+from rpf3d_core.terrain.facets import Terrain, tolerance_of
+from rpf3d_core.terrain.sections import ground_at, section_of
+
+MASS, RADIUS = 1000.0, 0.5
+"""Of the rocks that `scenes_of_facets.fly` makes (kg, m)."""
+STRAIGHT = Deflection(0.35, 0.75, (1.0, 0.0, 0.0) * 3, (0.0, 0.0, 67.5, 76.0))
+"""Rocks go on where they went."""
+ASIDE = Deflection(0.35, 0.75, (0.4, 0.4, 0.2) * 3, (0.0, 22.5, 67.5, 76.0))
+
+
+def fence(
+    terrain: Terrain, corners: Sequence[tuple[float, float]], height: float, capacity: float, taken: float = 1.0,
+    top: bool = False, first: int = 0,
+) -> Barriers:  # fmt: skip
+    """One barrier along a line on a terrain."""
+    feet, facets, lines = [], [], []
+    for number, (begin, end) in enumerate(pairwise(np.array(corners, dtype=float))):
+        section = section_of(terrain, begin, end)
+        assert section is not None
+        at = begin + section.share[..., None] * (end - begin)
+        feet.append(np.concatenate([at, section.z[..., None]], axis=-1))
+        facets.append(section.facet)
+        lines.append(np.full(len(at), number))
+    foot = np.concatenate(feet)
+    columns = (np.ascontiguousarray(c) for c in (*foot[:, 0].T, *(foot[:, 1] - foot[:, 0]).T))
+    barrier = np.zeros(len(foot), dtype=np.int64)
+    one = (np.array([value]) for value in (height, capacity, taken, float(top)))
+    panel = Panel(*columns, np.concatenate(facets), np.concatenate(lines), barrier, *one)
+    plan = foot[..., :2]
+    return Barriers(first, panel, 4.0 * tolerance_of(terrain), cells_of(plan.min(axis=1), plan.max(axis=1)))
+
+
+def trees(
+    terrain: Terrain, places: Sequence[tuple[float, float]], dbh_cm: float = 40.0, height: float = 20.0,
+    energy: float = 1e5, deflection: Deflection = STRAIGHT, first: int = 0,
+) -> Forest:  # fmt: skip
+    """Trees of one kind on a terrain; energy : what each takes at most, J."""
+    plan = np.array(places, dtype=float).reshape(-1, 2)
+    z, _ = ground_at(terrain, plan)
+    some = np.ones(len(plan))
+    stems = Stems(*(np.ascontiguousarray(c) for c in (
+        plan[:, 0], plan[:, 1], z, 0.005 * dbh_cm * some, height * some, energy * some,
+    )))  # fmt: skip
+    reach = 0.005 * dbh_cm + RADIUS + 1e-6
+    return Forest(first, stems, deflection, cells_of(plan - reach, plan + reach))
+
+
+def with_effects(physics: Flight, *effects: object) -> Flight:
+    """The same physics with effects."""
+    models = physics.models
+    return dataclasses.replace(physics, models=Models(models.rebound, models.ground, chain_of(effects)))
+
+
+def energy_of(speed: float) -> float:
+    """Translational energy (J) of a rock at a speed (m/s)."""
+    return 0.5 * MASS * speed * speed
+
+
+def thrown(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Rocks thrown down an incline that falls towards +x."""
+    random = np.random.default_rng(seed)
+    x = np.stack([random.uniform(-2, 0, count), random.uniform(-7, 7, count), random.uniform(2, 6, count)], 1)
+    return x, np.stack([random.uniform(0, 8, count), random.uniform(-2, 2, count), np.zeros(count)], 1)
+
+
+def rough_ground() -> made.Terrain:
+    """An incline of 35 degrees in uneven facets."""
+    return made.incline(35, cells=(30, 8), jitter=3)

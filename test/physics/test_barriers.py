@@ -1,0 +1,171 @@
+"""Nets and fences: caught, broken through or flown over, by the rule of physics reference 5.1, on both engines."""
+
+import math
+
+import numpy as np
+import pytest
+import scenes_of_facets as made
+from obstacles_made import MASS, RADIUS, energy_of, fence, rough_ground, thrown, with_effects
+from on_both_engines import BOTH, loses_energy
+
+from rpf3d_core.simulation.record import FIRST_OBSTACLE
+from rpf3d_core.values import Mode, Outcome
+
+EXACT = 1e-12
+"""Relative: a few roundings of one formula."""
+LINE = [(0.0, -8.0), (0.0, 8.0)]
+G = 9.81
+
+
+def over_a_floor(engine, x, v, *effects, model="sliding", friction=30.0):
+    """Rocks thrown over a level floor."""
+    physics = made.flight(made.surface(0.5, 0.8, friction), model)
+    return made.fly(made.engine_over(engine, made.floor(cells=10)), with_effects(physics, *effects), x, v)
+
+
+def met(flights):
+    return flights.impacts.facet < 0
+
+
+@BOTH
+@pytest.mark.parametrize("share", [1.0, 2.0])
+def test_a_rock_with_no_more_energy_than_the_net_holds_is_caught_where_it_struck(engine, share):
+    t = 0.2
+    energy = energy_of(math.hypot(10.0, G * t))
+    net = fence(made.floor(cells=10), LINE, 3.0, share * energy * (1.0 + EXACT))
+    flights = over_a_floor(engine, (-2.0, 0.5, 2.0), (10.0, 0.0, 0.0), net)
+    assert flights.deposits.outcome[0] == Outcome.CAUGHT
+    np.testing.assert_allclose(flights.deposits.x[0], (0.0, 0.5, 2.0 - 0.5 * G * t * t), atol=EXACT * 100)
+    assert flights.deposits.impacts[0] == 0 and met(flights).tolist() == [True]
+    assert flights.impacts.speed_out.tolist() == [0.0]
+
+
+@BOTH
+def test_a_caught_rock_is_told_to_lie_on_the_facet_below_the_net_that_it_never_touched(engine):
+    terrain = made.floor(cells=10)
+    flights = over_a_floor(engine, (-2.0, 0.5, 2.0), (10.0, 0.0, 0.0), fence(terrain, LINE, 3.0, 1e6))
+    corners = terrain.vertices[terrain.triangles[flights.deposits.facet[0]]]
+    assert corners[:, 0].min() <= 0.0 <= corners[:, 0].max() and corners[:, 1].min() <= 0.5 <= corners[:, 1].max()
+
+
+@BOTH
+@pytest.mark.parametrize("taken", [1.0, 0.4])
+def test_a_rock_that_breaks_through_keeps_its_direction_and_the_energy_that_is_left(engine, taken):
+    t, capacity = 0.2, 20e3
+    before = np.array([10.0, 0.0, -G * t])
+    net = fence(made.floor(cells=10), LINE, 3.0, capacity, taken)
+    flights = over_a_floor(engine, (-2.0, 0.5, 2.0), (10.0, 0.0, 0.0), net)
+    after = flights.paths.v[1]
+    left = energy_of(np.linalg.norm(before)) - taken * capacity
+    assert energy_of(np.linalg.norm(after)) == pytest.approx(left, rel=EXACT)
+    np.testing.assert_allclose(np.cross(after, before), 0.0, atol=1e-10)
+    assert met(flights).sum() == 1, "it is past the net, and meets it no more"
+
+
+@BOTH
+def test_a_rock_that_flies_over_is_not_changed_in_its_last_bit(engine):
+    x, v = (-2.0, 0.5, 5.0), (10.0, 0.3, 3.0)
+    without = over_a_floor(engine, x, v)
+    assert made.same_bits(without, over_a_floor(engine, x, v, fence(made.floor(cells=10), LINE, 3.0, 1e9)))
+
+
+@BOTH
+@pytest.mark.parametrize(("height", "capacity"), [(0.0, 1e9), (50.0, 0.0), (0.0, 0.0)])
+def test_a_panel_without_height_or_strength_leaves_every_bit_of_a_flight(engine, height, capacity):
+    x, v = thrown(20)
+    physics, terrain = made.flight(made.surface(0.5, 0.8, 25.0)), rough_ground()
+    effect = fence(terrain, [(20.0, -8.0), (20.0, 8.0)], height, capacity)
+    flown = [made.fly(made.engine_over(engine, terrain), p, x, v) for p in (physics, with_effects(physics, effect))]
+    assert made.same_bits(*flown)
+
+
+@BOTH
+def test_the_top_of_the_block_counts_where_the_scene_says_so(engine):
+    t = 0.2
+    height = 2.0 - 0.5 * G * t * t + 0.5 * RADIUS
+    terrain = made.floor(cells=10)
+    found = [
+        over_a_floor(engine, (-2.0, 0.5, 2.0), (10.0, 0.0, 0.0), fence(terrain, LINE, height, 1e9, top=top))
+        for top in (False, True)
+    ]
+    assert [flights.deposits.outcome[0] == Outcome.CAUGHT for flights in found] == [True, False]
+
+
+@BOTH
+@pytest.mark.parametrize("x", [0.0, 1.0, 0.3], ids=["along the edges of facets", "within facets", "anywhere"])
+def test_a_sliding_rock_is_caught_on_the_ground_at_the_panel(engine, x):
+    terrain = made.floor(cells=10)
+    flights = over_a_floor(
+        engine, (-5.0, 0.5, 0.0), (9.0, 0.0, 0.0), fence(terrain, [(x, -8.0), (x, 8.0)], 2.0, 1e9), friction=5.0
+    )
+    assert flights.deposits.outcome[0] == Outcome.CAUGHT
+    np.testing.assert_allclose(flights.deposits.x[0], (x, 0.5, 0.0), atol=1e-9)
+    deceleration = math.tan(math.radians(5.0)) * G
+    assert flights.impacts.speed_in[met(flights)][0] == pytest.approx(math.sqrt(81 - 2 * deceleration * (5 + x)))
+
+
+@BOTH
+def test_a_sliding_rock_that_breaks_through_goes_on_sliding_with_what_is_left(engine):
+    terrain, capacity = made.floor(cells=10), 15e3
+    net = fence(terrain, LINE, 2.0, capacity)
+    flights = over_a_floor(engine, (-5.0, 0.5, 0.0), (9.0, 0.0, 0.0), net, friction=10.0)
+    friction = math.tan(math.radians(10.0)) * G
+    left = 0.5 * MASS * (81.0 - 2 * friction * 5.0) - capacity
+    stop = flights.deposits.x[0]
+    assert met(flights).sum() == 1 and flights.deposits.outcome[0] == Outcome.STOPPED
+    assert stop[0] == pytest.approx((2 * left / MASS - 0.25) / (2 * friction), rel=1e-9)
+    assert stop[1:] == pytest.approx([0.5, 0.0], abs=1e-12)
+
+
+@BOTH
+def test_bounces_that_are_summed_up_end_at_a_panel_in_their_way(engine):
+    terrain = made.floor(cells=1)
+    free = over_a_floor(engine, (-3.0, 0.0, 0.02), (12.0, 0.0, 0.0), model="none")
+    settling = np.flatnonzero(free.paths.mode == Mode.SETTLING)[0]
+    middle = 0.5 * (free.paths.x[settling, 0] + free.paths.x[settling + 1, 0])
+    net = fence(terrain, [(middle, -8.0), (middle, 8.0)], 2.0, 1e9)
+    flights = over_a_floor(engine, (-3.0, 0.0, 0.02), (12.0, 0.0, 0.0), net, model="none")
+    assert flights.deposits.outcome[0] == Outcome.CAUGHT
+    assert flights.deposits.x[0, 0] == pytest.approx(middle, abs=1e-9)
+
+
+@BOTH
+def test_no_rock_of_a_hundred_gets_through_a_net_that_holds_everything(engine):
+    x, v = thrown(100 if engine == "compiled" else 30)
+    terrain = rough_ground()
+    physics = made.flight(made.surface(0.5, 0.8, 25.0))
+    free = made.fly(made.engine_over(engine, terrain), physics, x, v)
+    net = fence(terrain, [(18.0, -8.0), (20.0, 0.0), (18.0, 8.0)], 100.0, 1e12)
+    flights = made.fly(made.engine_over(engine, terrain), with_effects(physics, net), x, v)
+    went = (free.deposits.x[:, 0] > 25.0) & (np.abs(free.deposits.x[:, 1]) < 7.9)
+    assert went.sum() > 10 and (flights.deposits.outcome[went] == Outcome.CAUGHT).all()
+    assert (flights.deposits.x[flights.deposits.outcome == Outcome.CAUGHT][:, 0] < 20.0 + 1e-9).all()
+
+
+@BOTH
+def test_a_rock_that_goes_through_a_corner_breaks_one_side_of_it(engine):
+    corner = [(-4.0, -8.0), (0.0, 0.0), (-4.0, 8.0)]
+    net = fence(made.floor(cells=10), corner, 3.0, 10e3)
+    flights = over_a_floor(engine, (-2.0, 0.0, 2.0), (10.0, 0.0, 0.0), net)
+    assert met(flights).sum() == 1
+
+
+def test_both_engines_meet_the_same_panels_to_the_last_bit():
+    x, v = thrown(60)
+    terrain, physics = rough_ground(), made.flight(made.surface(0.5, 0.8, 25.0))
+    net = fence(terrain, [(15.0, -8.0), (20.0, 0.0), (15.0, 8.0)], 3.0, 20e3, 0.7, top=True)
+    one, other = (
+        made.fly(made.engine_over(engine, terrain), with_effects(physics, net), x, v) for engine in made.ENGINES
+    )
+    assert met(one).sum() > 20 and made.same_bits(one, other)
+    assert loses_energy(one)
+
+
+def test_numbers_of_obstacles_go_on_from_one_effect_to_the_next():
+    terrain = made.floor(cells=10)
+    far, near = fence(terrain, [(3.0, -8.0), (3.0, 8.0)], 3.0, 1e9), fence(terrain, LINE, 3.0, 10e3)
+    near = near._replace(first=far.obstacles)
+    flights = over_a_floor("reference", (-2.0, 0.5, 2.0), (10.0, 0.0, 0.0), far, near)
+    numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
+    assert numbers[0] >= far.obstacles > numbers[1] >= 0
+    assert flights.deposits.x[0, 0] == pytest.approx(3.0, abs=1e-9)
