@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_hazard, scene_method, scene_model, scene_models
+from rpf3d_core.io import scene_effects_air, scene_hazard, scene_method, scene_model, scene_models
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -21,6 +21,8 @@ PARTS = (
     ("rock", scene_model.RockSpec),
     ("sources[]", scene_model.SourceSpec),
     ("areas_of_interest[]", scene_model.AreaSpec),
+    ("effects", scene_models.EffectsSpec),
+    ("effects.drag", scene_effects_air.DragSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
     ("hazard", scene_hazard.HazardSpec),
