@@ -9,7 +9,14 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_effects_air, scene_hazard, scene_method, scene_model, scene_models
+from rpf3d_core.io import (
+    scene_effects_air,
+    scene_effects_scarring,
+    scene_hazard,
+    scene_method,
+    scene_model,
+    scene_models,
+)
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -23,6 +30,8 @@ PARTS = (
     ("areas_of_interest[]", scene_model.AreaSpec),
     ("effects", scene_models.EffectsSpec),
     ("effects.drag", scene_effects_air.DragSpec),
+    ("effects.scarring", scene_effects_scarring.ScarringSpec),
+    ("effects.scarring.zones.NAME", scene_effects_scarring.SoftZoneSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
     ("hazard", scene_hazard.HazardSpec),

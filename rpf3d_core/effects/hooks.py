@@ -74,24 +74,24 @@ def normal_of_all(chain: Chain, n: Vec, motion: Motion, falling: Falling) -> Vec
 
 
 @model_function
-def in_ground(effect: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """What the ground makes of the motion of a rock that enters it, before it rebounds; n is the normal that it feels.
 
-    It may change v and w; position and time are those of the impact.
+    zone : of the facet that was hit. It may change v and w; position and time are those of the impact.
     """
 
 
 @in_ground.otherwise
-def hard_ground(effect: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """Nothing."""
     return motion
 
 
 @in_ground.rule(Chain)
-def ground_of_all(chain: Chain, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """One after another."""
-    after = in_ground(chain.head, surface, motion, n, falling)
-    return in_ground(chain.tail, surface, after, n, falling)  # type: ignore[no-any-return]
+    after = in_ground(chain.head, zone, surface, motion, n, falling)
+    return in_ground(chain.tail, zone, surface, after, n, falling)  # type: ignore[no-any-return]
 
 
 @model_function

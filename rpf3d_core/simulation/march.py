@@ -226,11 +226,12 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Fal
 
     Where the normal that the rock feels would send it into the ground, its speed into the ground is dropped.
     """
-    surface = surface_of(physics.materials, physics.facets.zone[facet], falling)
+    zone = physics.facets.zone[facet]
+    surface = surface_of(physics.materials, zone, falling)
     felt = felt_normal(physics.effects, n, motion, falling)
     if dot(motion.v, felt) >= 0.0:
         felt = n
-    entering = in_ground(physics.effects, surface, motion, felt, falling)
+    entering = in_ground(physics.effects, zone, surface, motion, felt, falling)
     after = rebound(physics.rebound, surface, entering, felt, falling)
     into = dot(after.v, n)
     if into >= 0.0:
