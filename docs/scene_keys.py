@@ -30,6 +30,7 @@ PARTS = (
     ("areas_of_interest[]", scene_model.AreaSpec),
     ("effects", scene_models.EffectsSpec),
     ("effects.drag", scene_effects_air.DragSpec),
+    ("effects.drag_layer", scene_effects_air.DragLayerSpec),
     ("effects.scarring", scene_effects_scarring.ScarringSpec),
     ("effects.scarring.zones.NAME", scene_effects_scarring.SoftZoneSpec),
     ("method", scene_method.MethodSpec),

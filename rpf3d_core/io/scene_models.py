@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from rpf3d_core.io.scene_effects_air import DragSpec
+from rpf3d_core.io.scene_effects_air import DragLayerSpec, DragSpec
 from rpf3d_core.io.scene_effects_scarring import ScarringSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
@@ -84,6 +84,7 @@ class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
     drag: DragSpec | None = Field(None, description="a mapping with coefficient, density and accuracy")
+    drag_layer: DragLayerSpec | None = Field(None, description="a mapping with coefficient, height and polygons")
     scarring: ScarringSpec | None = Field(None, description="a mapping with the ground's stiffness, drag and friction")
 
     @property
