@@ -11,6 +11,7 @@ from pydantic_core import PydanticUndefined
 
 from rpf3d_core.io import (
     scene_effects_air,
+    scene_effects_fragmentation,
     scene_effects_scarring,
     scene_hazard,
     scene_method,
@@ -33,6 +34,7 @@ PARTS = (
     ("effects.drag_layer", scene_effects_air.DragLayerSpec),
     ("effects.scarring", scene_effects_scarring.ScarringSpec),
     ("effects.scarring.zones.NAME", scene_effects_scarring.SoftZoneSpec),
+    ("effects.fragmentation", scene_effects_fragmentation.FragmentationSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
     ("hazard", scene_hazard.HazardSpec),

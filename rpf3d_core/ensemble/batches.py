@@ -9,12 +9,13 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, broken_of
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.materials.draws import DrawnMaterials
@@ -55,6 +56,7 @@ class Batch:
     finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; counts : (N, 4) `COUNT_COLUMNS`
     impacts : (I, 9), facets : (I,), pieces : (S, 10), modes : (S,) as of `simulation.record.Record`
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
+    broken : those of them that broke
     """
 
     rows: IntArray
@@ -65,6 +67,7 @@ class Batch:
     pieces: FloatArray
     modes: IntArray
     first: IntArray
+    broken: Broken = field(default_factory=lambda: NONE_BROKEN)
 
 
 def _nothing() -> Batch:
@@ -156,6 +159,7 @@ def _fly_rows(
 ) -> list[Batch]:
     """Fly some rocks: as many as there is room to write down, then the next."""
     starts = Starts(*(getattr(releases, name)[rows] for name in Starts._fields))
+    starts = starts._replace(source=starts.source + SOURCES * releases.piece[rows])  # for its draws
     finals, counts = np.empty((len(rows), 8)), np.empty((len(rows), 4), dtype=np.int64)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
     physics = (flight.models, flight.materials, flight.settings, starts)
@@ -168,9 +172,12 @@ def _fly_rows(
             continue
         some = slice(begin, end)
         flown = _batch(rows[some], finals[some], counts[some], record, first[begin : end + 1])
+        if keep.record and releases.piece[flown.rows].any():
+            _count_from_release(flown, releases.t[flown.rows])
         if watch:
             flown.finals[:, 6] = watch(flown, releases)
-        batches.append(_kept(flown, keep))
+        broken = broken_of(flown.rows, flown.counts, record, flown.first) if keep.record else NONE_BROKEN
+        batches.append(replace(_kept(flown, keep), broken=broken))
         begin = end
     return batches
 
@@ -180,6 +187,14 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, finals, counts, *written, first)
+
+
+def _count_from_release(batch: Batch, t: FloatArray) -> None:
+    """Add to all times of N pieces those at which their flights began, t (N,) s."""
+    lengths = np.diff(batch.first, axis=0)
+    batch.finals[:, 0] += t
+    batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])
+    batch.pieces[:, 0] += np.repeat(t, lengths[:, 1])
 
 
 def _kept(batch: Batch, keep: Keep) -> Batch:

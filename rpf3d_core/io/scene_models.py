@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_effects_air import DragLayerSpec, DragSpec
+from rpf3d_core.io.scene_effects_fragmentation import FragmentationSpec
 from rpf3d_core.io.scene_effects_scarring import ScarringSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
@@ -86,6 +87,7 @@ class EffectsSpec(Part):
     drag: DragSpec | None = Field(None, description="a mapping with coefficient, density and accuracy")
     drag_layer: DragLayerSpec | None = Field(None, description="a mapping with coefficient, height and polygons")
     scarring: ScarringSpec | None = Field(None, description="a mapping with the ground's stiffness, drag and friction")
+    fragmentation: FragmentationSpec | None = Field(None, description="a mapping of when a rock breaks, and what of")
 
     @property
     def named(self) -> dict[str, Offer]:

@@ -49,6 +49,9 @@ class Purpose(IntEnum):
     NORMAL_RESTITUTION = 14
     TANGENTIAL_RESTITUTION = 15
     FRICTION_ANGLE = 16
+    BREAKING = 48
+    PIECE_TILT = 49
+    PIECE_TURN = 50
 
 
 @kernel

@@ -1,0 +1,54 @@
+"""Rocks that broke, as they were when they did: what their pieces are made from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.simulation.record import Record
+from rpf3d_core.values import Outcome
+
+SOURCES = 65_536
+"""What the number of a piece is multiplied by beside a source for its draws: up to 65,536 of either."""
+
+DUST_UNITS = 2**40
+"""Dust counts in units of 1/2^40 kg: whole numbers add up alike in any order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Broken:
+    """N rocks that broke.
+
+    rows : (N,) of their releases; t : (N,) s; x : (N, 3) m; v : (N, 3) m/s after the impact; n : (N, 3) unit
+    """
+
+    rows: IntArray
+    t: FloatArray
+    x: FloatArray
+    v: FloatArray
+    n: FloatArray
+
+
+NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)) for _ in range(3)))
+
+
+def broken_of(rows: IntArray, counts: IntArray, record: Record, first: IntArray) -> Broken:
+    """Those of R rocks (R,) that broke, from what was written down: its last impact, and the end of its path.
+
+    counts (R, 4), first (R + 1, 2) : as of `Batch`
+    """
+    which = np.flatnonzero(counts[:, 0] == Outcome.FRAGMENTED)
+    if not which.size:
+        return NONE_BROKEN
+    struck, end = first[which + 1, 0] - 1, first[which + 1, 1] - 1
+    pieces = record.pieces[end]
+    return Broken(rows[which], pieces[:, 0], pieces[:, 1:4], pieces[:, 4:7], record.impacts[struck, 4:7])
+
+
+def joined_broken(parts: Sequence[Broken]) -> Broken:
+    """All of them, in order of their rows."""
+    rows = np.concatenate([part.rows for part in parts])
+    order = np.argsort(rows)
+    columns = (np.concatenate([getattr(part, name) for part in parts])[order] for name in ("t", "x", "v", "n"))
+    return Broken(rows[order], *columns)
