@@ -8,6 +8,7 @@ import pytest
 from hazard_tallied import numbers, over, rocks_above, rough
 from on_both_engines import BOTH, loses_energy
 from scenes_of_facets import ENGINES, box, engine_over, flight, floor, fly, incline, rough_grid, same_bits, surface
+from small_pit import scene_file
 
 from rpf3d_core.effects.air import FLIGHT
 from rpf3d_core.effects.drag import Drag, drag_per_metre
@@ -16,7 +17,9 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.falling import Falling
+from rpf3d_core.prepared import prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import ZERO, Motion, Outcome, Rock
 
@@ -39,6 +42,12 @@ def with_drag(
     physics = flight(surface(R_n, R_t), model, **settings)
     effects = None if effect is None else chain_of([effect])
     return dataclasses.replace(physics, models=physics.models._replace(effects=effects))
+
+
+def in_pit(flight: Flight, effect: Drag) -> Flight:
+    """The physics of a scene, with drag, as far as the first impact."""
+    models, settings = flight.models._replace(effects=chain_of([effect])), flight.settings._replace(max_impacts=1)
+    return dataclasses.replace(flight, models=models, settings=settings)
 
 
 def throw(engine: Engine, physics: Flight, rock: Rock, x: tuple, v: tuple) -> Flights:
@@ -209,3 +218,16 @@ def test_maps_count_a_rock_once_however_many_stretches_its_flight_has():
     assert np.abs(passages[1] - passages[0]).sum() <= ON_EDGES * passages[0].sum()
     for name, counted in maps[0].items():
         assert maps[1][name] == pytest.approx(counted, rel=1e-6, abs=1e-6, nan_ok=True), name
+
+
+def test_flights_into_a_pit_are_as_accurate_as_they_were_asked_for(tmp_path):
+    """Against flights of stretches thirty times as short: no first impact is off by more, and on the same facet."""
+    prepared = prepare(read_scene(scene_file(tmp_path, more="rock: {diameter: 0.2}\nengine: reference")))
+    releases = releases_in_ranges(prepared, [range(20), range(10)])
+    impacts = [
+        fly_ensemble(prepared.engine, in_pit(prepared.flight, drag(0.5, accuracy)), releases).impacts
+        for accuracy in (0.01, 1e-5)
+    ]
+    assert len(impacts[0].t) == 30
+    assert np.linalg.norm(impacts[0].x - impacts[1].x, axis=1).max() <= 0.01
+    assert np.array_equal(impacts[0].facet, impacts[1].facet)
