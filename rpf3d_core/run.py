@@ -213,10 +213,11 @@ def _fly(
             steps.append(step_of(tallies.places(totals.rocks, prepared.area_names), prepared.terrain.zones))
             if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
                 break
+    totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
     maps = tallies.maps(totals.rocks, prepared.area_names)
     return Run(
-        scene, prepared.terrain, prepared.faults, flights, totals, maps, planned, tuple(steps),
+        scene, prepared.terrain, prepared.faults, flights, totals, maps, planned + totals.pieces, tuple(steps),
         prepared.read_s, prepared.index_s, prepared.began, prepared.obstacles,
     )  # fmt: skip
 

@@ -141,6 +141,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     )  # fmt: skip
     began = time.perf_counter()
     stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last))
+    totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
     barriers = () if tallies.barriers is None else tallies.barriers.counted
     return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)

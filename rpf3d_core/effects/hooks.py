@@ -78,24 +78,24 @@ def normal_of_all(chain: Chain, n: Vec, motion: Motion, falling: Falling) -> Vec
 
 
 @model_function
-def in_ground(effect: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """What the ground makes of the motion of a rock that enters it, before it rebounds; n is the normal that it feels.
 
-    It may change v and w; position and time are those of the impact.
+    zone : of the facet that was hit. It may change v and w; position and time are those of the impact.
     """
 
 
 @in_ground.otherwise
-def hard_ground(effect: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """Nothing."""
     return motion
 
 
 @in_ground.rule(Chain)
-def ground_of_all(chain: Chain, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """One after another."""
-    after = in_ground(chain.head, surface, motion, n, falling)
-    return in_ground(chain.tail, surface, after, n, falling)  # type: ignore[no-any-return]
+    after = in_ground(chain.head, zone, surface, motion, n, falling)
+    return in_ground(chain.tail, zone, surface, after, n, falling)  # type: ignore[no-any-return]
 
 
 @model_function
@@ -152,9 +152,9 @@ def any_asks_height(chain: Chain) -> bool:
 
 @model_function
 def in_air(effect: object, motion: Motion, height: float, t: float, falling: Falling) -> Motion:
-    """The velocity after the air alone has acted on a rock for t seconds (t < 0: before it has), where it is.
+    """The velocity after the air alone has acted on a rock for t >= 0 seconds, where it is; it may not be faster.
 
-    height : m above the ground below, 0.0 where no effect asks for it
+    height : m above the ground below, inf over a hole, 0.0 where no effect asks for it
     """
 
 
@@ -166,8 +166,10 @@ def in_nothing(effect: object, motion: Motion, height: float, t: float, falling:
 
 @in_air.rule(Chain)
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, falling: Falling) -> Motion:
-    """One after another."""
-    return in_air(chain.tail, in_air(chain.head, motion, height, t, falling), height, t, falling)  # type: ignore[no-any-return]
+    """The first for half of the time before the others, and for half of it after them: of second order (Strang)."""
+    before = in_air(chain.head, motion, height, 0.5 * t, falling)
+    between = in_air(chain.tail, before, height, t, falling)
+    return in_air(chain.head, between, height, 0.5 * t, falling)  # type: ignore[no-any-return]
 
 
 @model_function

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.broken import NONE_BROKEN, Broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 Rocks = NDArray[np.bool_]
@@ -34,10 +36,12 @@ class Batch(Written):
     """N rocks that have flown.
 
     finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; counts : (N, 4) `COUNT_COLUMNS`
+    broken : those of them that broke, where that has been gathered
     """
 
     finals: FloatArray
     counts: IntArray
+    broken: Broken = NONE_BROKEN
 
 
 def written_of(rows: IntArray) -> Written:
@@ -68,7 +72,7 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
     """At least one batch as one: the rocks of each after those of the one before."""
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
-    columns = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
+    columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
     return Batch(**columns, first=_firsts(lengths))
 
 

@@ -9,13 +9,14 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, in_order, some_of, with_ends, written_of
+from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, broken_of, joined_broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.materials.draws import DrawnMaterials
@@ -67,7 +68,10 @@ class Keep:
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """What each thread needs to fly some of R rocks, and where it writes how they end: finals (R, 8), counts (R, 4)."""
+    """What each thread needs to fly some of R rocks, and where it writes how they end.
+
+    finals (R, 8), counts (R, 4) : filled in; broken : a part is added of each batch that had rocks which broke
+    """
 
     engine: Engine
     flight: Flight
@@ -76,6 +80,7 @@ class Crew:
     watch: Watch | None
     finals: FloatArray
     counts: IntArray
+    broken: list[Broken]
 
 
 def fly_batches(
@@ -99,13 +104,14 @@ def fly_batches(
     """
     workers = (threads or os.cpu_count() or 1) if isinstance(engine, Compiled) else 1
     shares = _dealt(len(releases.x), workers, LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH)
-    crew = Crew(engine, flight, releases, keep, watch, *_room_for(len(releases.x)))
+    crew = Crew(engine, flight, releases, keep, watch, *_room_for(len(releases.x)), [])
     parts: list[Written] = []
     for written in _flown_by(workers, crew, shares, stop):
         parts += written
         if advance:
             advance(sum(len(part.rows) for part in written))
-    return _in_order(parts, crew.finals, crew.counts)
+    flown = _in_order(parts, crew.finals, crew.counts)
+    return replace(flown, broken=joined_broken(crew.broken)) if crew.broken else flown
 
 
 def _room_for(rocks: int) -> tuple[FloatArray, IntArray]:
@@ -196,6 +202,7 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     rows = side_by_side(releases, rows)
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # four times as fast as an index
     starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
+    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # for its draws
     finals, counts = _room_for(len(rows))
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
     physics = (crew.flight.models, crew.flight.materials, crew.flight.settings, starts)
@@ -218,10 +225,15 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
     The path of a rock that failed may hold anything, so it is not handed on: nothing could draw it.
     """
+    if crew.keep.record and crew.releases.piece[flown.rows].any():
+        _count_from_release(flown, crew.releases.t[flown.rows])
     if crew.watch:
         flown.finals[:, 6] = crew.watch(flown, crew.releases)
     if not crew.keep.record:
         return written_of(flown.rows)
+    broken = broken_of(flown)
+    if broken is not NONE_BROKEN:
+        crew.broken.append(broken)
     drawable = flown.counts[:, 0] != Outcome.FAILED
     return some_of(flown, crew.keep.impacts[flown.rows], crew.keep.paths[flown.rows] & drawable)
 
@@ -231,3 +243,11 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)
+
+
+def _count_from_release(batch: Batch, t: FloatArray) -> None:
+    """Add to all times of N pieces those at which their flights began, t (N,) s."""
+    lengths = np.diff(batch.first, axis=0)
+    batch.finals[:, 0] += t
+    batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])
+    batch.pieces[:, 0] += np.repeat(t, lengths[:, 1])

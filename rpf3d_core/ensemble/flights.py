@@ -3,13 +3,18 @@
 All positions are in the terrain's local frame; `io` turns them back to the input's coordinates.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+def no_pieces() -> IntArray:
+    """What stands for a column of zeros."""
+    return np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +28,7 @@ class Deposits:
     max_height : m, vertical above the facet straight below, the largest on the whole path (`hazard.tallies` finds it);
         NaN where nobody looked, and of a rock that failed
     ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
-    mass : kg
+    mass : kg; piece : number of a piece among those of its rock, from 1; 0 for the rock itself, and where left out
     """
 
     source: IntArray
@@ -40,6 +45,12 @@ class Deposits:
     max_height: FloatArray
     ground_speed: FloatArray
     mass: FloatArray
+    piece: IntArray = field(default_factory=no_pieces)
+
+    def __post_init__(self) -> None:
+        """Whole rocks, unless told."""
+        if len(self.piece) != len(self.source):
+            object.__setattr__(self, "piece", np.zeros(len(self.source), dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)

@@ -104,6 +104,7 @@ def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Dep
         max_height=finals[:, 6],
         ground_speed=finals[:, 7],
         mass=releases.mass,
+        piece=releases.piece,
     )
 
 

@@ -17,8 +17,8 @@ def joined(parts: Sequence[Flights]) -> Flights:
     compile_s is the longest of any part; fly_s the seconds of all together, as if one had flown after the other.
     """
     deposits = [part.deposits for part in parts]
-    source, rock = (np.concatenate([getattr(some, name) for some in deposits]) for name in ("source", "rock"))
-    order = np.lexsort((rock, source))
+    keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
+    order = np.lexsort(keys)
     place = np.empty_like(order)
     place[order] = np.arange(len(order))
     return Flights(

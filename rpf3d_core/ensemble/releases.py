@@ -1,11 +1,12 @@
 """From sources to releases: where each rock starts, how fast, and how heavy it is."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.ensemble.flights import no_pieces
 from rpf3d_core.ensemble.patches import Patches, places_on
 from rpf3d_core.ensemble.sizes import DrawnRock, sizes_of
 from rpf3d_core.ensemble.throws import Throw, thrown
@@ -53,6 +54,8 @@ class Releases:
     """R rocks about to fall, in order of source, then rock.
 
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
+    piece : (R,) number of a piece among those of its rock, from 1; 0 for the rock itself, and where it is left out
+    t : (R,) s after the release of its rock; 0 where it is left out
     """
 
     source: IntArray
@@ -61,6 +64,14 @@ class Releases:
     v: FloatArray
     mass: FloatArray
     radius: FloatArray
+    piece: IntArray = field(default_factory=no_pieces)
+    t: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self) -> None:
+        """Whole rocks, unless told."""
+        if len(self.piece) != len(self.source):
+            object.__setattr__(self, "piece", np.zeros(len(self.source), dtype=np.int64))
+            object.__setattr__(self, "t", np.zeros(len(self.source)))
 
 
 def releases_of(

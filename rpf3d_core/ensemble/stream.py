@@ -62,6 +62,9 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 class Stream:
     """Rocks in flight: what flies them, who looks at them, and those that are kept to be shown.
 
+    The pieces of those that break fly after their block. `pieces` counts them, `dust` is the mass of what was too
+    small to fly, in `broken.DUST_UNITS`.
+
     watch, stop, threads : as of `fly_batches`; sink : takes what has flown; advance : told of progress
     impacts : whether the sink wants those of all rocks; if not, it is given those of the rocks that are shown
     """
@@ -79,6 +82,9 @@ class Stream:
     def __post_init__(self) -> None:
         """Nothing has flown yet."""
         self.rows = 0
+        self.pieces = 0
+        self.dust = 0
+        self._placed = 0
         self._batches: list[Batch] = []
         self._releases: list[Releases] = []
 
@@ -98,14 +104,38 @@ class Stream:
             self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop, self.advance
         )  # fmt: skip
         if len(batch.rows):
-            self._hand_on(batch, releases)
+            self._hand_on(batch, releases, self._chosen(self.shown.rocks, rocks))
+            self._fly_pieces(batch, releases)
         return len(batch.rows)
 
-    def _hand_on(self, batch: Batch, releases: Releases) -> None:
+    def _fly_pieces(self, batch: Batch, releases: Releases) -> None:
+        """Fly the pieces of what broke, and theirs, generation by generation, to their end whoever asks to stop.
+
+        Their paths and impacts are kept where those of every rock are.
+        """
+        if not len(batch.broken.rows):
+            return
+        from rpf3d_core.ensemble.pieces import Breaking  # where no scene names it, it is not imported
+
+        breaking = Breaking(self.flight)
+        while breaking.goes_on:
+            pieces, dust = breaking.pieces_of(releases, batch.broken)
+            self.dust += dust
+            if not len(pieces.x):
+                return
+            shown = np.full(len(pieces.x), self.shown.rocks is None)
+            keep = Keep(shown, shown | self.impacts)
+            batch = fly_batches(self.engine, breaking.flight, pieces, keep, self.watch, self.threads)
+            self._hand_on(batch, pieces, shown)
+            self.pieces += len(pieces.x)
+            releases = pieces
+
+    def _hand_on(self, batch: Batch, releases: Releases, chosen: NDArray[np.bool_]) -> None:
         if self.sink:
             self.sink(deposits_of(batch.finals, batch.counts, taken(releases, batch.rows)), impacts_of(batch))
-        shown = self._chosen(self.shown.rocks, len(releases.x))[batch.rows]
-        self._batches.append(only(replace(batch, rows=batch.rows + self.rows), shown))
+        shown = chosen[batch.rows]
+        self._batches.append(only(replace(batch, rows=batch.rows + self._placed), shown))
+        self._placed += len(releases.x)
         self._releases.append(taken(releases, batch.rows[shown]))
 
     def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from rpf3d_core.ensemble.broken import DUST_UNITS
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.values import DEPOSITED, Outcome
@@ -23,6 +24,7 @@ class Totals:
     """Counts and distributions over all rocks that have flown; those that failed are counted, and in no distribution.
 
     position : where stops lie along the direction that field stops are compared along; None if none are
+    pieces : how many of the rocks are pieces of others; dust : mass of what was too small to fly, in DUST_UNITS
     path : of all rocks together, in PATH_UNITS; runout : m, of rocks at rest; the others as of `Deposits`
     """
 
@@ -30,6 +32,8 @@ class Totals:
     outcomes: Counter[Outcome] = field(default_factory=Counter)
     impacts: int = 0
     path: int = 0
+    pieces: int = 0
+    dust: int = 0
     runout: Sample = field(default_factory=Sample)
     max_speed: Sample = field(default_factory=Sample)
     max_energy: Sample = field(default_factory=Sample)
@@ -47,11 +51,17 @@ class Totals:
         """Path of all rocks together (m)."""
         return float(Fraction(self.path, PATH_UNITS))
 
+    @property
+    def mass_lost_kg(self) -> float:
+        """Mass of what was too small to fly."""
+        return float(Fraction(self.dust, DUST_UNITS))
+
     def add(self, deposits: Deposits) -> None:
         """Gather more rocks."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.impacts += int(deposits.impacts.sum())
+        self.pieces += int((deposits.piece > 0).sum())
         sound = deposits.outcome != Outcome.FAILED
         self.path += sum(np.rint(deposits.path[sound] * PATH_UNITS).astype(np.int64).tolist())
         at_rest = np.isin(deposits.outcome, DEPOSITED)
@@ -66,6 +76,8 @@ class Totals:
         self.outcomes.update(other.outcomes)
         self.impacts += other.impacts
         self.path += other.path
+        self.pieces += other.pieces
+        self.dust += other.dust
         for name in ("runout", "max_speed", "max_energy", "max_height", "ground_speed", "stops"):
             getattr(self, name).join(getattr(other, name))
 

@@ -1,5 +1,7 @@
 """Areas of interest: polygons in plan."""
 
+from pathlib import Path
+
 import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon
@@ -47,6 +49,20 @@ def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]
                 "plan coordinates of the terrain's own input (x y, or x z where y is up)"
             )
     return {name: local_outlines(terrain.frame, area) for name, area in areas.items()}
+
+
+def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
+    """The rings (N, 2) m of the polygons of a file, as `local_outlines`, on a terrain; overlapping ones are one.
+
+    Raises
+    ------
+    InputError
+        The file is damaged, or they lie off the terrain; names the scene's key.
+    """
+    polygons = _united(read_polygons(path))
+    if lies_off(terrain, polygons):
+        raise InputError(f"{key} lie off the terrain: {extents(terrain, shapely.get_coordinates(polygons))}")
+    return local_outlines(terrain.frame, polygons)
 
 
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:

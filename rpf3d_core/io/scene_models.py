@@ -8,6 +8,9 @@ from typing import Any, ClassVar, Self
 from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_barriers import BarriersSpec
+from rpf3d_core.io.scene_effects_air import DragLayerSpec, DragSpec
+from rpf3d_core.io.scene_effects_fragmentation import FragmentationSpec
+from rpf3d_core.io.scene_effects_scarring import ScarringSpec
 from rpf3d_core.io.scene_forest import ForestSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
@@ -92,8 +95,12 @@ class EffectsSpec(Part):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
     roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
+    scarring: ScarringSpec | None = Field(None, description="a mapping with the ground's stiffness, drag and friction")
+    drag: DragSpec | None = Field(None, description="a mapping with coefficient, density and accuracy")
+    drag_layer: DragLayerSpec | None = Field(None, description="a mapping with coefficient, height and polygons")
     forest: ForestSpec | None = Field(None, description="a mapping with file, or stems and dbh_mean_cm")
     barriers: BarriersSpec | None = Field(None, description="a mapping with panels")
+    fragmentation: FragmentationSpec | None = Field(None, description="a mapping of when a rock breaks, and what of")
     own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
 
     @property

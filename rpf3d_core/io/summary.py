@@ -136,7 +136,15 @@ def _counts(findings: Findings) -> dict[str, Any]:
         },
         "impacts": totals.impacts,
         "path_m": totals.path_m,
+        **_pieces(findings),
     }
+
+
+def _pieces(findings: Findings) -> dict[str, Any]:
+    """How many of the rocks are pieces of others, and the mass of what was too small to fly; where rocks may break."""
+    if findings.scene.effects.fragmentation is None:
+        return {}
+    return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
 
 
 def _speed(findings: Findings) -> dict[str, Any]:

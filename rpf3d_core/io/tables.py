@@ -89,6 +89,7 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
         {
             "source": _names(sources, deposits.source),
             "rock": deposits.rock,
+            "piece": deposits.piece,
             "outcome": _names(lower_names(Outcome), deposits.outcome),
             **_xyz(terrain.frame.points_to_input(deposits.x)),
             "t": deposits.t,
@@ -167,8 +168,9 @@ def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
 
 
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
-    """Source and number of the rocks of rows (N,)."""
-    return {"source": _names(sources, deposits.source[rows]), "rock": deposits.rock[rows]}
+    """Source, number and piece of the rocks of rows (N,)."""
+    names = _names(sources, deposits.source[rows])
+    return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}
 
 
 def _xyz(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:

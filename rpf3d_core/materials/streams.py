@@ -60,6 +60,9 @@ class Purpose(IntEnum):
     TREE_Y = 37
     TREE_DIAMETER = 39
     TREE_KIND = 40
+    BREAKING = 48
+    PIECE_TILT = 49
+    PIECE_TURN = 50
 
 
 @kernel

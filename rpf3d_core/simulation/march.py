@@ -1,7 +1,7 @@
 """The one loop: from event to event until the rock has an outcome. Both engines run it."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel
@@ -41,6 +41,9 @@ from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
 """Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
+
+AGAIN = 1.5
+"""Stretch of a flight that is flown again, over its time: a little longer, for the rock may take a little longer."""
 
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
@@ -88,65 +91,95 @@ def checked(before: State, after: State) -> State:
     return ended(before, FAILED)
 
 
+class Flown(NamedTuple):
+    """A parabola that a rock has flown for t seconds.
+
+    start : the motion that it begins with; longest : s for which it may stand for the flight
+    left : s until time was up; contact, meeting : the first of either, after t or more seconds
+    """
+
+    start: Motion
+    t: float
+    longest: float
+    left: float
+    contact: Contact
+    meeting: Meeting
+
+
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """Fly to the next contact or obstacle and deal with it; or out of the terrain; or until time is up."""
-    facets, settings, effects = physics.facets, physics.settings, physics.effects
-    who = as_it_is(falling, state)
-    stretch = longest_flight(effects, state.motion, who)
-    start = into_air(physics, locator, state.motion, 0.5 * stretch, who)
-    arc = Arc(start.x, start.v, settings.gravity)
-    end = flight_end(facets, arc)
-    contact = contact_or_crack(locator, facets, arc, state.left, min(end, stretch))
-    left = settings.max_time - start.t
-    t = min(contact.t, end, left, stretch)
-    meeting = first_obstacle(effects, arc, state.passed, t, who)
-    t = min(t, meeting.t)
-    arrived = advance(start, settings.gravity, t)
+    who, gravity = as_it_is(falling, state), physics.settings.gravity
+    flown = _parabola(physics, locator, state, who)
+    start, t = flown.start, flown.t
+    arrived = advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
-    tally = with_piece(state.tally, arc_length(arc, t), arrived, facets.tolerance)
-    motion = out_of_air(physics, locator, arrived, t, stretch, who)
-    flown = State(motion, state.left, False, tally, MOVING, state.passed)
-    if t == left:
-        return ended(flown, MAX_TIME)
-    if t == meeting.t:
-        return _meet(effects, flown, meeting, falling, record)
-    if contact.t <= t:
-        return _land(physics, flown, contact, falling, record)
-    if t == stretch:
+    motion = out_of_air(physics, locator, arrived, t, flown.longest, who)
+    tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
+    after = State(motion, state.left, False, tally, MOVING, state.passed)
+    if t == flown.left:
+        return ended(after, MAX_TIME)
+    if t == flown.meeting.t:
+        return _meet(physics.effects, after, flown.meeting, falling, record)
+    if flown.contact.t <= t:
+        return _land(physics, after, flown.contact, falling, record)
+    if t == flown.longest:
         return State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
-    return ended(flown, LEFT_TERRAIN)
+    return ended(after, LEFT_TERRAIN)
 
 
 @kernel
-def into_air(physics: Physics, locator: Any, motion: Motion, t: float, falling: Falling) -> Motion:
-    """The motion with which a rock begins a stretch of its flight, after the air has acted for t seconds: half of it.
+def _parabola(physics: Physics, locator: Any, state: State, falling: Falling) -> Flown:
+    """The parabola that a rock flies next.
 
-    The air acts before and after a parabola (Strang 1968, SIAM J. Numer. Anal. 5:506: of second order), so that
-    contacts are found as exactly as without it. Infinite stretches are those of a flight that no air disturbs.
+    Where the air acts and the flight ends in the first half of a stretch, the air has acted for longer than the flight
+    lasts. Taking that back would give the rock energy, so it flies again, with a stretch of its flight's length.
     """
-    if t == math.inf:
+    facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
+    longest, height = longest_flight(effects, motion, falling), _height(physics, locator, motion.x)
+    while True:  # a loop, so that the search is compiled once
+        start = into_air(effects, motion, height, longest, falling)
+        arc = Arc(start.x, start.v, settings.gravity)
+        end, left = flight_end(facets, arc), settings.max_time - start.t
+        contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
+        t = min(contact.t, end, left, longest)
+        meeting = first_obstacle(effects, arc, state.passed, t, falling)
+        t = min(t, meeting.t)
+        if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
+            return Flown(start, t, longest, left, contact, meeting)
+        longest = AGAIN * t
+
+
+@kernel
+def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: Falling) -> Motion:
+    """The motion with which a rock begins a stretch of `longest` seconds, after the air has acted for half of it.
+
+    The air acts before and after a parabola (`effects.air`), so that contacts are found as exactly as without it.
+    Infinite stretches are those of a flight that no air disturbs.
+    """
+    if longest == math.inf:
         return motion
-    return in_air(physics.effects, motion, _height(physics, locator, motion.x), t, falling)  # type: ignore[no-any-return]
+    return in_air(effects, motion, height, 0.5 * longest, falling)  # type: ignore[no-any-return]
 
 
 @kernel
 def out_of_air(
-    physics: Physics, locator: Any, motion: Motion, t: float, stretch: float, falling: Falling
+    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: Falling
 ) -> Motion:  # fmt: skip
-    """The motion with which it ends it after t seconds: with what the air has not done yet, or has done too much."""
-    if stretch == math.inf:
+    """The motion with which it ends it after t seconds: with what the air has not done yet."""
+    if longest == math.inf:
         return motion
-    return in_air(physics.effects, motion, _height(physics, locator, motion.x), t - 0.5 * stretch, falling)  # type: ignore[no-any-return]
+    height = _height(physics, locator, motion.x)
+    return in_air(physics.effects, motion, height, t - 0.5 * longest, falling)  # type: ignore[no-any-return]
 
 
 @kernel
 def _height(physics: Physics, locator: Any, x: Vec) -> float:
-    """Height above the ground (m) if an effect asks for it."""
+    """Height above the ground (m) if an effect asks for it, else 0.0; without end over a hole."""
     if not asks_height(physics.effects):
         return 0.0
-    height, _ = ground_below(locator, physics.facets, x)
-    return height
+    height, contact = ground_below(locator, physics.facets, x)
+    return height if contact.facet >= 0 else math.inf
 
 
 @kernel
@@ -194,13 +227,14 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Fal
     An effect's normal that the rock would not hit, or that would send it into the ground, is none: it then hits the
     ground as it is. Where even that would send it into the ground, its speed into the ground is dropped.
     """
-    surface = surface_of(physics.materials, physics.facets.zone[facet], falling)
+    zone = physics.facets.zone[facet]
+    surface = surface_of(physics.materials, zone, falling)
     felt = felt_normal(physics.effects, n, motion, falling)
     if dot(motion.v, felt) >= 0.0:
         felt = n
-    after = _struck(physics, surface, motion, felt, falling)
+    after = _struck(physics, zone, surface, motion, felt, falling)
     if physics.effects is not None and dot(after.v, n) < 0.0:
-        after = _struck(physics, surface, motion, n, falling)
+        after = _struck(physics, zone, surface, motion, n, falling)
     into = dot(after.v, n)
     if into >= 0.0:
         return after
@@ -208,9 +242,9 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Fal
 
 
 @kernel
-def _struck(physics: Physics, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
     """The motion after an impact on a surface whose normal is n, which effects may let the rock enter first."""
-    entering = in_ground(physics.effects, surface, motion, n, falling)
+    entering = in_ground(physics.effects, zone, surface, motion, n, falling)
     return rebound(physics.rebound, surface, entering, n, falling)  # type: ignore[no-any-return]
 
 

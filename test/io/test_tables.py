@@ -13,14 +13,15 @@ from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.io.tables import open_tables, write_trajectories
 
 DEPOSIT_COLUMNS = [
-    "source", "rock", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed", "max_energy_j",
-    "max_height", "zone", "entered_ground_at_speed", "mass_kg", "diameter_m", "release_x", "release_y", "release_z",
+    "source", "rock", "piece", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed",
+    "max_energy_j", "max_height", "zone", "entered_ground_at_speed", "mass_kg", "diameter_m",
+    "release_x", "release_y", "release_z",
 ]  # fmt: skip
 IMPACT_COLUMNS = [
-    "source", "rock", "index", "t", "x", "y", "z", "facet", "zone", "struck", "normal_x", "normal_y", "normal_z",
-    "speed_in", "speed_out", "energy_in_j",
+    "source", "rock", "piece", "index", "t", "x", "y", "z", "facet", "zone", "struck",
+    "normal_x", "normal_y", "normal_z", "speed_in", "speed_out", "energy_in_j",
 ]  # fmt: skip
-TRAJECTORY_COLUMNS = ["source", "rock", "t", "x", "y", "z", "speed", "mode"]
+TRAJECTORY_COLUMNS = ["source", "rock", "piece", "t", "x", "y", "z", "speed", "mode"]
 
 
 DENSITY = 2700.0

@@ -1,0 +1,92 @@
+"""Forest as a layer that brakes: F = -c v while a rock is lower than z_height above the ground, in parts or all over.
+
+Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
+open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source c is that of any rock, so light
+ones are braked more; a rock meets no single tree (`forest` has them), and none while it slides.
+
+A rock is in the layer or not at the beginning and at the end of each stretch of its flight: where it comes in or goes
+out the layer's border is known to within a stretch.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.effects.air import stretch_for
+from rpf3d_core.effects.hooks import asks_height, in_air, longest_flight
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import norm, scale
+
+MOST_BRAKED = 0.5
+"""Share of its speed, about, that a stretch may cost a rock: the series that errors are told from wants it small."""
+
+
+class DragLayer(NamedTuple):
+    """A layer above the ground that brakes rocks.
+
+    coefficient : c, kg/s; height : of its top above the ground, m
+    accuracy : m, of a flight of `air.FLIGHT` seconds that stays in it or out of it; gravity : m/s2, for that only
+    edges : (E, 4) x, y, x, y m, of the outlines within which it stands, holes among them; none: it stands everywhere
+    """
+
+    coefficient: float
+    height: float
+    accuracy: float
+    gravity: float
+    edges: Any
+
+    @property
+    def asks_rock(self) -> bool:
+        """Its rules ask for the mass."""
+        return True
+
+
+@asks_height.rule(DragLayer)
+def always(layer: DragLayer) -> bool:
+    """Where it ends is told by the height."""
+    return True
+
+
+@in_air.rule(DragLayer)
+def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, falling: Falling) -> Motion:
+    """The exact solution of m dv/dt = -c v over t seconds: v exp(-c t / m)."""
+    if height >= layer.height or not stands_at(layer.edges, motion.x):
+        return motion
+    mass = falling.rock.mass  # type: ignore[union-attr]  # there is a rock: it asks for it
+    return Motion(motion.t, motion.x, scale(math.exp(-layer.coefficient * t / mass), motion.v), motion.w)
+
+
+@kernel
+def stands_at(edges: Any, x: Vec) -> bool:
+    """Whether the layer stands at x in plan: a line eastwards from it crosses the outlines an odd number of times."""
+    inside = len(edges) == 0
+    for e in range(len(edges)):
+        if (edges[e, 1] > x[1]) == (edges[e, 3] > x[1]):
+            continue
+        share = (x[1] - edges[e, 1]) / (edges[e, 3] - edges[e, 1])
+        if edges[e, 0] + share * (edges[e, 2] - edges[e, 0]) > x[0]:
+            inside = not inside
+    return inside
+
+
+@longest_flight.rule(DragLayer)
+def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: Falling) -> float:
+    """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
+
+    For d = -q v with q = c / m: d' = -q and d'' = 0, so that `air` has |dx| <= h^3 q (q v / 24 + g / 6) and
+    |dv| <= h^3 q^2 g / 24.
+    """
+    q = layer.coefficient / falling.rock.mass  # type: ignore[union-attr]
+    if q <= 0.0:
+        return math.inf
+    v = norm(motion.v)
+    return _stretch(layer, q, v + layer.gravity * _stretch(layer, q, v))
+
+
+@kernel
+def _stretch(layer: DragLayer, q: float, v: float) -> float:
+    """The stretch (s) at a speed v (m/s)."""
+    g = layer.gravity
+    h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), q * q * g / 24.0, q * v)
+    return min(h, MOST_BRAKED / q)
