@@ -14,6 +14,7 @@ from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
 from rpf3d_core.io.scene_sources import rock_of, scene_sources
 from rpf3d_core.prepared import scene_flight
 from rpf3d_core.simulation.engines import Engine, engine_of
@@ -50,7 +51,9 @@ def engine_over(engine: str, name: str) -> Engine:
 
 def prepared(engine: str, name: str, rocks: int, **models: str) -> tuple[Engine, Flight, Releases]:
     """All that flies; the heights of releases come from this engine too."""
-    scene = with_choices(scene_called(name).model_copy(update=models), rocks, engine, None)
+    specs = {"rebound": ReboundSpec, "ground": GroundSpec}
+    chosen = {key: specs[key].model_validate({model: {}}) for key, model in models.items()}
+    scene = with_choices(scene_called(name).model_copy(update=chosen), rocks, engine, None)
     terrain, built = ground_of(name), engine_over(engine, name)
     releases = releases_of(scene_sources(scene, terrain), rock_of(scene.rock), scene.seed, built)
     return built, scene_flight(scene, terrain), releases
