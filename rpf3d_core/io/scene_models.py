@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field, model_validator
 
+from rpf3d_core.io.scene_grounds import RollingSpec, RollingStoneSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
@@ -76,6 +77,8 @@ class GroundSpec(OneOf):
 
     none: NoGroundSpec | None = Field(None, description="a mapping without keys")
     sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
+    rolling: RollingSpec | None = Field(None, description="a mapping without keys")
+    rolling_stone: RollingStoneSpec | None = Field(None, description="a mapping with stop_speed")
 
 
 class EffectsSpec(Part):

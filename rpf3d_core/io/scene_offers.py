@@ -19,11 +19,13 @@ class Offer(Part):
     """Parameters of one model or effect, under names that the class of its physics has as well.
 
     PHYSICS : module and class of the parameters that its rules are registered for
+    MATERIAL_KEYS : optional keys of a material that the model cannot do without
     BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
     SOURCE : where it is published; CONFIRMED : how far that is confirmed
     """
 
     PHYSICS: ClassVar[str]
+    MATERIAL_KEYS: ClassVar[tuple[str, ...]] = ()
     BUILDER: ClassVar[str | None] = None
     SOURCE: ClassVar[str]
     CONFIRMED: ClassVar[Confirmed]

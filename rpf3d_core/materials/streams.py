@@ -49,6 +49,7 @@ class Purpose(IntEnum):
     NORMAL_RESTITUTION = 14
     TANGENTIAL_RESTITUTION = 15
     FRICTION_ANGLE = 16
+    ROLLING_FRICTION = 60
 
 
 @kernel

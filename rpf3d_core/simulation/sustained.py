@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
-from rpf3d_core.kinetics.ground import NoGround, Sliding
+from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
     Piece,
@@ -48,9 +48,12 @@ def stop_or_give_up(ground: NoGround, physics: Physics, state: State, falling: F
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
-@carry_on.rule(Sliding)
-def slide_on(ground: Sliding, physics: Physics, state: State, falling: Falling, record: Record) -> State:
-    """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
+@carry_on.otherwise
+def slide_on(ground: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
+
+    So do all ground models that have a `Law`.
+    """
     tolerance = physics.facets.tolerance
     piece = _slide(physics, state, falling)
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
@@ -85,13 +88,13 @@ def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
-        gravity = settings.gravity
-        return slide_on_facet(facets, left.facet, n, motion, first.mu, first.stop_speed, gravity, time_left)
+        law = law_on_facet(physics.ground, first, n[2], settings.gravity)
+        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left)
     second = ground_of(physics, left.other, falling, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
-    friction = first.mu * max(held.first, 0.0) + second.mu * max(held.second, 0.0)
-    stop_speed = max(first.stop_speed, second.stop_speed)
-    return slide_in_gully(facets, left.facet, left.other, held, motion, friction, stop_speed, time_left)
+    pushes = max(held.first, 0.0), max(held.second, 0.0)
+    law = law_in_gully(physics.ground, first, second, pushes, settings.gravity)
+    return slide_in_gully(facets, left.facet, left.other, held, motion, law, time_left)
 
 
 @kernel
