@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import scene_grounds, scene_hazard, scene_method, scene_model, scene_models
+from rpf3d_core.io import scene_grounds, scene_hazard, scene_method, scene_model, scene_models, scene_sphere
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
@@ -23,6 +23,7 @@ PARTS = (
     ("areas_of_interest[]", scene_model.AreaSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
+    ("rebound.coulomb_sphere", scene_sphere.CoulombSphereSpec),
     ("ground.rolling_stone", scene_grounds.RollingStoneSpec),
     ("hazard", scene_hazard.HazardSpec),
     ("hazard.matrix", scene_hazard.MatrixSpec),

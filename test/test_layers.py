@@ -18,7 +18,7 @@ LAYERS = (
     {"ensemble"},
     {"hazard"},
     {"io", "recordings"},
-    {"named"},
+    {"named", "builders"},
     {"choices", "prepared", "compare"},
     {"accuracy"},
     {"run", "compare_tables", "thesis"},

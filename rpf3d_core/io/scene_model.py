@@ -361,6 +361,18 @@ class Scene(Part):
                     raise refuse(f"is not given, but `{kind}: {spec.name}` needs it", "materials", name, key)
         return self
 
+    @model_validator(mode="after")
+    def _models_that_go_together(self) -> Self:
+        rebound, ground = self.rebound, self.ground
+        grounds, rebounds = rebound.offer.GROUNDS, ground.offer.REBOUNDS
+        if grounds is not None and ground.name not in grounds:
+            raise refuse(f"is {ground.name}, but `rebound: {rebound.name}` goes with {' or '.join(grounds)}", "ground")
+        if rebounds is not None and rebound.name not in rebounds:
+            raise refuse(f"is {ground.name}, which needs `rebound: {' or '.join(rebounds)}`", "ground")
+        if self.method.stepping is not None and not rebound.offer.STEPS:
+            raise refuse(f"finds contacts of points, but `rebound: {rebound.name}` has a size", "method", "stepping")
+        return self
+
 
 def material_of(scene: Scene, zone: str) -> Material:
     """The material of a zone: its exact name, else the first pattern in file order, else `default`.

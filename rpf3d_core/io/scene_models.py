@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from rpf3d_core.io.scene_grounds import RollingSpec, RollingStoneSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
+from rpf3d_core.io.scene_sphere import CoulombSphereSpec, SphereGroundSpec
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
 REBOUNDS = "rpf3d_core.kinetics.rebound"
@@ -70,6 +71,7 @@ class ReboundSpec(OneOf):
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
     thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
+    coulomb_sphere: CoulombSphereSpec | None = Field(None, description="a mapping of its parameters")
 
 
 class GroundSpec(OneOf):
@@ -78,6 +80,7 @@ class GroundSpec(OneOf):
     none: NoGroundSpec | None = Field(None, description="a mapping without keys")
     sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
     rolling: RollingSpec | None = Field(None, description="a mapping without keys")
+    sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
     rolling_stone: RollingStoneSpec | None = Field(None, description="a mapping with stop_speed")
 
 

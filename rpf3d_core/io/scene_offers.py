@@ -20,12 +20,17 @@ class Offer(Part):
 
     PHYSICS : module and class of the parameters that its rules are registered for
     MATERIAL_KEYS : optional keys of a material that the model cannot do without
+    GROUNDS, REBOUNDS : ground and rebound models that it goes with, None for any
+    STEPS : whether contacts may be found in fixed steps
     BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
     SOURCE : where it is published; CONFIRMED : how far that is confirmed
     """
 
     PHYSICS: ClassVar[str]
     MATERIAL_KEYS: ClassVar[tuple[str, ...]] = ()
+    GROUNDS: ClassVar[tuple[str, ...] | None] = None
+    REBOUNDS: ClassVar[tuple[str, ...] | None] = None
+    STEPS: ClassVar[bool] = True
     BUILDER: ClassVar[str | None] = None
     SOURCE: ClassVar[str]
     CONFIRMED: ClassVar[Confirmed]

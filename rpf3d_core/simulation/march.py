@@ -4,8 +4,16 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.compiling import guarded, kernel
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, contact_or_crack, flight_end
+from rpf3d_core.compiling import guarded, kernel, model_function
+from rpf3d_core.detection.contact import (
+    NOTHING_LEFT,
+    Contact,
+    Left,
+    contact_or_crack,
+    flight_end,
+    plain_locator,
+    radius_of,
+)
 from rpf3d_core.effects.hooks import (
     Meeting,
     asks_height,
@@ -46,6 +54,28 @@ LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 
 
+@model_function
+def locator_for(model: object, locator: Any, falling: Falling) -> Any:
+    """The locator that finds the contacts of a rock: as it is, but for rebound models of bodies with a size."""
+
+
+@locator_for.otherwise
+def locator_of_points(model: object, locator: Any, falling: Falling) -> Any:
+    """As it is."""
+    return locator
+
+
+@model_function
+def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
+    """The motion that a rock is released with, from what its source says."""
+
+
+@set_down.otherwise
+def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
+    """The same."""
+    return motion
+
+
 @kernel
 def follow(physics: Physics, locator: Any, motion: Motion, falling: Falling, record: Record) -> State:
     """Follow a rock from its release to its outcome.
@@ -70,7 +100,7 @@ def next_event(physics: Physics, locator: Any, state: State, falling: Falling, r
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
-        return carry_on(physics.ground, physics, state, falling, record)  # type: ignore[no-any-return]
+        return carry_on(physics.ground, physics, locator, state, falling, record)  # type: ignore[no-any-return]
     return fly_on(physics, locator, state, falling, record)
 
 
@@ -95,7 +125,7 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     stretch = longest_flight(effects, state.motion, who)
     start = into_air(physics, locator, state.motion, 0.5 * stretch, who)
     arc = Arc(start.x, start.v, settings.gravity)
-    end = flight_end(facets, arc)
+    end = flight_end(facets, arc, radius_of(locator))
     contact = contact_or_crack(locator, facets, arc, state.left, min(end, stretch))
     left = settings.max_time - start.t
     t = min(contact.t, end, left, stretch)
@@ -111,7 +141,7 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     if t == meeting.t:
         return _meet(effects, flown, meeting, falling, record)
     if contact.t <= t:
-        return _land(physics, flown, contact, falling, record)
+        return land(contact, physics, flown, falling, record)  # type: ignore[no-any-return]
     if t == stretch:
         return State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
     return ended(flown, LEFT_TERRAIN)
@@ -144,7 +174,7 @@ def _height(physics: Physics, locator: Any, x: Vec) -> float:
     """Height above the ground (m) if an effect asks for it."""
     if not asks_height(physics.effects):
         return 0.0
-    height, _ = ground_below(locator, physics.facets, x)
+    height, _ = ground_below(plain_locator(locator), physics.facets, x)
     return height
 
 
@@ -166,9 +196,14 @@ def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record
     return State(met.motion, _mid_air(state.left), False, tally, met.outcome, meeting.number)
 
 
-@kernel
-def _land(physics: Physics, state: State, contact: Contact, falling: Falling, record: Record) -> State:
-    """A contact: sliding goes on over it if it is slight, otherwise it is an impact."""
+@model_function
+def land(contact: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """The state after a contact; one rule per class of contacts, which is its locator's."""
+
+
+@land.rule(Contact)
+def land_point(contact: Contact, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """A contact of a lumped mass: sliding goes on over it if it is slight, otherwise it is an impact."""
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0
@@ -262,5 +297,5 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     A stone is dropped: looking down and falling are the same question.
     """
     drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
-    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop))
+    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0))
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

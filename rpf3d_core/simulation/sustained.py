@@ -1,7 +1,6 @@
 """Sustained contact: when it begins, and how each ground model carries on from there."""
 
-
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
@@ -37,19 +36,28 @@ Around a vertex of six facets each can be tried in turn five times over, with a 
 
 
 @model_function
-def carry_on(ground: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
-    """The next state of a rock in sustained contact; one rule per ground model."""
+def carry_on(
+    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
+    """The next state of a rock in sustained contact; one rule per ground model.
+
+    locator : of what the rock may meet meanwhile, for models that look
+    """
 
 
 @carry_on.rule(NoGround)
-def stop_or_give_up(ground: NoGround, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def stop_or_give_up(
+    ground: NoGround, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
     """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
     surface = ground_of(physics, state.left.facet, falling, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
 @carry_on.otherwise
-def slide_on(ground: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def slide_on(
+    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
     """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
 
     So do all ground models that have a `Law`.

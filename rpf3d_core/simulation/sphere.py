@@ -1,0 +1,336 @@
+"""A rigid sphere in the one loop: what its contacts do to it, and how it goes on where it lies on the ground.
+
+`Motion.x` is the centre, in flight and on the ground. On the ground the sphere is held by its contacts
+(`sphere_hold`), and goes on piece by piece under a constant acceleration (`kinetics.sphere_ground`). A piece ends where
+the centre comes over the end of a face, where another contact is met (found as exactly as in flight), and on edges and
+corners before the normal has turned by CURVE; then the centre is put back to its distance from the ground.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.contact import GRAZING, Left, falling_time
+from rpf3d_core.detection.sphere_contact import (
+    NO_TOUCH,
+    Course,
+    Touch,
+    course_position,
+    course_velocity,
+)
+from rpf3d_core.detection.swept import Swept, box_of, stretch_end
+from rpf3d_core.detection.touching import Nearest, Sweep, scan
+from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.kinetics.coulomb_sphere import STICKS, CoulombSphere, kicked, slip_of
+from rpf3d_core.kinetics.ground import shared
+from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
+from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.record import Record, note_impact, note_piece
+from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
+from rpf3d_core.simulation.state import NONE_PASSED, State, ended, with_ground, with_impact, with_slide
+from rpf3d_core.simulation.sustained import MAX_TIME, SLIDING, STOPPED, UNRESOLVED, WEDGED, carry_on
+from rpf3d_core.terrain.facet_geometry import NEAR, REACH, edge_distance, edge_inward
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import MOVING, ZERO, Motion, Vec
+from rpf3d_core.vectors import add, along, cross, dot, norm, scale, without
+
+CURVE = 1.0 / 32.0
+"""Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
+WALL = 0.01
+"""Share of gravity that a contact counts as pressed with at least, where it is told whether an impact is slight.
+
+What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm): gravity does not press it on
+the wall itself, but along the floor, so its bounces would die out without an end.
+"""
+LIFTS = 64
+"""Steps by which a sphere that overlaps the ground is lifted off it at most."""
+
+
+@locator_for.rule(CoulombSphere)
+def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> Swept:
+    """For a sphere of the rock's own radius."""
+    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # it asks for the rock
+
+
+@set_down.rule(CoulombSphere)
+def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
+    """A sphere released overlapping the ground is lifted straight up until it touches it.
+
+    By its overlap at a time, which is never too far: so it comes to touch from below. Where it never does, under an
+    overhang, it is left as far up as that brought it.
+    """
+    x, radius = motion.x, locator.radius
+    for _ in range(LIFTS):
+        touch = _nearest(locator.locator, facets, x, radius)
+        if not touch.t < radius - facets.tolerance:
+            break
+        x = x[0], x[1], x[2] + (radius - touch.t)
+    return Motion(motion.t, x, motion.v, motion.w)
+
+
+@kernel
+def _nearest(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
+    """The feature nearest to x, of those in a box that reaches so far (m)."""
+    wide = (reach, reach, reach)
+    low = x[0] - reach, x[1] - reach, x[2] - reach
+    return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
+
+
+# --- impacts ----------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
+    """Whether a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
+
+    least : share of gravity that the contact counts as pressed with at least
+    """
+    pressed = physics.settings.gravity * max(n[2], least)
+    return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
+
+
+@land.rule(Touch)
+def land_sphere(contact: Touch, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """A contact after a flight: the sphere lies down where it only grazes, otherwise it is an impact."""
+    motion, n = state.motion, contact.n
+    into = -dot(motion.v, n)
+    grazes = into <= GRAZING * norm(motion.v)
+    if state.tally.idle >= WEDGED:
+        return ended(state, _wedged(physics, motion))
+    if grazes or (state.left.resting and n[2] > 0.0 and _is_slight(physics, n, into, 0.0)):
+        return _lie(state, contact.facet, Motion(motion.t, motion.x, along(motion.v, n), motion.w))
+    return _strike(physics, state, contact, falling, record)
+
+
+@kernel
+def _strike(physics: Physics, state: State, contact: Touch, falling: Falling, record: Record) -> State:
+    """An impact; where the bounce that follows it is small, the sphere stays on the ground."""
+    n, who = contact.n, as_it_is(falling, state)
+    after = rebounded(physics, state.motion, contact.facet, n, who)
+    note_impact(record, state.tally, state.motion, after, contact.facet, n)
+    tally = with_impact(state.tally, contact.facet, after)
+    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, NONE_PASSED)
+    if breaks(physics.effects, state.motion, after, n, who):
+        return ended(bounced, FRAGMENTED)
+    surface = ground_of(physics, contact.facet, falling, bounced)
+    dies = surface.R_n < 1.0 and n[2] > 0.0
+    if dies and _is_slight(physics, n, dot(after.v, n), 0.0):
+        return _lie(bounced, contact.facet, Motion(after.t, after.x, along(after.v, n), after.w))
+    return bounced
+
+
+@kernel
+def _lie(state: State, facet: int, motion: Motion) -> State:
+    """Lie on a facet with a motion along it."""
+    tally = with_ground(state.tally, facet, norm(motion.v))
+    return State(motion, Left(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
+
+
+@kernel
+def _take_off(state: State, motion: Motion) -> State:
+    """Fly off the ground."""
+    return State(motion, state.left, False, state.tally, MOVING, state.passed)
+
+
+@kernel
+def _wedged(physics: Physics, motion: Motion) -> int:
+    """The outcome of a sphere that gets nowhere: stopped if it could not rise by smallest_bounce any more."""
+    slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
+    return STOPPED if slow else UNRESOLVED
+
+
+# --- on the ground ----------------------------------------------------------------------------------------------------
+
+
+@carry_on.rule(SphereGround)
+def roll_on(
+    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: Falling, record: Record
+) -> State:
+    """The next piece on the ground, or an impact with what the sphere has come to, or its take-off."""
+    facets, motion = physics.facets, state.motion
+    gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
+    if state.tally.idle >= WEDGED:
+        return ended(state, _wedged(physics, motion))
+    met = most_against(locator.locator, facets, motion.x, locator.radius, motion.v, ZERO, gravity, 0.5 * noise)
+    v = motion.v
+    if met.facet >= 0:
+        if not _is_slight(physics, met.n, -dot(met.n, v), WALL):
+            return _strike(physics, state, met, falling, record)
+        v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
+    held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
+    lying = Motion(motion.t, motion.x, v, motion.w)
+    if held.contacts == 0:
+        return _take_off(state, lying)
+    if held.contacts == 3:
+        return ended(_at_rest(state, lying), STOPPED)
+    n, push = resultant(held)
+    push -= _lift(held, v, locator.radius)
+    if push <= 0.0:
+        return _take_off(state, lying)
+    surface = _surface_of(physics, held, falling, state)
+    slip = _slip(held, lying, n, locator.radius)
+    if _sticks(slip, held.way, surface.mu * push):
+        lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
+        slip = ZERO
+    piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
+    if piece.stops:
+        return ended(_at_rest(state, lying), STOPPED)
+    return _follow_piece(physics, locator, state, lying, held, n, piece, record)
+
+
+@kernel
+def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
+    """Whether what is left of a slip that turns is taken out at once: else it would turn ever faster as it fades."""
+    slips = norm(slip)
+    if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
+        return False
+    return norm(without(g_t, scale(1.0 / slips, slip))) > STRAIGHT * (norm(g_t) + friction)
+
+
+@kernel
+def _at_rest(state: State, motion: Motion) -> State:
+    """The state of a sphere that has stopped."""
+    return State(Motion(motion.t, motion.x, ZERO, ZERO), state.left, True, state.tally, state.outcome, state.passed)
+
+
+@kernel
+def _lift(held: Held, v: Vec, radius: float) -> float:
+    """What the way around an edge or a corner takes off the push (m/s^2): v^2 / R."""
+    if held.contacts != 1 or held.first.face:
+        return 0.0
+    across = without(v, held.first.along)
+    return dot(across, across) / radius
+
+
+@kernel
+def _surface_of(physics: Physics, held: Held, falling: Falling, state: State) -> Surface:
+    """The ground that the sphere lies on: the mean of two, by their pushes, where two hold it."""
+    first = ground_of(physics, held.first.facet, falling, state)
+    if held.contacts == 1:
+        return first
+    second, pushes = ground_of(physics, held.second.facet, falling, state), held.pushes
+    return Surface(
+        first.R_n, first.R_t, shared(first.mu, second.mu, pushes), max(first.stop_speed, second.stop_speed),
+        shared(first.mu_r, second.mu_r, pushes),
+    )  # fmt: skip
+
+
+@kernel
+def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
+    """Slip (3,) m/s against what holds the sphere; between two contacts the part along their line alone counts."""
+    slip = slip_of(motion.v, motion.w, n, radius)
+    if held.contacts == 1:
+        return slip
+    line = cross(held.first.n, held.second.n)
+    line = scale(1.0 / norm(line), line)
+    return scale(dot(slip, line), line)
+
+
+class Span(NamedTuple):
+    """How long a piece lasts (s), and whether the sphere goes around an edge or a corner."""
+
+    t: float
+    curved: bool
+
+
+@kernel
+def _span(facets: Facets, held: Held, course: Course, t: float) -> Span:
+    """Until the centre comes over the end of a face, or has gone as far around an edge or a corner as one piece may."""
+    faces = held.first.face and (held.contacts == 1 or held.second.face)
+    if held.first.face:
+        t = min(t, _face_end(facets, held.first, course))
+    if held.contacts == 2 and held.second.face:
+        t = min(t, _face_end(facets, held.second, course))
+    if not faces:
+        t = min(t, stretch_end(course, 0.0, CURVE * course.radius, t))
+    return Span(t, not faces)
+
+
+@kernel
+def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
+    """When the centre comes over the end of the face that it touches (s); inf if it never does."""
+    f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
+    foot = add(course.x, scale(-course.radius, touch.n))
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        squared, c = edge_distance(facets, f, k, foot)
+        b, a, length = dot(inward, course.v), dot(inward, course.a), math.sqrt(squared)
+        if c <= facets.tolerance * length:
+            c = 0.0
+            if abs(b) <= noise * length:
+                b = 0.0
+            if b < 0.0 or (b == 0.0 and a >= -GRAZING * length * course.gravity):
+                continue
+        end = min(end, falling_time(c, b, 0.5 * a))
+    return end
+
+
+@kernel
+def _follow_piece(
+    physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls, record: Record
+) -> State:
+    """Go along a piece to its end, or to what the sphere meets on it."""
+    facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
+    left = physics.settings.max_time - motion.t
+    course = Course(motion.x, piece.v, piece.a, radius, gravity)
+    span = _span(facets, held, course, min(piece.t, left))
+    low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
+    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t), NO_TOUCH)
+    t = min(span.t, touch.t)
+    x, v = course_position(course, t), course_velocity(course, t)
+    turned = add(motion.w, scale(t, piece.turn))
+    whole = touch.t > t and span.t >= piece.t
+    began = Motion(motion.t, motion.x, piece.v, motion.w)
+    length = _length(began.v, v, t)
+    x, n_end = _put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
+    v_end = _turned_to(v, n_end) if span.curved and touch.t > t else v
+    rolls = piece.rolls and (whole or norm(piece.turn) == 0.0)
+    w = _rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
+    if rolls and held.contacts == 2:
+        w = _rolling_spin(v_end, turned, n, radius)
+    end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
+    note_piece(record, state.tally, began, v, SLIDING)
+    bends = piece.turns and whole and length > CURVE * CURVE * radius
+    tally = with_slide(state.tally, length, end, facets.tolerance, bends)
+    late = t >= left
+    over = Left(held.first.facet, -1, 1.0, True, -1)
+    return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+
+
+@kernel
+def _length(v: Vec, v_end: Vec, t: float) -> float:
+    """Length (m) of a piece between two velocities: Simpson's rule, exact for one that is straight."""
+    middle = norm(scale(0.5, add(v, v_end)))
+    return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0
+
+
+@kernel
+def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
+    """The centre at its distance from the ground again, and the normal there.
+
+    A piece of some length (m) around an edge or a corner comes off it by length^2 / 2R at most; off a face by rounding.
+    """
+    near = NEAR * facets.tolerance
+    gap = near + length * length / (2.0 * locator.radius)
+    touch = _nearest(locator.locator, facets, x, locator.radius + gap)
+    if touch.t > locator.radius + gap:
+        return x, n
+    back = add(x, scale(locator.radius - touch.t, touch.n))
+    return back, touch.n if turns else n
+
+
+@kernel
+def _turned_to(v: Vec, n: Vec) -> Vec:
+    """A velocity turned into the plane of n, its speed kept."""
+    flat = without(v, n)
+    speed = norm(flat)
+    return scale(norm(v) / speed, flat) if speed > 0.0 else flat
+
+
+@kernel
+def _rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
+    """Spin (3,) rad/s of a sphere that rolls with v over a ground of normal n; what it spins about n stays."""
+    return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))
