@@ -54,6 +54,12 @@ class Touch(NamedTuple):
 
 
 NO_TOUCH = Touch(math.inf, -1, 0.0, (0.0, 0.0, 1.0), ZERO, False)
+RIM = 2.0
+"""Tolerances by which edges and corners lie deeper than faces.
+
+A sphere that rolls over a plane touches, of the edges in it, those that its foot is on, and within tolerance those
+that it is only near: s from its foot their distance is R + s^2 / 2R. None is there to it until it would sink.
+"""
 POLISHED = 1e3
 """Tolerances by which the last step of Newton may move a contact; more is asked for by grazing ones alone."""
 
@@ -71,12 +77,16 @@ def course_velocity(course: Course, t: float) -> Vec:
 
 
 @kernel
-def earlier_touch(facets: Facets, f: int, course: Course, end: float, best: Touch) -> Touch:
-    """The earlier of `best` and the first contact with facet f before `end` (s, finite)."""
+def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
+    """The earlier of `best` and the first contact with facet f.
+
+    end : s, finite, of the whole course: roots are looked for up to there, so that they have the same bits whatever was
+        looked at before; before : s, contacts after which are not asked for
+    """
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
-    until = min(end, best.t)
+    until = min(before, best.t)
     c = dot(n, subtract(course.x, origin))
     side = 1.0 if c >= 0.0 else -1.0
     begin, stop = side * c, side * dot(n, subtract(course_position(course, until), origin))
@@ -84,14 +94,14 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, best: Touc
     reach = course.radius + NEAR * facets.tolerance + 0.125 * abs(a) * until * until
     if min(begin, stop) > reach:
         return best
-    best = _earlier_on_face(facets, f, course, until, scale(side, n), begin, best)
+    best = _earlier_on_face(facets, f, course, scale(side, n), begin, best)
     for k in range(6):
-        best = _earlier_on_rim(facets, f, k, course, end, best)
+        best = _earlier_on_rim(facets, f, k, course, end, before, best)
     return best
 
 
 @kernel
-def _earlier_on_face(facets: Facets, f: int, course: Course, until: float, n: Vec, c: float, best: Touch) -> Touch:
+def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, best: Touch) -> Touch:
     """The earlier of `best` and the contact with the face, c (m) from the centre at the start on the side of n."""
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
     near = NEAR * facets.tolerance
@@ -103,7 +113,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, until: float, n: Ve
             t = min(t, falling_time(gap, b, 0.5 * a))
     else:
         t = falling_time(gap, b, 0.5 * a)
-    if t > until or not contains(facets, f, course_position(course, t), False, facets.tolerance):
+    if t > best.t or t == math.inf or not contains(facets, f, course_position(course, t), False, facets.tolerance):
         return best
     return _sooner(best, Touch(t, f, max(-(b + a * t), 0.0), n, ZERO, True))
 
@@ -142,7 +152,9 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 
 @kernel
-def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, best: Touch) -> Touch:
+def _earlier_on_rim(
+    facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch
+) -> Touch:
     """The earlier of `best` and the contact with edge k (0, 1, 2) or corner k - 3 of facet f."""
     at, length, along = corner(facets, f, k % 3), 0.0, ZERO
     if k < 3:
@@ -151,7 +163,7 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
         if length == 0.0:
             return best
         along = scale(1.0 / length, edge)
-    from_x, until = subtract(course.x, at), min(end, best.t)
+    from_x, until, radius = subtract(course.x, at), min(before, best.t), course.radius - RIM * facets.tolerance
     p, v, a = without(from_x, along), without(course.v, along), without(course.a, along)
     distance = norm(p)
     longest = norm(v) * until + 0.5 * norm(a) * until * until
@@ -160,16 +172,16 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
     foot, t = dot(from_x, along), math.inf
     half = scale(0.5, a)
     q = Quartic(
-        (distance - course.radius) * (distance + course.radius), 2.0 * dot(p, v), dot(v, v) + 2.0 * dot(p, half),
+        (distance - radius) * (distance + radius), 2.0 * dot(p, v), dot(v, v) + 2.0 * dot(p, half),
         2.0 * dot(v, half), dot(half, half),
     )  # fmt: skip
-    if distance <= course.radius + NEAR * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
-        t = _time_from_rim(course, p, v, a, distance, q, until)
-        if distance < course.radius - NEAR * facets.tolerance and q.c1 > 0.0 and t > 0.0:
-            t = min(t, first_fall(q, 0.0, until))
+    if distance <= radius + 0.5 * RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
+        t = _time_from_rim(course, p, v, a, distance, q, end)
+        if q.c0 < 0.0 and q.c1 > 0.0 and t > 0.0:
+            t = min(t, first_fall(q, 0.0, end))
     else:
-        t = _time_on_rim(facets, course, at, along, length, q, until)
-    if not t <= until:
+        t = _time_on_rim(facets, course, at, along, length, q, end)
+    if not t <= best.t or t == math.inf:
         return best
     gap = without(subtract(course_position(course, t), at), along)
     n = scale(1.0 / norm(gap), gap)
@@ -221,7 +233,7 @@ def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> 
     rate = dot(gap, v) / distance if distance > 0.0 else 0.0
     if not rate < 0.0:
         return t
-    step = (distance - course.radius) / rate
+    step = (distance - (course.radius - RIM * facets.tolerance)) / rate
     moved = abs(step) * norm(v)
     return max(t - step, 0.0) if moved <= POLISHED * facets.tolerance else t
 

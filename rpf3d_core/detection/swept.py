@@ -91,7 +91,7 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
             length = max(0.25 * length, base)
             continue
         else:
-            best = scan(locator, facets, low, high, Sweep(course, leave), best)
+            best = scan(locator, facets, low, high, Sweep(course, end, leave), best)
         if best.t <= leave or not leave < end:
             return best
         begin = leave

@@ -6,32 +6,33 @@ from typing import NamedTuple
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.closest import closest_point
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.sphere_contact import Course, Touch, earlier_touch, stays_on
-from rpf3d_core.terrain.facet_geometry import corner, edge_distance, stored_normal
+from rpf3d_core.detection.sphere_contact import RIM, Course, Touch, earlier_touch, stays_on
+from rpf3d_core.terrain.facet_geometry import NEAR, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
-    """Asks for the first contact of a course before `end` (s)."""
+    """Asks for the first contact of a course that ends after `end` (s), of those in its first `before` seconds."""
 
     course: Course
     end: float
+    before: float
 
 
 class Against(NamedTuple):
     """Asks which of the contacts of a sphere, about a centre x (3,) m, stands most against a vector `way` (3,).
 
     v, down : (3,) m/s and m/s^2: contacts that the sphere moves off are none, and a face is one only where it leads on
-    reach : m from the centre within which a feature is in contact; noise : of the way, in its unit
+    radius : of the sphere (m); noise : of the way, in its unit
     """
 
     x: Vec
     way: Vec
     v: Vec
     down: Vec
-    reach: float
+    radius: float
     noise: float
 
 
@@ -54,7 +55,7 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
     """The earlier contact."""
-    return earlier_touch(facets, f, quest.course, quest.end, best)
+    return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
 @looked_at.rule(Nearest)
@@ -74,7 +75,8 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     """The contact that stands more against the way: `Touch.t` is the part of the way along its normal, below zero.
 
-    A face on which the sphere stands counts before an edge that stands against the way as much but for rounding.
+    A face on which the sphere stands counts before an edge that stands against the way as much, but for the angle
+    under which an edge within tolerance of the sphere may be seen from it.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -82,7 +84,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
     p = closest_point(facets, f, quest.x)
     gap = subtract(quest.x, p)
     distance = norm(gap)
-    if distance > quest.reach or distance == 0.0:
+    if distance > quest.radius + NEAR * facets.tolerance or distance == 0.0:
         return best
     m = scale(1.0 / distance, gap)
     if dot(m, quest.v) > GRAZING * norm(quest.v):
@@ -93,10 +95,20 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
         m = scale(side, n)
     else:
         along = _rim_of(facets, f, p)
-    opposed = dot(m, quest.way) - (quest.noise if face else 0.0)
-    if not opposed < -2.0 * quest.noise:
+    opposed = dot(m, quest.way)
+    if not opposed < -quest.noise or (not face and _passes(quest, facets.tolerance, m, along, distance)):
         return best
+    if face:
+        opposed -= 2.0 * math.sqrt(2.0 * NEAR * facets.tolerance / quest.radius) * norm(quest.way)
     return lesser(best, Touch(opposed, f, 0.0, m, along, face))
+
+
+@kernel
+def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
+    """Whether a sphere that goes straight on its way passes an edge or corner that it is only near to (`RIM`)."""
+    way = without(quest.way, along)
+    toward, clear = dot(m, way) * distance, quest.radius - 0.75 * RIM * tolerance
+    return (distance * distance - clear * clear) * dot(way, way) > toward * toward
 
 
 @kernel

@@ -22,8 +22,11 @@ from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TURN = 1.0 / 16.0
 """Tangent of the angle by which friction may turn in one piece: 3.6 degrees."""
-CRAWL = 1e-3
-"""Speed (m/s) of slip, or of a sphere that friction does not hold, below which it counts as zero while it turns."""
+CRAWL = 1e-2
+"""Speed (m/s) of slip, or of a sphere that friction does not hold, below which it counts as zero while it turns.
+
+The energy of 5 um of height.
+"""
 STRAIGHT = 1e-9
 """Share of gravity across a motion below which it does not turn."""
 ROLLS = 1e-9

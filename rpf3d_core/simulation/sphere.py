@@ -13,6 +13,7 @@ from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import GRAZING, Left, falling_time
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
+    RIM,
     Course,
     Touch,
     course_position,
@@ -39,6 +40,8 @@ from rpf3d_core.vectors import add, along, cross, dot, norm, scale, without
 
 CURVE = 1.0 / 32.0
 """Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
+BENDS = 1e-4
+"""Length of a piece, over R, above which one that only bends is no contact."""
 WALL = 0.01
 """Share of gravity that a contact counts as pressed with at least, where it is told whether an impact is slight.
 
@@ -278,7 +281,7 @@ def _follow_piece(
     course = Course(motion.x, piece.v, piece.a, radius, gravity)
     span = _span(facets, held, course, min(piece.t, left))
     low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
-    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t), NO_TOUCH)
+    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t, span.t), NO_TOUCH)
     t = min(span.t, touch.t)
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))
@@ -293,7 +296,7 @@ def _follow_piece(
         w = _rolling_spin(v_end, turned, n, radius)
     end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
     note_piece(record, state.tally, began, v, SLIDING)
-    bends = piece.turns and whole and length > CURVE * CURVE * radius
+    bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     late = t >= left
     over = Left(held.first.facet, -1, 1.0, True, -1)
@@ -318,6 +321,8 @@ def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, tur
     touch = _nearest(locator.locator, facets, x, locator.radius + gap)
     if touch.t > locator.radius + gap:
         return x, n
+    if abs(touch.t - locator.radius) <= 1.5 * RIM * facets.tolerance:
+        return x, touch.n if turns else n
     back = add(x, scale(locator.radius - touch.t, touch.n))
     return back, touch.n if turns else n
 

@@ -17,8 +17,8 @@ from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TRIES = 8
 """Contacts that are looked at in turn; on a sound mesh three are enough."""
-LEADING = 2.5e-10
-"""Share of a vector that is rounding: a quarter of GRAZING, so that what a sweep meets at once is seen here, too."""
+LEADING = 5e-10
+"""Share of a vector that is rounding: half of GRAZING, so that what a sweep meets at once is seen here, too."""
 
 
 class Held(NamedTuple):
@@ -43,7 +43,7 @@ def most_against(
     reach = radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
-    return scan(locator, facets, low, high, Against(x, way, v, down, reach, noise), NO_TOUCH)  # type: ignore[no-any-return]
+    return scan(locator, facets, low, high, Against(x, way, v, down, radius, noise), NO_TOUCH)  # type: ignore[no-any-return]
 
 
 @kernel
