@@ -317,12 +317,12 @@ def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
     Downwards it is followed for REACH tolerances: a rock that began, or came over a facet, NEAR tolerances below its
     plane is still to hit it.
     """
-    slack = facets.tolerance + radius
-    below = arc.x[2] - facets.low[2] + REACH * facets.tolerance + radius
-    end = fall_time(arc.v[2], max(below, 0.0), arc.gravity)
+    slack = facets.tolerance
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack + radius, 0.0), arc.gravity)
+    wide = slack + radius
     for k in range(2):
         if arc.v[k] > 0.0:
-            end = min(end, max((facets.high[k] + slack - arc.x[k]) / arc.v[k], 0.0))
+            end = min(end, max((facets.high[k] + wide - arc.x[k]) / arc.v[k], 0.0))
         elif arc.v[k] < 0.0:
-            end = min(end, max((facets.low[k] - slack - arc.x[k]) / arc.v[k], 0.0))
+            end = min(end, max((facets.low[k] - wide - arc.x[k]) / arc.v[k], 0.0))
     return end

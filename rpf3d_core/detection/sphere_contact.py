@@ -94,7 +94,8 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
     reach = course.radius + NEAR * facets.tolerance + 0.125 * abs(a) * until * until
     if min(begin, stop) > reach:
         return best
-    best = _earlier_on_face(facets, f, course, scale(side, n), begin, best)
+    for turned in (side, -side):  # a sphere that begins beyond the plane, beside the facet, may come down on either side
+        best = _earlier_on_face(facets, f, course, scale(turned, n), turned * c, best)
     for k in range(6):
         best = _earlier_on_rim(facets, f, k, course, end, before, best)
     return best
@@ -105,7 +106,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
     """The earlier of `best` and the contact with the face, c (m) from the centre at the start on the side of n."""
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
     near = NEAR * facets.tolerance
-    if gap <= near and contains(facets, f, course.x, False, facets.tolerance):
+    if c >= 0.0 and gap <= near and contains(facets, f, course.x, False, facets.tolerance):
         t = _time_from_touch(b, a, course)
         if t == 0.0 and b * b <= GRAZING * GRAZING * dot(course.v, course.v):
             t = 0.0 if stays_on(facets, f, course.x, course.v, course.a) else math.inf

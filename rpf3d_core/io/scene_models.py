@@ -80,8 +80,8 @@ class GroundSpec(OneOf):
     none: NoGroundSpec | None = Field(None, description="a mapping without keys")
     sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
     rolling: RollingSpec | None = Field(None, description="a mapping without keys")
-    sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
     rolling_stone: RollingStoneSpec | None = Field(None, description="a mapping with stop_speed")
+    sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
 
 
 class EffectsSpec(Part):

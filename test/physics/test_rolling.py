@@ -11,12 +11,15 @@ from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene
+from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.rolling import Rolling
 from rpf3d_core.kinetics.rolling_stone import RollingStone
+from rpf3d_core.kinetics.sphere_ground import SphereGround
 from rpf3d_core.materials.distributions import fixed, uniform_between
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.prepared import prepare
+from rpf3d_core.run import simulate
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import Outcome
 
@@ -171,6 +174,32 @@ def test_a_scene_names_a_rolling_model_and_the_rolling_friction_of_its_materials
     assert flight.models.ground == RollingStone(3.0)
     flight = prepare(scene_of(tmp_path, "{rolling_stone: {stop_speed: 1}}", ", rolling_friction: 0.4")).flight
     assert flight.models.ground == RollingStone(1.0)
+
+
+def test_a_scene_names_the_sphere_and_flies_it(tmp_path):
+    scene = scene_of(tmp_path, "sphere\nrebound: {coulomb_sphere: {damping: 0.9}}")
+    assert prepare(scene).flight.models == Models(CoulombSphere(MATERIALS_OWN, 0.0, 0.9), SphereGround())
+    flights = simulate(scene)
+    assert flights.flights.deposits.outcome[0] in (Outcome.LEFT_TERRAIN, Outcome.STOPPED)
+
+
+@pytest.mark.parametrize(
+    ("ground", "words"),
+    [
+        ("sphere", "`ground` is sphere, which needs `rebound: coulomb_sphere`"),
+        ("sliding\nrebound: coulomb_sphere", "`ground` is sliding, but `rebound: coulomb_sphere` goes"),
+        ("none\nrebound: {coulomb_sphere: {damping: 1.2}}", "damping` is 1.2, but must be a number from 0 to 1"),
+        ("none\nrebound: {coulomb_sphere: {impact_friction: -1}}", "impact_friction` is -1, but must be a number >= 0"),
+        (
+            "none\nrebound: coulomb_sphere\nmethod: {stepping: {dt: 1e-3, threshold: 0.05}}",
+            "`method.stepping` finds contacts of points, but `rebound: coulomb_sphere` has a size",
+        ),
+    ],
+)
+def test_what_does_not_go_with_the_sphere_is_refused_with_the_key_named(tmp_path, ground, words):
+    with pytest.raises(SceneError, match=r"scene\.yaml") as caught:
+        scene_of(tmp_path, ground)
+    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize(

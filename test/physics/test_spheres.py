@@ -158,7 +158,7 @@ def test_rolling_friction_stops_a_sphere_where_azzonis_rock_stops(engine):
 
 
 def test_friction_that_turns_is_cut_finely_enough(monkeypatch):
-    """Across a slope, skidding and then rolling against friction: halving TURN brings the end 3 times nearer or more."""
+    """Across a slope, skidding and then rolling against friction: halving TURN brings the end twice as near or more."""
     descent, n = down_the_slope(12.0)
     v = 7.0 * np.cross(n, descent) - 3.0 * descent
     over = engine_over("reference", incline(12.0, half_width=60.0, up=40.0))
