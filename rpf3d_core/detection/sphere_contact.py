@@ -94,7 +94,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
     reach = course.radius + NEAR * facets.tolerance + 0.125 * abs(a) * until * until
     if min(begin, stop) > reach:
         return best
-    for turned in (side, -side):  # a sphere that begins beyond the plane, beside the facet, may come down on either side
+    for turned in (side, -side):  # one that begins beyond the plane, beside the facet, may come down on either side
         best = _earlier_on_face(facets, f, course, scale(turned, n), turned * c, best)
     for k in range(6):
         best = _earlier_on_rim(facets, f, k, course, end, before, best)
