@@ -60,6 +60,8 @@ RIM = 2.0
 A sphere that rolls over a plane touches, of the edges in it, those that its foot is on, and within tolerance those
 that it is only near: s from its foot their distance is R + s^2 / 2R. None is there to it until it would sink.
 """
+ON_RIM = 0.75 * RIM
+"""Tolerances below R within which an edge or a corner is touched already: a quarter of RIM is left for rounding."""
 POLISHED = 1e3
 """Tolerances by which the last step of Newton may move a contact; more is asked for by grazing ones alone."""
 
@@ -176,7 +178,7 @@ def _earlier_on_rim(
         (distance - radius) * (distance + radius), 2.0 * dot(p, v), dot(v, v) + 2.0 * dot(p, half),
         2.0 * dot(v, half), dot(half, half),
     )  # fmt: skip
-    if distance <= radius + 0.5 * RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
+    if distance <= course.radius - ON_RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
         t = _time_from_rim(course, p, v, a, distance, q, end)
         if q.c0 < 0.0 and q.c1 > 0.0 and t > 0.0:
             t = min(t, first_fall(q, 0.0, end))

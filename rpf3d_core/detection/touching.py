@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.closest import closest_point
 from rpf3d_core.detection.contact import GRAZING
-from rpf3d_core.detection.sphere_contact import RIM, Course, Touch, earlier_touch, stays_on
+from rpf3d_core.detection.sphere_contact import ON_RIM, Course, Touch, earlier_touch, stays_on
 from rpf3d_core.terrain.facet_geometry import NEAR, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec
@@ -107,7 +107,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
     """Whether a sphere that goes straight on its way passes an edge or corner that it is only near to (`RIM`)."""
     way = without(quest.way, along)
-    toward, clear = dot(m, way) * distance, quest.radius - 0.75 * RIM * tolerance
+    toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance
     return (distance * distance - clear * clear) * dot(way, way) > toward * toward
 
 

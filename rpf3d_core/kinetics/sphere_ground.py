@@ -30,7 +30,7 @@ The energy of 5 um of height.
 STRAIGHT = 1e-9
 """Share of gravity across a motion below which it does not turn."""
 ROLLS = 1e-9
-"""Slip over speed below which a sphere rolls: a million times its rounding."""
+"""Slip over speed below which a sphere rolls, and share of the stop speed that is rounding: a million times that."""
 
 
 class SphereGround(NamedTuple):
@@ -103,7 +103,7 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> Rolls:
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull
     lowest = max(stop_speed, CREEP) if holds else 0.0
-    if holds and speed <= lowest:
+    if holds and speed <= lowest * (1.0 + ROLLS):
         return Rolls(v, ZERO, ZERO, 0.0, True, True, False)
     if resistance == 0.0:
         return Rolls(v, scale(1.0 - STICKS, g_t), ZERO, math.inf, True, False, False)
