@@ -7,7 +7,7 @@ corners before the normal has turned by CURVE; then the centre is put back to it
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import GRAZING, Left, falling_time
@@ -20,23 +20,22 @@ from rpf3d_core.detection.sphere_contact import (
     course_velocity,
 )
 from rpf3d_core.detection.swept import Swept, box_of, stretch_end
-from rpf3d_core.detection.touching import Nearest, Sweep, scan
-from rpf3d_core.effects.hooks import breaks
-from rpf3d_core.kinetics.coulomb_sphere import STICKS, CoulombSphere, kicked, slip_of
+from rpf3d_core.detection.touching import Sweep, scan
+from rpf3d_core.kinetics.coulomb_sphere import STICKS, kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
-from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
-from rpf3d_core.simulation.record import Record, note_impact, note_piece
+from rpf3d_core.simulation.physics import Physics, ground_of
+from rpf3d_core.simulation.record import Record, note_piece
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
-from rpf3d_core.simulation.state import NONE_PASSED, State, ended, with_ground, with_impact, with_slide
-from rpf3d_core.simulation.sustained import MAX_TIME, SLIDING, STOPPED, UNRESOLVED, WEDGED, carry_on
+from rpf3d_core.simulation.sphere_impacts import is_slight, nearest_to, strike, wedged
+from rpf3d_core.simulation.state import State, ended, with_slide
+from rpf3d_core.simulation.sustained import MAX_TIME, SLIDING, STOPPED, WEDGED, carry_on
 from rpf3d_core.terrain.facet_geometry import NEAR, REACH, edge_distance, edge_inward
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
-from rpf3d_core.vectors import add, along, cross, dot, norm, scale, without
+from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 CURVE = 1.0 / 32.0
 """Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
@@ -48,101 +47,11 @@ WALL = 0.01
 What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm): gravity does not press it on
 the wall itself, but along the floor, so its bounces would die out without an end.
 """
-LIFTS = 64
-"""Steps by which a sphere that overlaps the ground is lifted off it at most."""
-
-
-@locator_for.rule(CoulombSphere)
-def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> Swept:
-    """For a sphere of the rock's own radius."""
-    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # it asks for the rock
-
-
-@set_down.rule(CoulombSphere)
-def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
-    """A sphere released overlapping the ground is lifted straight up until it touches it.
-
-    By its overlap at a time, which is never too far: so it comes to touch from below. Where it never does, under an
-    overhang, it is left as far up as that brought it.
-    """
-    x, radius = motion.x, locator.radius
-    for _ in range(LIFTS):
-        touch = _nearest(locator.locator, facets, x, radius)
-        if not touch.t < radius - facets.tolerance:
-            break
-        x = x[0], x[1], x[2] + (radius - touch.t)
-    return Motion(motion.t, x, motion.v, motion.w)
-
-
-@kernel
-def _nearest(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
-    """The feature nearest to x, of those in a box that reaches so far (m)."""
-    wide = (reach, reach, reach)
-    low = x[0] - reach, x[1] - reach, x[2] - reach
-    return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
-
-
-# --- impacts ----------------------------------------------------------------------------------------------------------
-
-
-@kernel
-def _is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """Whether a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
-
-    least : share of gravity that the contact counts as pressed with at least
-    """
-    pressed = physics.settings.gravity * max(n[2], least)
-    return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
-
-
-@land.rule(Touch)
-def land_sphere(contact: Touch, physics: Physics, state: State, falling: Falling, record: Record) -> State:
-    """A contact after a flight: the sphere lies down where it only grazes, otherwise it is an impact."""
-    motion, n = state.motion, contact.n
-    into = -dot(motion.v, n)
-    grazes = into <= GRAZING * norm(motion.v)
-    if state.tally.idle >= WEDGED:
-        return ended(state, _wedged(physics, motion))
-    if grazes or (state.left.resting and n[2] > 0.0 and _is_slight(physics, n, into, 0.0)):
-        return _lie(state, contact.facet, Motion(motion.t, motion.x, along(motion.v, n), motion.w))
-    return _strike(physics, state, contact, falling, record)
-
-
-@kernel
-def _strike(physics: Physics, state: State, contact: Touch, falling: Falling, record: Record) -> State:
-    """An impact; where the bounce that follows it is small, the sphere stays on the ground."""
-    n, who = contact.n, as_it_is(falling, state)
-    after = rebounded(physics, state.motion, contact.facet, n, who)
-    note_impact(record, state.tally, state.motion, after, contact.facet, n)
-    tally = with_impact(state.tally, contact.facet, after)
-    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, NONE_PASSED)
-    if breaks(physics.effects, state.motion, after, n, who):
-        return ended(bounced, FRAGMENTED)
-    surface = ground_of(physics, contact.facet, falling, bounced)
-    dies = surface.R_n < 1.0 and n[2] > 0.0
-    if dies and _is_slight(physics, n, dot(after.v, n), 0.0):
-        return _lie(bounced, contact.facet, Motion(after.t, after.x, along(after.v, n), after.w))
-    return bounced
-
-
-@kernel
-def _lie(state: State, facet: int, motion: Motion) -> State:
-    """Lie on a facet with a motion along it."""
-    tally = with_ground(state.tally, facet, norm(motion.v))
-    return State(motion, Left(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
-
 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
     """Fly off the ground."""
     return State(motion, state.left, False, state.tally, MOVING, state.passed)
-
-
-@kernel
-def _wedged(physics: Physics, motion: Motion) -> int:
-    """The outcome of a sphere that gets nowhere: stopped if it could not rise by smallest_bounce any more."""
-    slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
-    return STOPPED if slow else UNRESOLVED
 
 
 # --- on the ground ----------------------------------------------------------------------------------------------------
@@ -156,12 +65,12 @@ def roll_on(
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
-        return ended(state, _wedged(physics, motion))
+        return ended(state, wedged(physics, motion))
     met = most_against(locator.locator, facets, motion.x, locator.radius, motion.v, ZERO, gravity, 0.5 * noise)
     v = motion.v
     if met.facet >= 0:
-        if not _is_slight(physics, met.n, -dot(met.n, v), WALL):
-            return _strike(physics, state, met, falling, record)
+        if not is_slight(physics, met.n, -dot(met.n, v), WALL):
+            return strike(physics, state, met, falling, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
     lying = Motion(motion.t, motion.x, v, motion.w)
@@ -318,7 +227,7 @@ def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, tur
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)
-    touch = _nearest(locator.locator, facets, x, locator.radius + gap)
+    touch = nearest_to(locator.locator, facets, x, locator.radius + gap)
     if touch.t > locator.radius + gap:
         return x, n
     if abs(touch.t - locator.radius) <= 1.5 * RIM * facets.tolerance:
