@@ -16,12 +16,14 @@ from rpf3d_core.io import (
     scene_effects_fragmentation,
     scene_effects_scarring,
     scene_forest,
+    scene_grounds,
     scene_hazard,
     scene_method,
     scene_model,
     scene_models,
     scene_rebounds,
     scene_roughness,
+    scene_sphere,
 )
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
@@ -51,6 +53,8 @@ PARTS = (
     ("effects.fragmentation", scene_effects_fragmentation.FragmentationSpec),
     ("method", scene_method.MethodSpec),
     ("method.stepping", scene_method.SteppingSpec),
+    ("rebound.coulomb_sphere", scene_sphere.CoulombSphereSpec),
+    ("ground.rolling_stone", scene_grounds.RollingStoneSpec),
     ("effects.forest", scene_forest.ForestSpec),
     ("effects.forest.energy_factors", scene_forest.EnergyFactors),
     ("effects.forest.deflection", scene_forest.DeflectionSpec),

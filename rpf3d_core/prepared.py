@@ -153,6 +153,7 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
         friction_angle=distribution_of(material.friction_angle_deg),
         stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
         per_impact=material.draw == "per_impact",
+        rolling_friction=distribution_of(material.rolling_friction or 0.0),
     )
 
 

@@ -14,7 +14,7 @@ Rounding decides nothing silently (docs/design.md, "Contact"):
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
 from rpf3d_core.compiling import kernel, model_function
@@ -80,6 +80,28 @@ def first_contact(locator: object, facets: Facets, arc: Arc, left: Left, end: fl
 
     A locator decides only which facets are looked at and in what order; the answer does not depend on either.
     """
+
+
+@model_function
+def radius_of(locator: object) -> float:
+    """Radius (m) of what the locator finds contacts of; a lumped mass has none."""
+
+
+@radius_of.otherwise
+def of_a_point(locator: object) -> float:
+    """None."""
+    return 0.0
+
+
+@model_function
+def plain_locator(locator: object) -> Any:
+    """The locator for points."""
+
+
+@plain_locator.otherwise
+def plain_already(locator: object) -> Any:
+    """It is one."""
+    return locator
 
 
 @kernel
@@ -287,17 +309,20 @@ def _wins_tie(facets: Facets, f: int, approach: float, best: Contact) -> bool:
 
 
 @kernel
-def flight_end(facets: Facets, arc: Arc) -> float:
+def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
     """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later.
+
+    radius : m, by which the box is wider for a sphere; 0 for a lumped mass
 
     Downwards it is followed for REACH tolerances: a rock that began, or came over a facet, NEAR tolerances below its
     plane is still to hit it.
     """
     slack = facets.tolerance
-    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack, 0.0), arc.gravity)
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack + radius, 0.0), arc.gravity)
+    wide = slack + radius
     for k in range(2):
         if arc.v[k] > 0.0:
-            end = min(end, max((facets.high[k] + slack - arc.x[k]) / arc.v[k], 0.0))
+            end = min(end, max((facets.high[k] + wide - arc.x[k]) / arc.v[k], 0.0))
         elif arc.v[k] < 0.0:
-            end = min(end, max((facets.low[k] - slack - arc.x[k]) / arc.v[k], 0.0))
+            end = min(end, max((facets.low[k] - wide - arc.x[k]) / arc.v[k], 0.0))
     return end

@@ -17,7 +17,7 @@ from rpf3d_core.hazard.ground import Ground
 from rpf3d_core.hazard.over_facet import VERTICAL, largest_height, under
 from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
 from rpf3d_core.hazard.visits import Visits, note_height, visit_for, visited
-from rpf3d_core.simulation.march import ground_below
+from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
 OVERLAP = 1e-9

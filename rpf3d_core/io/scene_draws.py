@@ -198,9 +198,11 @@ if TYPE_CHECKING:
     Size = float | Draw
     Share = float | Draw
     FrictionAngle = float | Draw
+    Coefficient = float | Draw
     Speed = float | Draw
 else:
     Size = drawn("", gt=0)
     Share = drawn("(-)", ge=0, le=1)
     FrictionAngle = drawn("(degrees)", ge=0, lt=90)
+    Coefficient = drawn("(-)", ge=0)
     Speed = drawn("(m/s)", ge=0)

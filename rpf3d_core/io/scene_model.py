@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -18,7 +19,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.io.scene_berms import BermSpec
-from rpf3d_core.io.scene_draws import FrictionAngle, Share, Size, Speed, distribution_of
+from rpf3d_core.io.scene_draws import Coefficient, FrictionAngle, Share, Size, Speed, distribution_of
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
 from rpf3d_core.io.scene_models import (
@@ -154,6 +155,9 @@ class Material(Part):
         30.0, description="a number from 0 to below 90 (degrees), or a distribution"
     )
     stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
+    rolling_friction: Coefficient | None = Field(
+        None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll"
+    )
     draw: Literal["per_rock", "per_impact"] = Field(
         "per_rock", description="per_rock or per_impact, when distributions are drawn anew"
     )
@@ -341,6 +345,27 @@ class Scene(Part):
     )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
     data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
+
+    @model_validator(mode="after")
+    def _materials_for_models(self) -> Self:
+        named = (("rebound", self.rebound), ("ground", self.ground))
+        for (kind, spec), (name, material) in product(named, self.materials.items()):
+            for key in spec.offer.MATERIAL_KEYS:
+                if getattr(material, key) is None:
+                    raise refuse(f"is not given, but `{kind}: {spec.name}` needs it", "materials", name, key)
+        return self
+
+    @model_validator(mode="after")
+    def _models_that_go_together(self) -> Self:
+        rebound, ground = self.rebound, self.ground
+        grounds, rebounds = rebound.offer.GROUNDS, ground.offer.REBOUNDS
+        if grounds is not None and ground.name not in grounds:
+            raise refuse(f"is {ground.name}, but `rebound: {rebound.name}` goes with {' or '.join(grounds)}", "ground")
+        if rebounds is not None and rebound.name not in rebounds:
+            raise refuse(f"is {ground.name}, which needs `rebound: {' or '.join(rebounds)}`", "ground")
+        if self.method.stepping is not None and not rebound.offer.STEPS:
+            raise refuse(f"finds contacts of points, but `rebound: {rebound.name}` has a size", "method", "stepping")
+        return self
 
 
 def material_of(scene: Scene, zone: str) -> Material:

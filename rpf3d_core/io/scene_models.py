@@ -12,6 +12,7 @@ from rpf3d_core.io.scene_effects_air import DragLayerSpec, DragSpec
 from rpf3d_core.io.scene_effects_fragmentation import FragmentationSpec
 from rpf3d_core.io.scene_effects_scarring import ScarringSpec
 from rpf3d_core.io.scene_forest import ForestSpec
+from rpf3d_core.io.scene_grounds import RollingSpec, RollingStoneSpec
 from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
 from rpf3d_core.io.scene_rebounds import (
@@ -24,6 +25,7 @@ from rpf3d_core.io.scene_rebounds import (
     VHalfSpec,
 )
 from rpf3d_core.io.scene_roughness import RoughnessSpec
+from rpf3d_core.io.scene_sphere import CoulombSphereSpec, SphereGroundSpec
 from rpf3d_core.io.scene_values import Part, exactly_one, refuse
 
 
@@ -81,6 +83,7 @@ class ReboundSpec(OneOf):
     v_half: VHalfSpec | None = Field(None, description="a mapping with speed")
     angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
     stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
+    coulomb_sphere: CoulombSphereSpec | None = Field(None, description="a mapping of its parameters")
     own: OwnSpec | None = Field(None, alias=OWN, description="the import path module.Class of a model of your own")
 
 
@@ -89,6 +92,9 @@ class GroundSpec(OneOf):
 
     none: NoGroundSpec | None = Field(None, description="a mapping without keys")
     sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
+    rolling: RollingSpec | None = Field(None, description="a mapping without keys")
+    rolling_stone: RollingStoneSpec | None = Field(None, description="a mapping with stop_speed")
+    sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
 
 
 class EffectsSpec(Part):

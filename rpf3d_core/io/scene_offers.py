@@ -19,12 +19,19 @@ class Offer(Part):
     """Parameters of one model or effect, under names that the class of its physics has as well.
 
     PHYSICS : module and class of the parameters that its rules are registered for
+    MATERIAL_KEYS : optional keys of a material that the model cannot do without
+    GROUNDS, REBOUNDS : ground and rebound models that it goes with, None for any
+    STEPS : whether contacts may be found in fixed steps
     BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
     OBSTACLES : module and function that tells what its obstacles are called, from (name, offer, its parameters)
     SOURCE : where it is published; CONFIRMED : how far that is confirmed
     """
 
     PHYSICS: ClassVar[str]
+    MATERIAL_KEYS: ClassVar[tuple[str, ...]] = ()
+    GROUNDS: ClassVar[tuple[str, ...] | None] = None
+    REBOUNDS: ClassVar[tuple[str, ...] | None] = None
+    STEPS: ClassVar[bool] = True
     BUILDER: ClassVar[str | None] = None
     OBSTACLES: ClassVar[str | None] = None
     SOURCE: ClassVar[str]

@@ -238,10 +238,17 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """The y at which friction (m >= 1) has slowed the block to stop_speed >= 0; inf if only in the limit, or never."""
+    """The y at which the block has slowed to stop_speed >= 0; inf if only in the limit, or never.
+
+    With m < 1 it slows only while it goes uphill: u is smallest where w^2 = (1 - m) / (1 + m).
+    """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf
     low, high = 0.0, 1.0 / (1.0 + path.m)
+    if path.m < 1.0:
+        high = math.log(path.w / math.sqrt((1.0 - path.m) / (1.0 + path.m)))
+        if high <= 0.0 or norm(slide_velocity(path, high)) > stop_speed:
+            return math.inf
     while norm(slide_velocity(path, high)) > stop_speed:
         low, high = high, 2.0 * high
     for _ in range(ROOT_STEPS):

@@ -1,8 +1,8 @@
 """Sliding over facets: one piece at a time, on a facet or along the line where two of them hold the rock.
 
-Coulomb friction with the material's mu. A piece ends where the rock leaves a facet, stops, comes to rest where
-friction does not hold it (an uphill slide: the next piece goes down), or has turned so far that a curve through its
-ends would no longer tell where it was in between.
+Rolling differs by two numbers only, those of the ground model's `Law`. A piece ends where the rock leaves a facet,
+stops, comes to rest where friction does not hold it (an uphill slide: the next piece goes down), or has turned so far
+that a curve through its ends would no longer tell where it was in between.
 """
 
 import math
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.ground import Law
 from rpf3d_core.kinetics.slide_path import (
     SlidePath,
     bend_point,
@@ -73,15 +74,14 @@ class Line(NamedTuple):
 
 @kernel
 def slide_on_facet(
-    facets: Facets, f: int, n: Vec, motion: Motion, mu: float, stop_speed: float, gravity: float, time_left: float
+    facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float
 ) -> Piece:
     """Slide over facet f, whose normal turned towards the rock is n (n_z > 0), until it is left or the rock stops.
 
     motion.v must lie in the facet's plane; time_left : s until the piece ends wherever the rock is.
     """
-    g_t = gravity_along(n, gravity)
-    friction = mu * gravity * n[2]
-    holds = friction >= HOLDS * norm(g_t)
+    g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
+    holds = law.anywhere or friction >= HOLDS * norm(g_t)
     speed = norm(motion.v)
     path = slide_path(motion.v, n, g_t, friction)
     if is_straight(path) or (holds and speed <= max(stop_speed, CREEP)):
@@ -206,16 +206,17 @@ def _in_sense(direction: Vec, v: Vec) -> Vec:
 
 @kernel
 def slide_in_gully(
-    facets: Facets, first: int, second: int, held: Gully, motion: Motion, friction: float, stop_speed: float,
-    time_left: float,
-) -> Piece:  # fmt: skip
-    """Slide along a gully with a deceleration by friction (m/s^2) until one of its facets is left or the rock stops."""
+    facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
+) -> Piece:
+    """Slide along a gully until one of its facets is left or the rock stops."""
     speed = max(dot(motion.v, held.direction), 0.0)
-    line = Line(held.direction, speed, held.pull - friction, friction >= HOLDS * abs(held.pull))
+    pull = law.share * held.pull
+    holds = law.anywhere or law.friction >= HOLDS * abs(pull)
+    line = Line(held.direction, speed, pull - law.friction, holds)
     way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY)
     way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY)
     near = facets.tolerance
-    piece = slide_on_line(motion, line, way_first, way_second, stop_speed, time_left)
+    piece = slide_on_line(motion, line, way_first, way_second, law.stop_speed, time_left)
     return Piece(
         piece.motion,
         piece.length,

@@ -12,14 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.compiling import kernel
-from rpf3d_core.materials.distributions import FIXED, Distribution, quantile
+from rpf3d_core.materials.distributions import FIXED, Distribution, fixed, quantile
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
 
-FIRST = int(Purpose.NORMAL_RESTITUTION)
-"""Purpose of the first coefficient; the others follow in the order of COEFFICIENTS."""
-COEFFICIENTS = ("R_n", "R_t", "friction_angle")
+PURPOSES = (
+    int(Purpose.NORMAL_RESTITUTION), int(Purpose.TANGENTIAL_RESTITUTION), int(Purpose.FRICTION_ANGLE),
+    int(Purpose.ROLLING_FRICTION),
+)  # fmt: skip
+"""Of each coefficient, in the order of COEFFICIENTS."""
+COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
 """What is drawn, in order of column."""
 RADIANS = math.pi / 180.0
 
@@ -29,6 +32,7 @@ class DrawnSurface(NamedTuple):
 
     R_n, R_t : distributions (-) within [0, 1]; friction_angle : degrees, within [0, 90)
     stop_speed : m/s; per_impact : whether each impact draws anew, or each rock once
+    rolling_friction : distribution (-), >= 0
     """
 
     R_n: Distribution
@@ -36,12 +40,18 @@ class DrawnSurface(NamedTuple):
     friction_angle: Distribution
     stop_speed: float
     per_impact: bool
+    rolling_friction: Distribution = fixed(0.0)
+
+    @property
+    def coefficients(self) -> tuple[Distribution, ...]:
+        """In the order of COEFFICIENTS."""
+        return self.R_n, self.R_t, self.friction_angle, self.rolling_friction
 
 
 class DrawnMaterials(NamedTuple):
     """`DrawnSurface` for each of Z zones.
 
-    kind : (Z, 3) kinds of distribution; numbers : (Z, 3, 6) their other fields, by coefficient
+    kind : (Z, 4) kinds of distribution; numbers : (Z, 4, 6) their other fields, by coefficient
     stop_speed : (Z,) m/s; per_impact : (Z,) 0 or 1
     """
 
@@ -53,7 +63,7 @@ class DrawnMaterials(NamedTuple):
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
     """Arrays of Z surfaces, in order of zone; plain `Materials` where no surface leaves anything to chance."""
-    draws = [surface[:3] for surface in surfaces]
+    draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
     return DrawnMaterials(
@@ -71,7 +81,8 @@ def drawn_surface(materials: DrawnMaterials, zone: int, falling: Falling) -> Sur
     R_n = _coefficient(materials, zone, falling, number, 0)
     R_t = _coefficient(materials, zone, falling, number, 1)
     angle = _coefficient(materials, zone, falling, number, 2)
-    return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone])
+    mu_r = _coefficient(materials, zone, falling, number, 3)
+    return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone], mu_r)
 
 
 @kernel
@@ -85,10 +96,11 @@ def _coefficient(materials: DrawnMaterials, zone: int, falling: Falling, number:
         numbers[zone, k, 4], numbers[zone, k, 5],
     )  # fmt: skip
     key: Any = falling.key  # there is one: these materials draw
-    return quantile(d, uniform_at(key.seed, key.source, key.rock, FIRST + k + ZONES * zone, number))
+    return quantile(d, uniform_at(key.seed, key.source, key.rock, PURPOSES[k] + ZONES * zone, number))
 
 
 def _certain(surface: DrawnSurface) -> Surface:
     """A surface whose coefficients are numbers; angles become numbers here, as in `drawn_surface`."""
     mu = math.tan(surface.friction_angle.location * RADIANS)
-    return Surface(surface.R_n.location, surface.R_t.location, mu, surface.stop_speed)
+    R_n, R_t, mu_r = surface.R_n.location, surface.R_t.location, surface.rolling_friction.location
+    return Surface(R_n, R_t, mu, surface.stop_speed, mu_r)

@@ -12,13 +12,14 @@ class Surface(NamedTuple):
     """The ground at a contact.
 
     R_n, R_t : normal and tangential restitution (-), in [0, 1]; mu : Coulomb friction, tan of the friction angle (-)
-    stop_speed : m/s below which a rock in sustained contact has stopped
+    stop_speed : m/s below which a rock in sustained contact has stopped; mu_r : rolling friction (-), tan(beta)
     """
 
     R_n: float
     R_t: float
     mu: float
     stop_speed: float
+    mu_r: float = 0.0
 
 
 class Materials(NamedTuple):
@@ -28,11 +29,12 @@ class Materials(NamedTuple):
     R_t: Any
     mu: Any
     stop_speed: Any
+    mu_r: Any
 
 
 def materials_of(surfaces: list[Surface]) -> Materials:
     """Arrays of Z surfaces, in order of zone."""
-    columns = np.array(surfaces, dtype=float).reshape(-1, 4).T
+    columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
     return Materials(*(np.ascontiguousarray(column) for column in columns))
 
 
@@ -44,4 +46,6 @@ def surface_of(materials: object, zone: int, falling: Falling) -> Surface:
 @surface_of.rule(Materials)
 def fixed_surface(materials: Materials, zone: int, falling: Falling) -> Surface:
     """The same for every rock and every impact."""
-    return Surface(materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone])
+    return Surface(
+        materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]
+    )

@@ -63,6 +63,7 @@ class Purpose(IntEnum):
     BREAKING = 48
     PIECE_TILT = 49
     PIECE_TURN = 50
+    ROLLING_FRICTION = 60
 
 
 @kernel

@@ -14,7 +14,8 @@ from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.materials.falling import Falling, RockColumns, RockKeys, key_of, rock_of
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.march import follow, ground_below
+from rpf3d_core.simulation.march import follow, locator_for, set_down
+from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
@@ -221,7 +222,8 @@ def _follow_all(
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
         falling, written = Falling(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
         physics = Physics(model, ground, effects, facets, materials, settings)
-        end = follow(physics, locator, motion, falling, written)
+        method = locator_for(model, locator, falling)
+        end = follow(physics, method, set_down(model, method, facets, motion), falling, written)
         if not close_rock(record, end.tally, first, i):
             return i
         tally, at = end.tally, end.motion.x

@@ -1,25 +1,26 @@
 """The one loop: from event to event until the rock has an outcome. Both engines run it."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.compiling import guarded, kernel
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left, contact_or_crack, flight_end
+from rpf3d_core.compiling import guarded, kernel, model_function
+from rpf3d_core.detection.contact import (
+    Contact,
+    Left,
+)
 from rpf3d_core.effects.hooks import (
     Meeting,
-    asks_height,
     at_obstacle,
     breaks,
     felt_normal,
     first_obstacle,
-    in_air,
     in_ground,
-    longest_flight,
 )
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
+from rpf3d_core.simulation.parabola import next_parabola, out_of_air
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
 from rpf3d_core.simulation.state import (
@@ -42,12 +43,31 @@ from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 SETTLED = 1e-6
 """Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
 
-AGAIN = 1.5
-"""Stretch of a flight that is flown again, over its time: a little longer, for the rock may take a little longer."""
-
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
+
+
+@model_function
+def locator_for(model: object, locator: Any, falling: Falling) -> Any:
+    """The locator that finds the contacts of a rock: as it is, but for rebound models of bodies with a size."""
+
+
+@locator_for.otherwise
+def locator_of_points(model: object, locator: Any, falling: Falling) -> Any:
+    """As it is."""
+    return locator
+
+
+@model_function
+def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
+    """The motion that a rock is released with, from what its source says."""
+
+
+@set_down.otherwise
+def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
+    """The same."""
+    return motion
 
 
 @kernel
@@ -74,7 +94,7 @@ def next_event(physics: Physics, locator: Any, state: State, falling: Falling, r
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
-        return carry_on(physics.ground, physics, state, falling, record)  # type: ignore[no-any-return]
+        return carry_on(physics.ground, physics, locator, state, falling, record)  # type: ignore[no-any-return]
     return fly_on(physics, locator, state, falling, record)
 
 
@@ -91,26 +111,11 @@ def checked(before: State, after: State) -> State:
     return ended(before, FAILED)
 
 
-class Flown(NamedTuple):
-    """A parabola that a rock has flown for t seconds.
-
-    start : the motion that it begins with; longest : s for which it may stand for the flight
-    left : s until time was up; contact, meeting : the first of either, after t or more seconds
-    """
-
-    start: Motion
-    t: float
-    longest: float
-    left: float
-    contact: Contact
-    meeting: Meeting
-
-
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """Fly to the next contact or obstacle and deal with it; or out of the terrain; or until time is up."""
     who, gravity = as_it_is(falling, state), physics.settings.gravity
-    flown = _parabola(physics, locator, state, who)
+    flown = next_parabola(physics, locator, state, who)
     start, t = flown.start, flown.t
     arrived = advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
@@ -122,64 +127,10 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     if t == flown.meeting.t:
         return _meet(physics.effects, after, flown.meeting, falling, record)
     if flown.contact.t <= t:
-        return _land(physics, after, flown.contact, falling, record)
+        return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
     if t == flown.longest:
         return State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
     return ended(after, LEFT_TERRAIN)
-
-
-@kernel
-def _parabola(physics: Physics, locator: Any, state: State, falling: Falling) -> Flown:
-    """The parabola that a rock flies next.
-
-    Where the air acts and the flight ends in the first half of a stretch, the air has acted for longer than the flight
-    lasts. Taking that back would give the rock energy, so it flies again, with a stretch of its flight's length.
-    """
-    facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
-    longest, height = longest_flight(effects, motion, falling), _height(physics, locator, motion.x)
-    while True:  # a loop, so that the search is compiled once
-        start = into_air(effects, motion, height, longest, falling)
-        arc = Arc(start.x, start.v, settings.gravity)
-        end, left = flight_end(facets, arc), settings.max_time - start.t
-        contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
-        t = min(contact.t, end, left, longest)
-        meeting = first_obstacle(effects, arc, state.passed, t, falling)
-        t = min(t, meeting.t)
-        if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
-            return Flown(start, t, longest, left, contact, meeting)
-        longest = AGAIN * t
-
-
-@kernel
-def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: Falling) -> Motion:
-    """The motion with which a rock begins a stretch of `longest` seconds, after the air has acted for half of it.
-
-    The air acts before and after a parabola (`effects.air`), so that contacts are found as exactly as without it.
-    Infinite stretches are those of a flight that no air disturbs.
-    """
-    if longest == math.inf:
-        return motion
-    return in_air(effects, motion, height, 0.5 * longest, falling)  # type: ignore[no-any-return]
-
-
-@kernel
-def out_of_air(
-    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: Falling
-) -> Motion:  # fmt: skip
-    """The motion with which it ends it after t seconds: with what the air has not done yet."""
-    if longest == math.inf:
-        return motion
-    height = _height(physics, locator, motion.x)
-    return in_air(physics.effects, motion, height, t - 0.5 * longest, falling)  # type: ignore[no-any-return]
-
-
-@kernel
-def _height(physics: Physics, locator: Any, x: Vec) -> float:
-    """Height above the ground (m) if an effect asks for it, else 0.0; without end over a hole."""
-    if not asks_height(physics.effects):
-        return 0.0
-    height, contact = ground_below(locator, physics.facets, x)
-    return height if contact.facet >= 0 else math.inf
 
 
 @kernel
@@ -198,9 +149,14 @@ def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record
     return State(met.motion, _mid_air(state.left), False, tally, met.outcome, past(met.motion, meeting.number))
 
 
-@kernel
-def _land(physics: Physics, state: State, contact: Contact, falling: Falling, record: Record) -> State:
-    """A contact: sliding goes on over it if it is slight, otherwise it is an impact."""
+@model_function
+def land(contact: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """The state after a contact; one rule per class of contacts, which is its locator's."""
+
+
+@land.rule(Contact)
+def land_point(contact: Contact, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """A contact of a lumped mass: sliding goes on over it if it is slight, otherwise it is an impact."""
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0
@@ -305,14 +261,3 @@ def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     for corner in corners:
         inside = inside and contains(facets, f, corner, False, facets.tolerance)
     return inside
-
-
-@kernel
-def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
-    """Height of x above the terrain straight below it (m), and the contact there; 0.0 and no contact over a hole.
-
-    A stone is dropped: looking down and falling are the same question.
-    """
-    drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
-    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop))
-    return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

@@ -1,6 +1,5 @@
 """Sustained contact: when it begins, and how each ground model carries on from there."""
 
-
 import math
 from typing import Any, NamedTuple
 
@@ -8,7 +7,7 @@ from rpf3d_core.arc import Arc
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle
-from rpf3d_core.kinetics.ground import NoGround, Sliding
+from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
     Piece,
@@ -40,20 +39,32 @@ Around a vertex of six facets each can be tried in turn five times over, with a 
 
 
 @model_function
-def carry_on(ground: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
-    """The next state of a rock in sustained contact; one rule per ground model."""
+def carry_on(
+    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
+    """The next state of a rock in sustained contact; one rule per ground model.
+
+    locator : of what the rock may meet meanwhile, for models that look
+    """
 
 
 @carry_on.rule(NoGround)
-def stop_or_give_up(ground: NoGround, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def stop_or_give_up(
+    ground: NoGround, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
     """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
     surface = ground_of(physics, state.left.facet, falling, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
-@carry_on.rule(Sliding)
-def slide_on(ground: Sliding, physics: Physics, state: State, falling: Falling, record: Record) -> State:
-    """Slide one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left."""
+@carry_on.otherwise
+def slide_on(
+    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+) -> State:
+    """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
+
+    So do all ground models that have a `Law`.
+    """
     return along_piece(physics, state, _slide(physics, state, falling), falling, record)
 
 
@@ -152,13 +163,13 @@ def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
-        gravity = settings.gravity
-        return slide_on_facet(facets, left.facet, n, motion, first.mu, first.stop_speed, gravity, time_left)
+        law = law_on_facet(physics.ground, first, n[2], settings.gravity)
+        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left)
     second = ground_of(physics, left.other, falling, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
-    friction = first.mu * max(held.first, 0.0) + second.mu * max(held.second, 0.0)
-    stop_speed = max(first.stop_speed, second.stop_speed)
-    return slide_in_gully(facets, left.facet, left.other, held, motion, friction, stop_speed, time_left)
+    pushes = max(held.first, 0.0), max(held.second, 0.0)
+    law = law_in_gully(physics.ground, first, second, pushes, settings.gravity)
+    return slide_in_gully(facets, left.facet, left.other, held, motion, law, time_left)
 
 
 @kernel

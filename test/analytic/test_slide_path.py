@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scenes_of_facets import incline, terrain_of
 
+from rpf3d_core.kinetics.ground import Sliding, law_on_facet
 from rpf3d_core.kinetics.slide_path import (
     bend_point,
     exit_point,
@@ -23,8 +24,15 @@ from rpf3d_core.kinetics.slide_path import (
     time_point,
 )
 from rpf3d_core.kinetics.sliding import CREEP, slide_on_facet
+from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.values import ZERO, Motion
+
+
+def coulomb(mu, stop_speed, n):
+    """Coulomb's law on a plane of unit normal n."""
+    return law_on_facet(Sliding(), Surface(0.5, 0.8, mu, stop_speed), n[2], 9.81)
+
 
 PULL = 3.7
 LEVEL_NORMAL = (0.0, 0.0, 1.0)
@@ -229,7 +237,7 @@ MOST_PIECES = 60
 def slide_to_its_end(facets, normal, motion, mu, stop_speed):
     """The last of the pieces of a slide over a facet: a slide that turns is written down bend by bend."""
     for _ in range(MOST_PIECES):
-        piece = slide_on_facet(facets, 0, normal, motion, mu, stop_speed, 9.81, math.inf)
+        piece = slide_on_facet(facets, 0, normal, motion, coulomb(mu, stop_speed, normal), 9.81, math.inf)
         if piece.left_first or piece.stopped:
             return piece
         motion = piece.motion
@@ -287,8 +295,9 @@ def test_a_slide_across_a_facet_ends_no_later_than_one_that_is_stepped():
     v = 3.0 * up + np.array([1.0, 0.0, 0.0])
     start = np.array([0.0, -0.2, -0.1])
     piece = slide_on_facet(
-        facets, 0, n, Motion(0.0, tuple(map(float, start)), tuple(map(float, v)), ZERO), 0.1, 0.0, 9.81, math.inf
-    )
+        facets, 0, n, Motion(0.0, tuple(map(float, start)), tuple(map(float, v)), ZERO),
+        coulomb(0.1, 0.0, n), 9.81, math.inf,
+    )  # fmt: skip
     assert piece.left_first
     assert piece.motion.x[1] == pytest.approx(0.0, abs=1e-12)
     assert piece.motion.v[1] > 0.0
@@ -299,7 +308,7 @@ def test_an_uphill_slide_that_friction_does_not_hold_turns_round():
     angle = math.radians(40.0)
     n, up = (math.sin(angle), 0.0, math.cos(angle)), np.array([-math.cos(angle), 0.0, math.sin(angle)])
     motion = Motion(0.0, (4.0, -7.0, -4.0 * math.tan(angle)), tuple(map(float, 2.0 * up)), ZERO)
-    piece = slide_on_facet(facets, 0, n, motion, 0.2, 0.0, 9.81, math.inf)
+    piece = slide_on_facet(facets, 0, n, motion, coulomb(0.2, 0.0, n), 9.81, math.inf)
     way = 4.0 / (2 * 9.81 * (math.sin(angle) + 0.2 * math.cos(angle)))
     assert not piece.stopped and not piece.left_first
     assert piece.length == pytest.approx(way, rel=1e-12)
@@ -322,7 +331,8 @@ def test_friction_that_only_balances_gravity_leaves_no_number_infinite():
     n = tuple(float(c) for c in facets.normals[0])
     for across in (1.0, 1e-3, 1e-6, 1e-7, 1e-8):
         v = (-0.8 * 4.0, across, 0.6 * 4.0)
-        piece = slide_on_facet(facets, 0, n, Motion(0.0, (0.0, -1.0, 0.0), v, ZERO), 0.75, 0.0, 9.81, math.inf)
+        motion = Motion(0.0, (0.0, -1.0, 0.0), v, ZERO)
+        piece = slide_on_facet(facets, 0, n, motion, coulomb(0.75, 0.0, n), 9.81, math.inf)
         assert all(math.isfinite(value) for value in (*piece.motion.x, *piece.motion.v, piece.motion.t, piece.length))
 
 
@@ -341,3 +351,20 @@ def test_between_bends_a_slide_is_as_good_as_one_of_constant_acceleration(m, phi
         drawn = np.array(end.offset) * share * share * (3 - 2 * share) + hermite
         assert np.abs(drawn - at.offset).max() <= 1e-3 * end.length
         assert u + (v - u) * share == pytest.approx(np.linalg.norm(at.v), abs=0.01 * max(u, v))
+
+
+@pytest.mark.parametrize("m", [0.05, 0.4, 0.9])
+@pytest.mark.parametrize("phi", [2.0, 2.9, 3.1])
+@pytest.mark.parametrize("share", [0.3, 0.99, 1.01])
+def test_friction_too_weak_to_hold_a_block_slows_it_to_a_stop_speed_only_while_it_goes_uphill(m, phi, share):
+    """share : the stop speed over the smallest speed that the block comes to, where w^2 = (1 - m) / (1 + m)."""
+    path, _ = path_of(m, phi)
+    slowest = math.log(path.w / math.sqrt((1.0 - m) / (1.0 + m)))
+    least = np.linalg.norm(slide_velocity(path, slowest))
+    assert least <= min(np.linalg.norm(slide_velocity(path, slowest + d)) for d in (-0.01, 0.01))
+    y = stop_point(path, share * least)
+    if share < 1.0:
+        assert y == math.inf
+        return
+    assert 0.0 < y < slowest
+    assert np.linalg.norm(slide_velocity(path, y)) == pytest.approx(share * least, rel=1e-12)

@@ -97,7 +97,7 @@ GUARDS = (
         MARCH,
         "    if state.left.resting or released_on_ground:\n",
         "    if state.left.resting:\n",
-        "`_land`: a release on the ground is no impact",
+        "`land_point`: a release on the ground is no impact",
         "the rock is told an impact of no speed before it slides",
     ),
     Guard(

@@ -184,7 +184,7 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         ),
         ("target: {most_rocks: 0}", "`target.most_rocks` is 0, but must be a whole number from 1 to 4000000000"),
         ("gravity: 0", "`gravity` is 0, but must be a number above 0 (m/s2)"),
-        ("ground: slide", "`ground` is 'slide', but must be none or sliding"),
+        ("ground: slide", "`ground` is 'slide', but must be none, sliding, rolling, rolling_stone or sphere"),
         ("rebound: cubic", "`rebound` is 'cubic', but must be constant"),
         ("engine: fast", "`engine` is 'fast', but must be auto, reference or compiled"),
         ("effects: {dreg: {}}", "`effects.dreg` is not a key of a scene"),

@@ -166,7 +166,7 @@ def test_there_is_room_for_every_purpose_beside_a_zone() -> None:
 def test_ground_of_numbers_is_the_plain_one_whatever_class_it_was_written_in() -> None:
     materials = drawn_materials([DrawnSurface(fixed(0.5), fixed(0.8), fixed(30.0), 0.4, True)])
     assert type(materials) is Materials
-    assert [column.tolist() for column in materials] == [[0.5], [0.8], [math.tan(math.radians(30.0))], [0.4]]
+    assert [column.tolist() for column in materials] == [[0.5], [0.8], [math.tan(math.radians(30.0))], [0.4], [0.0]]
 
 
 def test_ground_of_numbers_compiles_no_draw() -> None:

@@ -1,0 +1,148 @@
+"""Contacts of a sphere that flies: any locator, with the sphere's radius, boxes along the arc widened by it."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.detection.bucket_grid import cell_index
+from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.contact import Left, first_contact, plain_locator, radius_of
+from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
+from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
+from rpf3d_core.detection.touching import Sweep, looked_at, scan
+from rpf3d_core.terrain.facet_geometry import REACH, corner
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import norm
+
+WIDEST = 2.0
+"""Cells of a level, over the length of a stretch: a stretch is asked on the level whose cells are as long as it."""
+
+
+class Swept(NamedTuple):
+    """A locator for a sphere of some radius (m)."""
+
+    locator: Any
+    radius: float
+
+
+@radius_of.rule(Swept)
+def swept_radius(locator: Swept) -> float:
+    """The sphere's."""
+    return locator.radius
+
+
+@plain_locator.rule(Swept)
+def swept_locator(locator: Swept) -> Any:
+    """Without the sphere."""
+    return locator.locator
+
+
+@model_function
+def swept_contact(locator: object, facets: Facets, course: Course, end: float) -> Touch:
+    """The first contact of a sphere on a course that gravity alone bends, before `end` (s); one rule per locator."""
+
+
+@first_contact.rule(Swept)
+def first_touch(locator: Swept, facets: Facets, arc: Arc, left: Left, end: float) -> Touch:
+    """The first contact; what the sphere has left is told by where it is (`sphere_contact`)."""
+    course = Course(arc.x, arc.v, (0.0, 0.0, -arc.gravity), locator.radius, arc.gravity)
+    return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
+
+
+@kernel
+def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
+    """A time (s) by which the centre has gone no further than `length` (m) from `begin` on; no later than `end`."""
+    speed, pull = norm(course_velocity(course, begin)), norm(course.a)
+    pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
+    leave = begin + 2.0 * length / pace if pace > 0.0 else end
+    return min(leave, end) if leave > begin else end
+
+
+@kernel
+def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec, Vec]:
+    """Corners (3,) m of a box around all that the sphere sweeps between two times."""
+    p, q, lasts = course_position(course, begin), course_position(course, end), end - begin
+    a, wide = course.a, course.radius + slack
+    sag = (0.125 * lasts * lasts * abs(a[0]), 0.125 * lasts * lasts * abs(a[1]), 0.125 * lasts * lasts * abs(a[2]))
+    low = (
+        min(p[0], q[0]) - sag[0] - wide, min(p[1], q[1]) - sag[1] - wide, min(p[2], q[2]) - sag[2] - wide,
+    )  # fmt: skip
+    high = (
+        max(p[0], q[0]) + sag[0] + wide, max(p[1], q[1]) + sag[1] + wide, max(p[2], q[2]) + sag[2] + wide,
+    )  # fmt: skip
+    return low, high
+
+
+@swept_contact.rule(BucketLocator)
+def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, end: float) -> Touch:
+    """Stretch by stretch, each twice as long as the one before while the sphere flies over the slabs below it."""
+    base = max(locator.cell, course.radius)
+    best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance
+    while True:
+        leave = stretch_end(course, begin, length, end)
+        low, high = box_of(course, begin, leave, slack)
+        if _sweeps_over(locator, course, begin, leave, length, low, high, slack):
+            length = 2.0 * length
+        elif length > base:
+            length = max(0.25 * length, base)
+            continue
+        else:
+            best = scan(locator, facets, low, high, Sweep(course, end, leave), best)
+        if best.t <= leave or not leave < end:
+            return best
+        begin = leave
+
+
+@kernel
+def _sweeps_over(
+    locator: BucketLocator, course: Course, begin: float, leave: float, length: float, low: Vec, high: Vec,
+    slack: float,
+) -> bool:  # fmt: skip
+    """Whether the sphere flies over the slabs of all cells below a stretch."""
+    level, width = 0, locator.cell
+    while level < LEVELS - 1 and width * WIDEST < length:
+        level, width = level + 1, width * (1 << SHIFT)
+    p, q = course_position(course, begin), course_position(course, leave)
+    columns, rows = width_of(locator.nx, level), width_of(locator.ny, level)
+    i0, i1 = cell_index(low[0], locator.x, width, columns), cell_index(high[0], locator.x, width, columns)
+    j0, j1 = cell_index(low[1], locator.y, width, rows), cell_index(high[1], locator.y, width, rows)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            if not flies_over(locator.slabs, level, j * columns + i, p, q, course.radius + slack):
+                return False
+    return True
+
+
+@scan.rule(BucketLocator)
+def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
+    """Ask the facets of all buckets under the box, each in the first bucket that it shares with the box."""
+    i0 = cell_index(low[0], locator.x, locator.cell, locator.nx)
+    i1 = cell_index(high[0], locator.x, locator.cell, locator.nx)
+    j0 = cell_index(low[1], locator.y, locator.cell, locator.ny)
+    j1 = cell_index(high[1], locator.y, locator.cell, locator.ny)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            k = j * locator.nx + i
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                f: Any = np.int64(locator.ids[entry])
+                if _first_shared(locator, facets, f, low, high, i, i0, j, j0):
+                    best = looked_at(quest, facets, f, best)
+    return best
+
+
+@kernel
+def _first_shared(
+    locator: BucketLocator, facets: Facets, f: int, low: Vec, high: Vec, i: int, i0: int, j: int, j0: int
+) -> bool:
+    """Whether facet f reaches into the box, and column i and row j are the first that it shares with it."""
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    for k in range(3):
+        if min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]:
+            return False
+    column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
+    row = cell_index(min(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)
+    return i == max(column, i0) and j == max(row, j0)

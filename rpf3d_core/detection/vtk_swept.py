@@ -1,0 +1,35 @@
+"""Contacts of a sphere with VTK's locator: the broad phase of the reference engine."""
+
+from typing import Any
+
+from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch
+from rpf3d_core.detection.swept import box_of, stretch_end, swept_contact
+from rpf3d_core.detection.touching import Sweep, looked_at, scan
+from rpf3d_core.detection.vtk_locator import FIRST_BOX, LONGEST_BOX, VtkLocator
+from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+
+
+@scan.rule(VtkLocator)
+def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
+    """Ask the facets that VTK finds in the box."""
+    box = [low[0], high[0], low[1], high[1], low[2], high[2]]
+    locator.locator.FindCellsWithinBounds(box, locator.found)
+    for k in range(locator.found.GetNumberOfIds()):
+        best = looked_at(quest, facets, locator.found.GetId(k), best)
+    return best
+
+
+@swept_contact.rule(VtkLocator)
+def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: float) -> Touch:
+    """One box after another along the arc until the best contact lies within the boxes."""
+    best: Touch = NO_TOUCH
+    begin, length = 0.0, FIRST_BOX
+    while True:
+        leave = stretch_end(course, begin, length * max(locator.size, course.radius), end)
+        low, high = box_of(course, begin, leave, REACH * facets.tolerance)
+        best = scan(locator, facets, low, high, Sweep(course, end, leave), best)
+        if best.t <= leave or not leave < end:
+            return best
+        begin, length = leave, min(2.0 * length, LONGEST_BOX)

@@ -1,0 +1,35 @@
+"""A sphere that rolls without slipping, against a resistance proportional to the push of the ground.
+
+v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s down a slope of angle b, with A = m / (m + I / R^2): 5/7 for a sphere,
+whose rotation takes its share of what gravity gives; v is the speed of its centre. As a vector along the ground
+dv/dt = A (g_t - mu_r g_n v / |v|).
+
+Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.kinetics.ground import Law, law_in_gully, law_on_facet
+from rpf3d_core.materials.library import Surface
+
+SPHERE = 5.0 / 7.0
+"""A of a solid sphere (-): I = 2/5 m R^2."""
+
+
+class Rolling(NamedTuple):
+    """Rolling with the material's rolling friction; a rock that it holds stops below the material's stop_speed."""
+
+
+@law_on_facet.rule(Rolling)
+def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
+    """k = A mu_r g_n."""
+    return Law(SPHERE, SPHERE * surface.mu_r * gravity * n_z, surface.stop_speed, False)
+
+
+@law_in_gully.rule(Rolling)
+def rolling_in_gully(
+    ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
+) -> Law:
+    """The resistance of either facet, by its own push; A stays as it is, though a groove would make it smaller."""
+    friction = SPHERE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
+    return Law(SPHERE, friction, max(first.stop_speed, second.stop_speed), False)

@@ -1,0 +1,42 @@
+"""Rolling by STONE's rule: gravity along the ground against a constant deceleration, and a stop by speed alone.
+
+dv/dt = g_t - g sin(atan(mu_r)) v / |v|: neither Coulomb's k = mu g cos(b) nor Azzoni's (physics reference 0.9, 2.1).
+
+Source: Guzzetti et al. 2002, Comput. Geosci. 28:1079-1093, as implemented in r.stone (physics reference 2.1).
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.ground import Law, law_in_gully, law_on_facet, shared
+from rpf3d_core.materials.library import Surface
+
+
+class RollingStone(NamedTuple):
+    """STONE's rule with the material's rolling friction.
+
+    stop_speed : m/s below which a rock on the ground has stopped, on whatever slope
+    """
+
+    stop_speed: float
+
+
+@law_on_facet.rule(RollingStone)
+def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
+    """k = g sin(atan(mu_r)), on any slope."""
+    return Law(1.0, _deceleration(surface.mu_r, gravity), ground.stop_speed, True)
+
+
+@law_in_gully.rule(RollingStone)
+def stone_in_gully(
+    ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
+) -> Law:
+    """The same with the mean of the two facets' friction by their push: STONE knows no gullies."""
+    return Law(1.0, _deceleration(shared(first.mu_r, second.mu_r, pushes), gravity), ground.stop_speed, True)
+
+
+@kernel
+def _deceleration(mu: float, gravity: float) -> float:
+    """g sin(atan(mu)), m/s^2."""
+    return gravity * mu / math.sqrt(1.0 + mu * mu)

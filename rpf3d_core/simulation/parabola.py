@@ -1,0 +1,104 @@
+"""The parabola that a rock flies next: to a contact, an obstacle, the rim, or as far as the air lets it stand."""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.contact import (
+    NOTHING_LEFT,
+    Contact,
+    contact_or_crack,
+    flight_end,
+    plain_locator,
+    radius_of,
+)
+from rpf3d_core.effects.hooks import Meeting, asks_height, first_obstacle, in_air, longest_flight
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.simulation.physics import Physics
+from rpf3d_core.simulation.state import State
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Motion, Vec
+
+AGAIN = 1.5
+"""Stretch of a flight that is flown again, over its time: a little longer, for the rock may take a little longer."""
+
+
+class Flown(NamedTuple):
+    """A parabola that a rock has flown for t seconds.
+
+    start : the motion that it begins with; longest : s for which it may stand for the flight
+    left : s until time was up; contact, meeting : the first of either, after t or more seconds
+    """
+
+    start: Motion
+    t: float
+    longest: float
+    left: float
+    contact: Contact
+    meeting: Meeting
+
+
+@kernel
+def next_parabola(physics: Physics, locator: Any, state: State, falling: Falling) -> Flown:
+    """The parabola that a rock flies next.
+
+    Where the air acts and the flight ends in the first half of a stretch, the air has acted for longer than the flight
+    lasts. Taking that back would give the rock energy, so it flies again, with a stretch of its flight's length.
+    """
+    facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
+    longest, height = longest_flight(effects, motion, falling), _height(physics, locator, motion.x)
+    while True:  # a loop, so that the search is compiled once
+        start = into_air(effects, motion, height, longest, falling)
+        arc = Arc(start.x, start.v, settings.gravity)
+        end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
+        contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
+        t = min(contact.t, end, left, longest)
+        meeting = first_obstacle(effects, arc, state.passed, t, falling)
+        t = min(t, meeting.t)
+        if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
+            return Flown(start, t, longest, left, contact, meeting)
+        longest = AGAIN * t
+
+
+@kernel
+def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: Falling) -> Motion:
+    """The motion with which a rock begins a stretch of `longest` seconds, after the air has acted for half of it.
+
+    The air acts before and after a parabola (`effects.air`), so that contacts are found as exactly as without it.
+    Infinite stretches are those of a flight that no air disturbs.
+    """
+    if longest == math.inf:
+        return motion
+    return in_air(effects, motion, height, 0.5 * longest, falling)  # type: ignore[no-any-return]
+
+
+@kernel
+def out_of_air(
+    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: Falling
+) -> Motion:  # fmt: skip
+    """The motion with which it ends it after t seconds: with what the air has not done yet."""
+    if longest == math.inf:
+        return motion
+    height = _height(physics, locator, motion.x)
+    return in_air(physics.effects, motion, height, t - 0.5 * longest, falling)  # type: ignore[no-any-return]
+
+
+@kernel
+def _height(physics: Physics, locator: Any, x: Vec) -> float:
+    """Height above the ground (m) if an effect asks for it, else 0.0; without end over a hole."""
+    if not asks_height(physics.effects):
+        return 0.0
+    height, contact = ground_below(plain_locator(locator), physics.facets, x)
+    return height if contact.facet >= 0 else math.inf
+
+
+@kernel
+def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
+    """Height of x above the terrain straight below it (m), and the contact there; 0.0 and no contact over a hole.
+
+    A stone is dropped: looking down and falling are the same question.
+    """
+    drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
+    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0))
+    return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

@@ -1,0 +1,257 @@
+"""A rigid sphere in the one loop: what its contacts do to it, and how it goes on where it lies on the ground.
+
+`Motion.x` is the centre, in flight and on the ground. On the ground the sphere is held by its contacts
+(`sphere_hold`), and goes on piece by piece under a constant acceleration (`kinetics.sphere_ground`). A piece ends where
+the centre comes over the end of a face, where another contact is met (found as exactly as in flight), and on edges and
+corners before the normal has turned by CURVE; then the centre is put back to its distance from the ground.
+"""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.contact import GRAZING, Left, falling_time
+from rpf3d_core.detection.sphere_contact import (
+    NO_TOUCH,
+    RIM,
+    Course,
+    Touch,
+    course_position,
+    course_velocity,
+)
+from rpf3d_core.detection.swept import Swept, box_of, stretch_end
+from rpf3d_core.detection.touching import Sweep, scan
+from rpf3d_core.kinetics.coulomb_sphere import STICKS, kicked, slip_of
+from rpf3d_core.kinetics.ground import shared
+from rpf3d_core.kinetics.sliding import Piece
+from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.simulation.physics import Physics, ground_of
+from rpf3d_core.simulation.record import Record, note_piece
+from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
+from rpf3d_core.simulation.sphere_impacts import is_slight, nearest_to, strike, wedged
+from rpf3d_core.simulation.state import State, ended, with_slide
+from rpf3d_core.simulation.sustained import MAX_TIME, SLIDING, STOPPED, WEDGED, at_obstacle_on, carry_on, obstacle_on
+from rpf3d_core.terrain.facet_geometry import NEAR, REACH, edge_distance, edge_inward
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import MOVING, ZERO, Motion, Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale, without
+
+CURVE = 1.0 / 32.0
+"""Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
+BENDS = 1e-4
+"""Length of a piece, over R, above which one that only bends is no contact."""
+WALL = 0.01
+"""Share of gravity that a contact counts as pressed with at least, where it is told whether an impact is slight.
+
+What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm): gravity does not press it on
+the wall itself, but along the floor, so its bounces would die out without an end.
+"""
+
+@kernel
+def _take_off(state: State, motion: Motion) -> State:
+    """Fly off the ground."""
+    return State(motion, state.left, False, state.tally, MOVING, state.passed)
+
+
+# --- on the ground ----------------------------------------------------------------------------------------------------
+
+
+@carry_on.rule(SphereGround)
+def roll_on(
+    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: Falling, record: Record
+) -> State:
+    """The next piece on the ground, or an impact with what the sphere has come to, or its take-off."""
+    facets, motion = physics.facets, state.motion
+    gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
+    if state.tally.idle >= WEDGED:
+        return ended(state, wedged(physics, motion))
+    met = most_against(locator.locator, facets, motion.x, locator.radius, motion.v, ZERO, gravity, 0.5 * noise)
+    v = motion.v
+    if met.facet >= 0:
+        if not is_slight(physics, met.n, -dot(met.n, v), WALL):
+            return strike(physics, state, met, falling, record)
+        v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
+    held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
+    lying = Motion(motion.t, motion.x, v, motion.w)
+    if held.contacts == 0:
+        return _take_off(state, lying)
+    if held.contacts == 3:
+        return ended(_at_rest(state, lying), STOPPED)
+    n, push = resultant(held)
+    push -= _lift(held, v, locator.radius)
+    if push <= 0.0:
+        return _take_off(state, lying)
+    surface = _surface_of(physics, held, falling, state)
+    slip = _slip(held, lying, n, locator.radius)
+    if _sticks(slip, held.way, surface.mu * push):
+        lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
+        slip = ZERO
+    piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
+    if piece.stops:
+        return ended(_at_rest(state, lying), STOPPED)
+    return _follow_piece(physics, locator, state, lying, held, n, piece, falling, record)
+
+
+@kernel
+def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
+    """Whether what is left of a slip that turns is taken out at once: else it would turn ever faster as it fades."""
+    slips = norm(slip)
+    if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
+        return False
+    return norm(without(g_t, scale(1.0 / slips, slip))) > STRAIGHT * (norm(g_t) + friction)
+
+
+@kernel
+def _at_rest(state: State, motion: Motion) -> State:
+    """The state of a sphere that has stopped."""
+    return State(Motion(motion.t, motion.x, ZERO, ZERO), state.left, True, state.tally, state.outcome, state.passed)
+
+
+@kernel
+def _lift(held: Held, v: Vec, radius: float) -> float:
+    """What the way around an edge or a corner takes off the push (m/s^2): v^2 / R."""
+    if held.contacts != 1 or held.first.face:
+        return 0.0
+    across = without(v, held.first.along)
+    return dot(across, across) / radius
+
+
+@kernel
+def _surface_of(physics: Physics, held: Held, falling: Falling, state: State) -> Surface:
+    """The ground that the sphere lies on: the mean of two, by their pushes, where two hold it."""
+    first = ground_of(physics, held.first.facet, falling, state)
+    if held.contacts == 1:
+        return first
+    second, pushes = ground_of(physics, held.second.facet, falling, state), held.pushes
+    return Surface(
+        first.R_n, first.R_t, shared(first.mu, second.mu, pushes), max(first.stop_speed, second.stop_speed),
+        shared(first.mu_r, second.mu_r, pushes),
+    )  # fmt: skip
+
+
+@kernel
+def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
+    """Slip (3,) m/s against what holds the sphere; between two contacts the part along their line alone counts."""
+    slip = slip_of(motion.v, motion.w, n, radius)
+    if held.contacts == 1:
+        return slip
+    line = cross(held.first.n, held.second.n)
+    line = scale(1.0 / norm(line), line)
+    return scale(dot(slip, line), line)
+
+
+class Span(NamedTuple):
+    """How long a piece lasts (s), and whether the sphere goes around an edge or a corner."""
+
+    t: float
+    curved: bool
+
+
+@kernel
+def _span(facets: Facets, held: Held, course: Course, t: float) -> Span:
+    """Until the centre comes over the end of a face, or has gone as far around an edge or a corner as one piece may."""
+    faces = held.first.face and (held.contacts == 1 or held.second.face)
+    if held.first.face:
+        t = min(t, _face_end(facets, held.first, course))
+    if held.contacts == 2 and held.second.face:
+        t = min(t, _face_end(facets, held.second, course))
+    if not faces:
+        t = min(t, stretch_end(course, 0.0, CURVE * course.radius, t))
+    return Span(t, not faces)
+
+
+@kernel
+def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
+    """When the centre comes over the end of the face that it touches (s); inf if it never does."""
+    f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
+    foot = add(course.x, scale(-course.radius, touch.n))
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        squared, c = edge_distance(facets, f, k, foot)
+        b, a, length = dot(inward, course.v), dot(inward, course.a), math.sqrt(squared)
+        if c <= facets.tolerance * length:
+            c = 0.0
+            if abs(b) <= noise * length:
+                b = 0.0
+            if b < 0.0 or (b == 0.0 and a >= -GRAZING * length * course.gravity):
+                continue
+        end = min(end, falling_time(c, b, 0.5 * a))
+    return end
+
+
+@kernel
+def _follow_piece(
+    physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
+    falling: Falling, record: Record,
+) -> State:  # fmt: skip
+    """Go along a piece to its end, or to what the sphere meets on it, ground or obstacle."""
+    facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
+    left = physics.settings.max_time - motion.t
+    course = Course(motion.x, piece.v, piece.a, radius, gravity)
+    span = _span(facets, held, course, min(piece.t, left))
+    low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
+    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t, span.t), NO_TOUCH)
+    t = min(span.t, touch.t)
+    x, v = course_position(course, t), course_velocity(course, t)
+    turned = add(motion.w, scale(t, piece.turn))
+    whole = touch.t > t and span.t >= piece.t
+    began = Motion(motion.t, motion.x, piece.v, motion.w)
+    length = _length(began.v, v, t)
+    x, n_end = _put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
+    v_end = _turned_to(v, n_end) if span.curved and touch.t > t else v
+    rolls = piece.rolls and (whole or norm(piece.turn) == 0.0)
+    w = _rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
+    if rolls and held.contacts == 2:
+        w = _rolling_spin(v_end, turned, n, radius)
+    end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
+    bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
+    late = t >= left
+    over = Left(held.first.facet, -1, 1.0, True, -1)
+    going = State(began, over, True, state.tally, MOVING, state.passed)
+    gone = Piece(end, length, False, late, False, False, bends)
+    meeting = obstacle_on(physics.effects, going, gone, falling)
+    if meeting.t < math.inf:
+        return at_obstacle_on(physics, going, gone, meeting, falling, record)
+    note_piece(record, state.tally, began, v, SLIDING)
+    tally = with_slide(state.tally, length, end, facets.tolerance, bends)
+    return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+
+
+@kernel
+def _length(v: Vec, v_end: Vec, t: float) -> float:
+    """Length (m) of a piece between two velocities: Simpson's rule, exact for one that is straight."""
+    middle = norm(scale(0.5, add(v, v_end)))
+    return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0
+
+
+@kernel
+def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
+    """The centre at its distance from the ground again, and the normal there.
+
+    A piece of some length (m) around an edge or a corner comes off it by length^2 / 2R at most; off a face by rounding.
+    """
+    near = NEAR * facets.tolerance
+    gap = near + length * length / (2.0 * locator.radius)
+    touch = nearest_to(locator.locator, facets, x, locator.radius + gap)
+    if touch.t > locator.radius + gap:
+        return x, n
+    if abs(touch.t - locator.radius) <= 1.5 * RIM * facets.tolerance:
+        return x, touch.n if turns else n
+    back = add(x, scale(locator.radius - touch.t, touch.n))
+    return back, touch.n if turns else n
+
+
+@kernel
+def _turned_to(v: Vec, n: Vec) -> Vec:
+    """A velocity turned into the plane of n, its speed kept."""
+    flat = without(v, n)
+    speed = norm(flat)
+    return scale(norm(v) / speed, flat) if speed > 0.0 else flat
+
+
+@kernel
+def _rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
+    """Spin (3,) rad/s of a sphere that rolls with v over a ground of normal n; what it spins about n stays."""
+    return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))

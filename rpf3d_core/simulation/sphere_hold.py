@@ -1,0 +1,115 @@
+"""What holds a sphere that lies on the ground: up to three contacts, and what they leave of a vector.
+
+A vector of speed, or of acceleration, is projected on the cone of what no contact forbids: along one plane, along the
+line between two, or to nothing between three. The sphere rests on the centre's offset surface: faces raised by R,
+cylinders around edges, balls around corners.
+"""
+
+from typing import Any, NamedTuple
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
+from rpf3d_core.detection.touching import Against, scan
+from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import ZERO, Vec
+from rpf3d_core.vectors import add, cross, dot, norm, scale, without
+
+TRIES = 8
+"""Contacts that are looked at in turn; on a sound mesh three are enough."""
+LEADING = 5e-10
+"""Share of a vector that is rounding: half of GRAZING, so that what a sweep meets at once is seen here, too."""
+
+
+class Held(NamedTuple):
+    """The contacts that hold a sphere, and what they leave of a vector.
+
+    contacts : 0 to 3; first, second : of them, where there are; pushes : of each (the vector's unit)
+    way : (3,) what is left
+    """
+
+    contacts: int
+    first: Touch
+    second: Touch
+    pushes: tuple[float, float]
+    way: Vec
+
+
+@kernel
+def most_against(
+    locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec, noise: float
+) -> Touch:
+    """The contact of a sphere about x that stands most against a way; no facet (-1) where none does."""
+    reach = radius + NEAR * facets.tolerance
+    wide = (reach, reach, reach)
+    low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
+    return scan(locator, facets, low, high, Against(x, way, v, down, radius, noise), NO_TOUCH)  # type: ignore[no-any-return]
+
+
+@kernel
+def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
+    """What the contacts leave of `way`, of those that a sphere of velocity v does not move off."""
+    noise = LEADING * norm(way)
+    held = Held(0, NO_TOUCH, NO_TOUCH, (0.0, 0.0), way)
+    for _ in range(TRIES):
+        found = most_against(locator, facets, x, radius, held.way, v, down, noise)
+        if found.facet < 0 or held.contacts == 3:
+            break
+        if held.contacts == 0:
+            held = _by_one(found, way)
+        elif held.contacts == 1:
+            held = _by_two(held.first, found, way)
+        else:
+            held = _by_three(held, found, way, noise)
+    return held
+
+
+@kernel
+def _by_one(touch: Touch, way: Vec) -> Held:
+    """Along one plane."""
+    return Held(1, touch, NO_TOUCH, (-dot(way, touch.n), 0.0), without(way, touch.n))
+
+
+@kernel
+def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
+    """Along the line between two, or along one of them if the other does not push."""
+    line = cross(first.n, second.n)
+    sine = norm(line)
+    if sine <= PARALLEL:
+        return _by_one(second, way) if dot(first.n, second.n) > 0.0 else _nothing_left(first, second)
+    c, one, other = dot(first.n, second.n), -dot(way, first.n), -dot(way, second.n)
+    push, against = (one - c * other) / (sine * sine), (other - c * one) / (sine * sine)
+    if push <= 0.0:
+        return _by_one(second, way)
+    if against <= 0.0:
+        return _by_one(first, way)
+    line = scale(1.0 / sine, line)
+    return Held(2, first, second, (push, against), scale(dot(way, line), line))
+
+
+@kernel
+def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
+    """By the third alone, or with one of the other two, where that leaves a way that the rest allows; else nothing."""
+    alone = _by_one(third, way)
+    if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
+        return alone
+    one = _by_two(held.first, third, way)
+    if one.contacts == 2 and dot(one.way, held.second.n) >= -noise:
+        return one
+    other = _by_two(held.second, third, way)
+    if other.contacts == 2 and dot(other.way, held.first.n) >= -noise:
+        return other
+    return _nothing_left(held.first, held.second)
+
+
+@kernel
+def _nothing_left(first: Touch, second: Touch) -> Held:
+    """Held fast."""
+    return Held(3, first, second, (0.0, 0.0), ZERO)
+
+
+@kernel
+def resultant(held: Held) -> tuple[Vec, float]:
+    """Direction (3,) unit of what the contacts push with together, and the sum of their pushes."""
+    both = add(scale(held.pushes[0], held.first.n), scale(held.pushes[1], held.second.n))
+    return scale(1.0 / norm(both), both), held.pushes[0] + held.pushes[1]

@@ -1,0 +1,107 @@
+"""Impacts of a rigid sphere, and its release: `Motion.x` is its centre."""
+
+from typing import Any
+
+from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.contact import GRAZING, Left
+from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
+from rpf3d_core.detection.swept import Swept
+from rpf3d_core.detection.touching import Nearest, scan
+from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
+from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.record import Record, note_impact
+from rpf3d_core.simulation.state import NONE_PASSED, State, ended, with_ground, with_impact
+from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import MOVING, Motion, Vec
+from rpf3d_core.vectors import add, along, dot, norm
+
+LIFTS = 64
+"""Steps by which a sphere that overlaps the ground is lifted off it at most."""
+
+
+@locator_for.rule(CoulombSphere)
+def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> Swept:
+    """For a sphere of the rock's own radius."""
+    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # it asks for the rock
+
+
+@set_down.rule(CoulombSphere)
+def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
+    """A sphere released overlapping the ground is lifted straight up until it touches it.
+
+    By its overlap at a time, which is never too far: so it comes to touch from below. Where it never does, under an
+    overhang, it is left as far up as that brought it.
+    """
+    x, radius = motion.x, locator.radius
+    for _ in range(LIFTS):
+        touch = nearest_to(locator.locator, facets, x, radius)
+        if not touch.t < radius - facets.tolerance:
+            break
+        x = x[0], x[1], x[2] + (radius - touch.t)
+    return Motion(motion.t, x, motion.v, motion.w)
+
+
+@kernel
+def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
+    """The feature nearest to x, of those in a box that reaches so far (m)."""
+    wide = (reach, reach, reach)
+    low = x[0] - reach, x[1] - reach, x[2] - reach
+    return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
+
+
+@kernel
+def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
+    """Whether a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
+
+    least : share of gravity that the contact counts as pressed with at least
+    """
+    pressed = physics.settings.gravity * max(n[2], least)
+    return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
+
+
+@land.rule(Touch)
+def land_sphere(contact: Touch, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+    """A contact after a flight: the sphere lies down where it only grazes, otherwise it is an impact."""
+    motion, n = state.motion, contact.n
+    into = -dot(motion.v, n)
+    grazes = into <= GRAZING * norm(motion.v)
+    if state.tally.idle >= WEDGED:
+        return ended(state, wedged(physics, motion))
+    if grazes or (state.left.resting and n[2] > 0.0 and is_slight(physics, n, into, 0.0)):
+        return lie(state, contact.facet, Motion(motion.t, motion.x, along(motion.v, n), motion.w))
+    return strike(physics, state, contact, falling, record)
+
+
+@kernel
+def strike(physics: Physics, state: State, contact: Touch, falling: Falling, record: Record) -> State:
+    """An impact; where the bounce that follows it is small, the sphere stays on the ground."""
+    n, who = contact.n, as_it_is(falling, state)
+    after = rebounded(physics, state.motion, contact.facet, n, who)
+    note_impact(record, state.tally, state.motion, after, contact.facet, n)
+    tally = with_impact(state.tally, contact.facet, after)
+    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, NONE_PASSED)
+    if breaks(physics.effects, state.motion, after, n, who):
+        return ended(bounced, FRAGMENTED)
+    surface = ground_of(physics, contact.facet, falling, bounced)
+    dies = surface.R_n < 1.0 and n[2] > 0.0
+    if dies and is_slight(physics, n, dot(after.v, n), 0.0):
+        return lie(bounced, contact.facet, Motion(after.t, after.x, along(after.v, n), after.w))
+    return bounced
+
+
+@kernel
+def lie(state: State, facet: int, motion: Motion) -> State:
+    """Lie on a facet with a motion along it."""
+    tally = with_ground(state.tally, facet, norm(motion.v))
+    return State(motion, Left(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
+
+
+@kernel
+def wedged(physics: Physics, motion: Motion) -> int:
+    """The outcome of a sphere that gets nowhere: stopped if it could not rise by smallest_bounce any more."""
+    slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
+    return STOPPED if slow else UNRESOLVED
