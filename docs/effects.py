@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from rpf3d_core.choices import chosen_scene
-from rpf3d_core.ensemble.batches import Keep, fly_batches, in_order
+from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.ensemble.stream import Shown, Stream
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.scene_offers_list import COSTS, Offered, offers
 from rpf3d_core.prepared import Prepared, prepare, releases_in_ranges
+from rpf3d_core.values import Outcome
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -36,8 +38,15 @@ EXAMPLES: dict[str, str] = {
         "{mean: [[0.75, 0.05, 0.1], [0.1, 0.4, 0], [0.4, 0.1, 0.3]], covariance: " + str(MADE_UP) + "}"
     ),
     "effects.roughness": "{angle_sd_deg: 8}",
+    "effects.drag_layer": "{coefficient: 250}",
+    "effects.forest": "{stems_per_ha: 400}",
+    "effects.barriers": (
+        "{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"
+    ),
 }
 """What stands in the demo scene to measure those that have no sensible default, as YAML."""
+BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}
+"""What must stand beside some of them."""
 SHOWN = 120
 """Characters of them that the page shows."""
 
@@ -75,7 +84,10 @@ def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
 def _described(offer: Offered) -> str:
     """One of them: what it does, where it is from, what it costs, its parameters."""
     lines = [f"### `{offer.name}`", offer.summary, "", f"Source: {offer.source} ({offer.confirmed}). {_cost(offer)}"]
-    example = EXAMPLES.get(f"{offer.kind}.{offer.name}")
+    key = f"{offer.kind}.{offer.name}"
+    example = EXAMPLES.get(key)
+    if key in BESIDE:
+        lines += ["", f"Measured with `{BESIDE[key]}`."]
     if example:
         shown = example if len(example) <= SHOWN else example[:SHOWN] + " ..."
         lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {shown}}}`; made-up figures are no advice."]
@@ -145,18 +157,21 @@ class Flown:
 
     def fly(self) -> None:
         """Fly all rocks once more."""
-        none = np.zeros(len(self.releases.x), dtype=bool)
+        self.ends: list[Deposits] = []
+        nothing = Shown(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+        stream = Stream(
+            self.prepared.engine, self.prepared.flight, nothing, sink=lambda ends, _: self.ends.append(ends),
+            threads=1, impacts=False,
+        )  # fmt: skip
         began = time.process_time()
-        batches = fly_batches(
-            self.prepared.engine, self.prepared.flight, self.releases, Keep(none, none, False), threads=1
-        )
-        self.flown = in_order(list(batches))
+        stream.fly([self.releases])
         self.seconds.append(time.process_time() - began)
 
     def runout(self) -> float:
-        """Mean horizontal distance from the release to the end (m)."""
-        way = self.flown.finals[:, 1:3] - self.releases.x[:, :2]
-        return float(np.mean(np.hypot(way[:, 0], way[:, 1])))
+        """Mean horizontal distance (m) from the release to the end, of pieces from where they broke off."""
+        whole = [ends.outcome != Outcome.FRAGMENTED for ends in self.ends]
+        ways = [(ends.x - ends.release)[some, :2] for ends, some in zip(self.ends, whole, strict=True)]
+        return float(np.mean(np.linalg.norm(np.concatenate(ways), axis=1)))
 
 
 def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
@@ -165,7 +180,7 @@ def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
     for offer in listed:
         key = f"{offer.kind}.{offer.name}"
         value = EXAMPLES.get(key, "{}")
-        one = Flown(f"{offer.kind}: {{{offer.name}: {value}}}")
+        one = Flown("\n".join([f"{offer.kind}: {{{offer.name}: {value}}}", *filter(None, [BESIDE.get(key)])]))
         base.seconds.clear()
         for _ in range(PASSES):
             base.fly()
