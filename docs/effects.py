@@ -31,11 +31,11 @@ PASSES = 7
 TITLES = {"rebound": "Rebound models", "ground": "Ground models", "effects": "Effects"}
 ONLY_ONE = ("rebound", "ground")
 
-MADE_UP = [[0.0225 if row == column else 0.0 for column in range(9)] for row in range(9)]
+MADE_UP = [[0.0025 if row == column else 0.0 for column in range(9)] for row in range(9)]
 EXAMPLES: dict[str, str] = {
     "rebound.angle_table": "{law: wyllie}",
     "rebound.stochastic_matrix": (
-        "{mean: [[0.75, 0.05, 0.1], [0.1, 0.4, 0], [0.4, 0.1, 0.3]], covariance: " + str(MADE_UP) + "}"
+        "{mean: [[0.7, 0, 0.1], [0, 0.4, 0], [0.4, 0, 0.3]], covariance: " + str(MADE_UP) + "}"
     ),
     "effects.roughness": "{angle_sd_deg: 8}",
     "effects.drag_layer": "{coefficient: 250}",

@@ -1,0 +1,65 @@
+"""Effects named together: whichever of them a scene names, both engines fly the same bits, and each acts on its own.
+
+A combination compiles for some ten seconds, so `make test` flies a few of them; `make combinations` flies all
+(RPF3D_COMBINATIONS=all). The result of that stands in docs/effects.md.
+"""
+
+import os
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_pit import scene_file
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.prepared import prepare, releases_in_ranges
+
+pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")
+
+def ring(name: str, half: float) -> str:
+    """A square of panels about the pit's centre, `half` its side (m)."""
+    corners = [[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]]
+    return f"{{name: {name}, along: {corners}, height: 2, capacity_kj: 50}}"
+
+
+NAMED = {
+    "roughness": "{angle_sd_deg: 6}",
+    "scarring": "{}",
+    "drag": "{coefficient: 0.5, accuracy: 0.05}",
+    "drag_layer": "{coefficient: 100, height: 3}",
+    "forest": "{stems_per_ha: 300}",
+    "barriers": f"{{panels: [{', '.join(ring(f'r{half}', half) for half in (120, 140, 160, 180, 200))}]}}",
+    "fragmentation": "{least_ratio: 0.4}",
+}
+"""Every effect, acting."""
+EVERY = [some for n in range(len(NAMED) + 1) for some in combinations(NAMED, n)]
+FEW = [(), ("drag", "forest"), tuple(NAMED)]
+CHOSEN = EVERY if os.environ.get("RPF3D_COMBINATIONS") == "all" else FEW
+ROCKS = 12
+
+
+def flown(folder: Path, engine: str, names: tuple[str, ...]) -> Flights:
+    """A few rocks of the small pit with these effects."""
+    more = f"ground: sliding\nengine: {engine}\nmax_time: 120\n"
+    more += "effects: {" + ", ".join(f"{name}: {NAMED[name]}" for name in names) + "}"
+    prepared = prepare(read_scene(scene_file(folder, more=more)))
+    few = releases_in_ranges(prepared, [range(ROCKS) for _ in prepared.sources])
+    return fly_ensemble(prepared.engine, prepared.flight, few)
+
+
+@pytest.mark.parametrize("names", CHOSEN, ids=lambda names: "-".join(names) or "none")
+def test_both_engines_fly_the_same_bits_whatever_is_named(tmp_path: Path, names: tuple[str, ...]) -> None:
+    one, other = (flown(tmp_path, engine, names) for engine in ("reference", "compiled"))
+    assert len(one.impacts.t) > ROCKS
+    for part in ("deposits", "impacts", "paths"):
+        for name, values in vars(getattr(one, part)).items():
+            np.testing.assert_array_equal(values, getattr(getattr(other, part), name), err_msg=f"{part}.{name}")
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_each_of_them_acts(tmp_path: Path, name: str) -> None:
+    plain, one = (flown(tmp_path, "reference", names) for names in ((), (name,)))
+    assert not np.array_equal(plain.deposits.x, one.deposits.x)
