@@ -59,7 +59,7 @@ def contacts() -> tuple[Impact, ...]:
     """The eleven contacts of EnviDat 174."""
     return tuple(
         Impact(
-            line["event_id"], line["trajectory_id"], Rock(float(line["mass_kg"]), float(line["radius_m"])),
+            line["event_id"], line["source_trajectory_id"], Rock(float(line["mass_kg"]), float(line["radius_m"])),
             _vector(line, "incoming"), _vector(line, "outgoing"), math.hypot(*_vector(line, "outgoing")), None,
         )
         for line in _lines("observed_contact_events_extended.csv")

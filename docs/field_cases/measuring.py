@@ -167,7 +167,7 @@ def _transfers(results: Mapping[str, Any]) -> list[dict[str, Any]]:
             impacts = chant_sura.of_published(chant_sura.model_for(row, parameters), _surface_of(parameters))
             lines.append({
                 "model": row.name, "from": site, "authume": quarry["mean"] - authume.MEAN_X,
-                "authume_distance": quarry["distance"], "tschamut": meadow["error_mean"],
+                "authume_distance": quarry["errors"][0], "tschamut": meadow["error_mean"],
                 "chant_sura": impacts["ratio_mean"], "chant_sura_absolute": impacts["ratio_absolute"],
             })  # fmt: skip
     return lines

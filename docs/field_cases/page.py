@@ -5,7 +5,17 @@ from typing import Any
 
 from field_cases import authume, tschamut
 from field_cases.measuring import CALIBRATED
-from field_cases.prose import AUTHUME, CHANT_SURA, HEAD, NO_SPHERE, NOT_VALIDATED, SOURCES_OF_DATA, TRANSFER, TSCHAMUT
+from field_cases.prose import (
+    AUTHUME,
+    CHANT_SURA,
+    CHANT_SURA_FAILS,
+    HEAD,
+    NO_SPHERE,
+    NOT_VALIDATED,
+    SOURCES_OF_DATA,
+    TRANSFER,
+    TSCHAMUT,
+)
 from field_cases.rows import ALL_ROWS, PUBLISHED, SOURCES
 
 Results = Mapping[str, Any]
@@ -206,6 +216,7 @@ def _tschamut(results: Results) -> str:
 def _chant_sura(results: Results) -> str:
     parts = [
         CHANT_SURA,
+        CHANT_SURA_FAILS,
         "![Chant Sura](pictures/validation_chant_sura.png)\n",
         _six(results),
         _eleven(results["lines"]),

@@ -1,73 +1,89 @@
-"""What docs/validation.md says beside its figures."""
+"""What docs/validation.md says beside its figures. Those of the field are published; those of models are `page`'s."""
 
 HEAD = """# Validation: against rocks that fell
-Three sites with real rocks, each flown with the values of books (**uncalibrated**) and with values fitted to a half of
-its own data (**calibrated**), the other half kept out. `docs/validation.py` (`make validation`) calibrates, measures
-and writes this page; it needs the field data, which is not part of this project (last section).
+Three sites with real rocks, each flown with the values of books (**uncalibrated**) and with values fitted to its own
+data (**calibrated**). `docs/validation.py` (`make validation`) calibrates, measures and writes this page; it needs
+the field data, which is not part of this project (last section).
 
-What counts as what:
-- **Uncalibrated**: coefficients that somebody published for ground of such a description, chosen before looking at
+- **Uncalibrated**: coefficients that somebody published for ground of such a description, chosen without looking at
   where the rocks stopped. There are two libraries, to show how far two books differ.
 - **Calibrated**: one set of parameters for the whole site, found by a grid and two finer grids about the best place
-  (`docs/field_cases/search.py`), each set flown with the same rocks (seed 1). Figures below are of other rocks (seed
-  2; 10,000 at Authume, 9,000 at Tschamut).
-- **Kept out**: data of the *same* site that the search has not seen. It tells overfitting to blocks. It does not tell
-  whether the values hold on another slope: that is the table *From site to site*, and it is the one to remember.
-- Intervals are 95 %: Wilson's of shares, bootstrap percentiles of everything else, of the *field's* few rocks. Those
-  of 10,000 simulated rocks are a tenth of that and left out.
+  (`docs/field_cases/search.py`), every set flown with the same rocks (seed 1; 2,000 at Authume, 500 of the dearer
+  sphere, 900 at Tschamut). Figures below are of other rocks (seed 2; 10,000 and 9,000).
+- **Kept out**: the same search on either half of a site's data, judged by the other half. It tells whether single
+  blocks were fitted. It does not tell whether the values hold on another slope; that is *From site to site*.
+- Intervals are 95 %, of the *field's* few rocks: Wilson's of shares, bootstrap percentiles of everything else. Those
+  of 10,000 simulated rocks are a sixteenth of that and left out.
 """
 
-NO_SPHERE = """The rigid sphere has no rows here: no scene of this version can name it. The report adds them by itself where it can.
+NO_SPHERE = """The rigid sphere has no rows here: scenes of this version cannot name it. Where they can, it has.
 """
 
 AUTHUME = """## Authume quarry, profile P1
 An open pit in France: 41 blocks of 178 to 1,751 kg, dropped by a power shovel, over 9,001 triangles in three zones
 (`config/scenes/authume_p1.yaml`). The field's end points lie 2.87 m above the mesh, a shift of the datum, so x and z
 are compared; for the reach angle alone simulated ends are lifted by as much. All rocks have the blocks' mean mass.
-The calibration sees x of every second block, from the first line of the file on; lateral spread and reach angle are
-in no search, so their columns are a test of all lines.
+The search looks at x of the ends only; lateral spread and reach angle are in no search, so those columns test every
+line.
 """
 
 TSCHAMUT = """## Tschamut 2014
-18 runs of blocks of 40 to 79 kg on an alpine meadow (v034 repeats v033 to the last digit, so both stand in the
-same half, once). The terrain is a proxy of 5 m cells made from release and end points, so that errors below a few cells
-mean nothing. Each run's rocks start about its release with its velocity, one block's size above the ground, with the
-mean mass of all. The calibration sees runouts of every second distinct run. The bar to beat is another open code,
-untuned, on the survey of 2 m: its mean runout error is -35.0 m for a translating mass and +104.6 m for a spinning sphere.
+18 runs of blocks of 40 to 79 kg on an alpine meadow; v034 repeats v033 to the last digit, so calibration takes 17.
+The terrain is a proxy in cells of 5 m, a plane with interpolated residuals and no survey, so only wide tolerances
+make sense: differences of some metres say nothing. Each run's rocks start about its release with its velocity, one
+block's size above the ground, with the mean mass of all. The bar to beat is another open code, untuned, on the survey
+of 2 m: its mean runout error is -35.0 m for a translating mass and +104.6 m for a spinning sphere.
 """
 
 CHANT_SURA = """## Chant Sura
-Single impacts on an alpine meadow, no trajectories: what a rebound model says of the speed after an impact, given that
-before. Six of a 780 kg block with speeds along and into the ground (the split comes from the height of the jump, not from
-a survey), and eleven contacts of five other runs of 210, 250 and 780 kg with velocities before and after, but without the slope
-of the ground. That slope is therefore taken as 0, 15 and 30 degrees, dipping where the rock is heading, and is a third
-parameter where the eleven are calibrated on. Spin before the impact is not told: it is 0, and for the six 27 rad/s
-forwards as well, the mean of four that Lu et al. 2019 give for such a block. A lumped mass does not know the difference.
+Single impacts on an alpine meadow, no trajectories: the speed after an impact from that before. Six of a 780 kg
+block, with speeds along and into the ground (the split comes from the height of the jump, not from a survey), and
+eleven contacts of five other runs of 210, 250 and 780 kg with velocities before and after, but without the slope of
+the ground, and six of them leave downwards, so it is no level floor. The slope is therefore taken as 0, 15 and 30
+degrees, dipping where the rock is heading, and is one more parameter of the calibration. Spin before the impact is
+not told: it is 0 and, for the six, 27 rad/s forwards as well, the mean of four that Lu et al. 2019 give for such a
+block. A lumped mass does not know the difference. Energy is translational.
+"""
 
-Energy is translational. **One of the six has more of it after the impact than before (1.11): it is real, spin turned
-into speed, and nothing that starts without spin can show it.** A platy block also lands on an edge or on a face, which
-no model here knows: one pair of coefficients is one ratio for one angle, the field has 0.22 and 0.42 to 1.11 for
-angles of 6 to 25 degrees.
+CHANT_SURA_FAILS = """**Where it fails.**
+- One of the six has more translational energy after the impact than before (1.11). It is real: spin turned into
+  speed. A lumped mass cannot show it, and no sound model can that starts without spin.
+- The six differ by a factor of five in their energy ratio, a model's answers by far less: a platy block lands on a
+  face, an edge or a corner, and none of these models knows which.
+- What the eleven contacts calibrate says little of the six. The eleven are steep and slow, the six flat and fast, and
+  constant coefficients cannot be right for both.
 """
 
 TRANSFER = """## From site to site
-What is calibrated on one site, flown on all three; *its own site in italics*. What single impacts cannot calibrate
-(friction on the ground) is then the site's published value.
+What is calibrated on all of one site's data, flown on all three; *its own site in italics*. What single impacts
+cannot calibrate (friction on the ground) is the published value of the site that is flown.
 """
 
-NOT_VALIDATED = ""
+NOT_VALIDATED = """## What this is not
+- Three sites, two of them meadows, 41 + 18 rocks and 17 impacts: intervals are wide, and one site's fit can look good
+  elsewhere by chance as well as bad.
+- End points and single impacts only. Bounce heights, speeds along the way and energies, which barriers are designed
+  by, are compared with nothing here.
+- All rocks of a site have one mass, and coefficients that do not vary from impact to impact. Distributions in the
+  scene (`normal_restitution: {mean: ...}`), `effects` and the field's own masses may do better; that is not measured
+  here.
+- Calibrated values are of this program: of its rules for the end of bouncing and for sliding (`docs/design.md`). In
+  another program, or with another model, they mean something else.
+"""
 
 SOURCES_OF_DATA = """## Data
 Not part of this project; put the folders into `shared/data`, beside the project's own folder.
 
 | site | data | literature |
-|---|---|---|
-| Authume | `authume/`: DTM_Blue_zone.stl, DTM_Gray_zone.stl, DTM_Red_zone.stl, positions_P1.xyz, Endpoints_P1.txt of \
-richefeu/AuthumeQuarryRockfalls_Data-in-Brief | Garcia, Villard, Richefeu, Daudon, Eng. Geol.; Bourrier et al. 2021, \
-Landslides 18:639-654 |
-| Tschamut 2014 | `tschamut2014/`: release_points.csv, observed_deposition.csv, terrain.asc, made from EnviDat \
-doi:10.16904/envidat.34 (ODbL), as tabulated in ofuhrer/rust_rockfall | Volkwein & Gerber 2018, Geosciences 8(3):88 |
-| Chant Sura | `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, made from EnviDat \
-doi:10.16904/envidat.174, as tabulated in ofuhrer/rust_rockfall | Caviezel et al. 2019, ESurf 7:199 (CC BY 4.0); Lu et \
-al. 2019, Landslides 16:2353 |
+| --- | --- | --- |
+| Authume | `authume/`: DTM_Blue_zone.stl, DTM_Gray_zone.stl, DTM_Red_zone.stl, positions_P1.xyz, Endpoints_P1.txt \
+of richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025) | Garcia, Villard, Richefeu, Daudon, Comparison of \
+full-scale rockfall tests with 3D complex-shaped DEM simulations, Eng. Geol.; Bourrier et al. 2021, Landslides \
+18:639-654 |
+| Tschamut 2014 | `tschamut2014/`: release_points.csv, observed_deposition.csv, terrain.asc, from EnviDat \
+doi:10.16904/envidat.34 (ODbL, DbCL), as tabulated in ofuhrer/rust_rockfall | Volkwein & Gerber 2018, Geosciences \
+8(3):88 |
+| Chant Sura | `chant_sura/`: observed_contact_events_extended.csv, esurf2019_impacts.csv, from EnviDat \
+doi:10.16904/envidat.174, as tabulated in ofuhrer/rust_rockfall | Caviezel et al. 2019, ESurf 7:199 (CC BY 4.0); Lu \
+et al. 2019, Landslides 16:2353 |
 """

@@ -122,7 +122,7 @@ ALL_ROWS = (
         of_rebound=("damping",),
         fixed={"tangential_restitution": 1.0, "friction_angle_deg": 35.0},  # it has no R_t; Newcastle's talus
         at_impacts=("normal_restitution", "damping"),
-        rocks=1000,
+        rocks=500,
     ),
 )
 
