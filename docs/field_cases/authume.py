@@ -75,6 +75,7 @@ def field() -> dict[str, Any]:
     found["side_sd_interval"] = bootstrap(side, lambda s: float(s.std(ddof=1)))
     found["section_intervals"] = {n: wilson_interval(_between(x, *edges), len(x)) for n, edges in SECTIONS.items()}
     found["distance_of_halves"] = distance_of_halves(x)
+    found["distance_of_these"] = distance(*(x[half] for half in halves()))
     return found
 
 
@@ -95,6 +96,7 @@ def figures_of(x: FloatArray, side: FloatArray, angle: FloatArray) -> dict[str, 
     return {
         "mean": float(x.mean()),
         "sd": float(x.std(ddof=1)),
+        "farthest": float(x.max()),
         "percentiles": {f"p{p}": float(np.percentile(x, p)) for p in PERCENTILES},
         "sections": {name: _between(x, *edges) / len(x) for name, edges in SECTIONS.items()},
         "side_mean": float(side.mean()),

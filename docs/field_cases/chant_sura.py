@@ -181,7 +181,7 @@ def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
     that misses directions for lack of it comes nearest by hardly moving.
     """
     base = PUBLISHED["chant_sura"][HOEK]["default"]
-    free = (*(one for one in row.free if one.name in row.at_impacts), SLOPE)
+    free = (*row.at_impacts, SLOPE)
 
     def error(parameters: Mapping[str, float]) -> float:
         model = model_for(row, parameters)

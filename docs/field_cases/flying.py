@@ -8,10 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from rpf3d_core.ensemble.batches import Keep, fly_batches, in_order
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_flight
 from rpf3d_core.values import Outcome
@@ -45,12 +43,11 @@ class Site:
         """Fly all rocks with some keys of the scene written anew."""
         scene = with_keys(self.prepared.scene, keys)
         flight = scene_flight(scene, self.prepared.terrain)
-        keep = Keep(*(np.zeros(len(self.releases.x), dtype=bool),) * 2, record=False)
-        flown = in_order(list(fly_batches(self.prepared.engine, flight, self.releases, keep)))
+        flown = fly_ensemble(self.prepared.engine, flight, self.releases, record=False, paths=0).deposits
         frame = self.prepared.terrain.frame
         return Ends(
-            self.releases.source, frame.points_to_input(self.releases.x), frame.points_to_input(flown.finals[:, 1:4]),
-            flown.counts[:, 0] == Outcome.STOPPED,
+            flown.source, frame.points_to_input(flown.release), frame.points_to_input(flown.x),
+            flown.outcome == Outcome.STOPPED,
         )  # fmt: skip
 
 

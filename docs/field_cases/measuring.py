@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from field_cases import authume, chant_sura, tschamut
 from field_cases.flying import Ends
 from field_cases.rows import HOEK, PUBLISHED, SOURCES, Row, material, rows
-from field_cases.search import Found
+from field_cases.search import Found, Free
 from rpf3d_core.errors import InputError
 
 CALIBRATED = "calibrated"
@@ -66,7 +66,7 @@ def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], s
         found = site.calibrate(row, sorted([*first, *second]))
         say(f"{name}, {row.name}: calibrated, {found.tried} sets of parameters")
         halves = [_half(row, site, site.calibrate(row, half)) for half in (first, second)]
-        calibrations[row.name] = {**_calibration(row, found), "halves": halves}
+        calibrations[row.name] = {**_calibration(row.free, found), "halves": halves}
         published = {source: row.published(name, source) for source in SOURCES}
         for values, keys in {**published, CALIBRATED: row.keys(found.parameters)}.items():
             figures, flown = site.simulated(keys)
@@ -79,13 +79,12 @@ def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], s
 def _half(row: Row, site: Any, found: Found) -> dict[str, Any]:
     """What half of the data calibrates: its errors on all of it, on the first half and on the second."""
     figures, _ = site.simulated(row.keys(found.parameters))
-    return {**_calibration(row, found), "errors": figures["errors"]}
+    return {**_calibration(row.free, found), "errors": figures["errors"]}
 
 
-def _calibration(row: Row, found: Found) -> dict[str, Any]:
+def _calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
     """What a search found, and which parameters lie at the edge of what was searched."""
-    free = {one.name: one for one in (*row.free, chant_sura.SLOPE)}
-    at_edge = [name for name, value in found.parameters.items() if value in (free[name].low, free[name].high)]
+    at_edge = [one.name for one in free if found.parameters[one.name] in (one.low, one.high)]
     return {"parameters": found.parameters, "error": found.error, "tried": found.tried, "at_edge": at_edge}
 
 
@@ -122,7 +121,7 @@ def _calibrated_impacts(row: Row, say: Say) -> dict[str, Any]:
     slope = found.parameters[chant_sura.SLOPE.name]
     say(f"chant_sura, {row.name}: calibrated")
     return {
-        **_calibration(row, found),
+        **_calibration((*row.at_impacts, chant_sura.SLOPE), found),
         "contacts": chant_sura.of_contacts(model, ground, slope),
         "kept_out": chant_sura.kept_out(row),
         "published": chant_sura.of_published(model, ground),

@@ -77,13 +77,13 @@ def _stops_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
         model, values = label.split(", ")
         if values == CALIBRATED:
             x, z = flown.end[:DRAWN, 0], flown.end[:DRAWN, 2]
-            axes.plot(x, z, ".", ms=2, alpha=0.4, color=MODEL_COLOURS[model], label=f"{label}, {len(x):,} of the rocks")
+            axes.plot(x, z, ".", ms=4, alpha=0.3, color=MODEL_COLOURS[model], label=f"{label}, {len(x):,} of the rocks")
     field = authume.end_points()
     axes.plot(field[:, 0], field[:, 2], "k^", ms=5, label="field")
     start = authume.drop()
     axes.plot(start[0], start[2], "r*", ms=10, label="drop")
     axes.set(xlabel="x (m)", ylabel="z (m)", title="in plan", aspect="equal", xlim=(-5, 75), ylim=(335, 400))
-    axes.legend(fontsize=7, loc="lower left")
+    axes.legend(fontsize=7, loc="lower left", markerscale=1.5)
 
 
 def _tschamut(ends: Mapping[str, Ends]) -> Figure:
@@ -130,7 +130,7 @@ def _chant_sura(results: Mapping[str, Any]) -> Figure:
     names = [impact.name for impact in chant_sura.published()]
     published.plot(names, seen, "k^", ms=8, label="field")
     for line in results["lines"]:
-        if line["values"] == HOEK:
+        if line["values"] == HOEK and line["model"] != "thesis_literal":  # on level ground it is the constant one
             published.plot(names, line["published"]["ratios"], "_", ms=16, mew=1.5, label=f"{line['model']}, {HOEK}")
     for model, found in results["calibrations"].items():
         published.plot(names, found["published"]["ratios"], "o", fillstyle="none", color=MODEL_COLOURS[model],

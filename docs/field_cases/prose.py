@@ -19,6 +19,39 @@ the field data, which is not part of this project (last section).
 NO_SPHERE = """The rigid sphere has no rows here: scenes of this version cannot name it. Where they can, it has.
 """
 
+VERDICT = """Of the constant model, which every version has:
+- **Values of books are no prediction.** At Authume one book stops every rock on the upper slope, {hoek:+.0f} m off in
+  the mean, and the other is {stone:+.0f} m off with twice the field's spread and more. At Tschamut they are
+  {hoek_meadow:+.0f} and {stone_meadow:+.0f} m off; another code, untuned, -35 m.
+- **Fitted, it reaches what it is fitted to, and little else.** At Authume the mean is {off:+.1f} m off, {ledge:.0f} %
+  stop on the ledge and {floor:.0f} % on the floor. But rocks spread by {side:.1f} m to the sides, where the field's
+  did by {field_side:.1f} m, and the farthest 5 % begin at {p95:.0f} m, not at {field_p95:.0f} m: a point of mass with
+  fixed coefficients has no shape that could send it elsewhere.
+- **What is fitted is no property of the ground.** One half of the 41 blocks gives R_n, R_t and a friction angle of
+  {first}, the other half {second}. No rock slope has such friction angles: sliding stands in for rolling.
+- **At Tschamut the fit only looks good** ({fitted_meadow:+.0f} m, within the bar). The friction angle ends at the
+  edge of what was searched ({edge:g} degrees), very different R_n and R_t do as well, and the runs are not told apart
+  (correlation {correlation:+.2f}): all rocks run onto the flat step at the foot of the proxy terrain and stay there.
+- **It does not carry over.** Authume's values are {at_meadow:+.0f} m off at Tschamut, Tschamut's {at_quarry:+.0f} m
+  at Authume; what single impacts give is {impacts_quarry:+.0f} and {impacts_meadow:+.0f} m off. Calibrate on the
+  slope in question, on rocks that fell there, or take the result as a comparison of variants and no more.
+"""
+
+CURVES = """(A lumped mass with another rule for the end of bouncing moved by 38 m in the first of these, at R_n 0.25:
+that rule decides as much as a coefficient does.)
+"""
+
+AUTHUME_FAILS = """**Where it fails.** Everybody on the upper slope is missed (2 of 41 blocks stayed there), and so is
+everybody beyond 55 m (5 of 41), where the fitted constant model has nobody. Lateral spread is less than half of the
+field's, so hazard maps of such a model are too narrow. Neither half of the blocks foretells the other one as well as
+it fits itself.
+"""
+
+TSCHAMUT_FAILS = """**Where it fails.** The two shortest runs (31 and 46 m) are overshot by tens of metres, the
+longest stop short: a mean error of a few metres hides both. On this terrain the data cannot tell one set of
+parameters from another.
+"""
+
 AUTHUME = """## Authume quarry, profile P1
 An open pit in France: 41 blocks of 178 to 1,751 kg, dropped by a power shovel, over 9,001 triangles in three zones
 (`config/scenes/authume_p1.yaml`). The field's end points lie 2.87 m above the mesh, a shift of the datum, so x and z

@@ -62,7 +62,7 @@ class Row(NamedTuple):
     """A model: its name in the report, what scenes call it, and what of it is calibrated, over all zones alike.
 
     free : parameters that are looked for; of_rebound : those of them that are the rebound model's, not the ground's
-    fixed : of the ground, what stays as published; at_impacts : of `free`, what decides a single impact
+    fixed : of the ground, what stays as published; at_impacts : what decides a single impact, which costs no flight
     rocks : that an evaluation of the search flies at Authume
     """
 
@@ -72,7 +72,7 @@ class Row(NamedTuple):
     free: tuple[Free, ...]
     of_rebound: tuple[str, ...]
     fixed: dict[str, float]
-    at_impacts: tuple[str, ...]
+    at_impacts: tuple[Free, ...]
     rocks: int
 
     @property
@@ -107,7 +107,10 @@ ALL_ROWS = (
         ),
         of_rebound=(),
         fixed={},
-        at_impacts=("normal_restitution", "tangential_restitution"),
+        at_impacts=(
+            Free("normal_restitution", 0.05, 0.95, 10),
+            Free("tangential_restitution", 0.05, 0.95, 10),
+        ),
         rocks=2000,
     ),
     Row(
@@ -121,7 +124,10 @@ ALL_ROWS = (
         ),
         of_rebound=("damping",),
         fixed={"tangential_restitution": 1.0, "friction_angle_deg": 35.0},  # it has no R_t; Newcastle's talus
-        at_impacts=("normal_restitution", "damping"),
+        at_impacts=(
+            Free("normal_restitution", 0.05, 0.95, 10),
+            Free("damping", 0.10, 1.0, 10),
+        ),
         rocks=500,
     ),
 )
