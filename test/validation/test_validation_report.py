@@ -58,6 +58,8 @@ def test_the_way_in_takes_the_page_from_the_file_alone(tmp_path: Path, monkeypat
 @pytest.mark.parametrize(("site", "line"), LINES, ids=[f"{s}-{x['model']}-{x['values']}" for s, x in LINES])
 def test_the_stated_figures_of_a_site_come_out_again(site: str, line: Mapping[str, Any]) -> None:
     row = row_named(line["model"])
+    if not row.is_offered:
+        pytest.skip(f"scenes of this version cannot name {row.rebound}")
     parameters = RESULTS[site]["calibrations"][row.name]["parameters"]
     keys = row.keys(parameters) if line["values"] == CALIBRATED else row.published(site, line["values"])
     figures, _ = SITES[site].simulated(keys)
@@ -73,7 +75,9 @@ def test_the_stated_figures_of_a_site_come_out_again(site: str, line: Mapping[st
 @needs_data
 @pytest.mark.parametrize("row", rows(), ids=lambda row: row.name)
 def test_the_stated_figures_of_single_impacts_come_out_again(row: Row) -> None:
-    stated = RESULTS["chant_sura"]["calibrations"][row.name]
+    stated = RESULTS["chant_sura"]["calibrations"].get(row.name)
+    if stated is None:
+        pytest.skip(f"{row.name} has not been measured: run make validation")
     ground = chant_sura.calibrated_surface(PUBLISHED["chant_sura"][HOEK]["default"], stated["parameters"])
     model = chant_sura.model_for(row, stated["parameters"])
     contacts = chant_sura.of_contacts(model, ground, stated["parameters"]["slope_deg"])
