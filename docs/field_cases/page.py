@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from field_cases import authume, page_authume, page_chant_sura, page_tschamut, tschamut
 from field_cases.measuring import CALIBRATED
 from field_cases.page_tables import Results, listed, table
-from field_cases.prose import HEAD, NO_SPHERE, NOT_VALIDATED, SOURCES_OF_DATA, TRANSFER, VERDICT
+from field_cases.prose import HEAD, NO_SPHERE, NOT_VALIDATED, SOURCES_OF_DATA, TRANSFER, VERDICT, VERDICT_SPHERE
 from field_cases.rows import ALL_ROWS, HOEK, PUBLISHED, SOURCES, STONE
 
+SPHERE = "rigid sphere"
 CHECKED = {"mean": "mean x", "ledge": "the ledge's share", "floor": "the floor's share"}
 
 
@@ -35,7 +36,7 @@ def _in_short(results: Results) -> str:
             ]
         lines.append(f"- **{model}**, Chant Sura: {_short_impacts(results['chant_sura'], model)}")
     said = "Line by line, with the rules of the sections below:\n\n"
-    return f"## In short\n{_verdict(results)}\n{said}" + "\n".join(lines) + "\n"
+    return f"## In short\n{_verdict(results)}\n{_verdict_of_sphere(results)}{said}" + "\n".join(lines) + "\n"
 
 
 def _verdict(results: Results) -> str:
@@ -59,6 +60,23 @@ def _verdict(results: Results) -> str:
         at_quarry=elsewhere["tschamut"]["authume"], impacts_quarry=elsewhere["chant_sura"]["authume"],
         impacts_meadow=elsewhere["chant_sura"]["tschamut"],
     )  # fmt: skip
+
+
+def _verdict_of_sphere(results: Results) -> str:
+    """The same of the rigid sphere, where it was measured."""
+    if SPHERE not in results["authume"]["calibrations"]:
+        return ""
+    here, there = ({line["values"]: line for line in results[site]["lines"] if line["model"] == SPHERE}
+                   for site in ("authume", "tschamut"))  # fmt: skip
+    elsewhere = {line["from"]: line for line in results["transfer"] if line["model"] == SPHERE}
+    said = VERDICT_SPHERE.format(
+        book=here[HOEK]["mean"] - authume.MEAN_X, off=here[CALIBRATED]["mean"] - authume.MEAN_X,
+        lost=100.0 * (1.0 - results["authume"]["calibrations"][SPHERE]["parameters"]["damping"]),
+        side=here[CALIBRATED]["side_sd"], meadow=there[CALIBRATED]["error_mean"],
+        absolute=there[CALIBRATED]["error_absolute"], correlation=there[CALIBRATED]["correlation"],
+        at_meadow=elsewhere["authume"]["tschamut"], at_quarry=elsewhere["tschamut"]["authume"],
+    )  # fmt: skip
+    return said + "\n"
 
 
 def _triple(parameters: Results) -> str:

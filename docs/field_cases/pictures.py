@@ -57,7 +57,7 @@ def _shares_below(axes: Axes, ends: Mapping[str, Ends]) -> None:
         axes.plot(x, _steps(len(x)), STYLES[values], color=MODEL_COLOURS[model], label=label)
     for x in (30.0, 45.0):
         axes.axvline(x, color="0.6", lw=0.8)
-    axes.set(xlabel="x of ends (m)", ylabel="share below (-)", title="Authume P1: where rocks end", xlim=(0, 110))
+    axes.set(xlabel="x of ends (m)", ylabel="share below (-)", title="Authume P1: where rocks end", xlim=(0, 180))
     axes.legend(fontsize=7, loc="lower right")
 
 
@@ -136,8 +136,8 @@ def _chant_sura(results: Mapping[str, Any]) -> Figure:
         published.plot(names, found["published"]["ratios"], "o", fillstyle="none", color=MODEL_COLOURS[model],
                        label=f"{model}, calibrated on the eleven")  # fmt: skip
     published.axhline(1.0, color="0.6", lw=0.8)
-    published.set(xlabel="impact", ylabel="energy after / before (-)", title="six impacts of 780 kg", ylim=(0, None))
-    published.legend(fontsize=7)
+    published.set(xlabel="impact", ylabel="energy after / before (-)", title="six impacts of 780 kg", ylim=(0, 1.9))
+    published.legend(fontsize=7, ncols=2, loc="upper right")
     _speeds(contacts, results)
     return figure
 

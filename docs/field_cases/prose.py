@@ -37,6 +37,18 @@ VERDICT = """Of the constant model, which every version has:
   slope in question, on rocks that fell there, or take the result as a comparison of variants and no more.
 """
 
+VERDICT_SPHERE = """Of the rigid sphere:
+- **With values of books it runs away**: at Authume all rocks end on the floor or beyond the terrain, {book:+.0f} m
+  off in the mean. Books have no damping for it; calibrated it loses {lost:.0f} % of its speed along the ground and of
+  its spin at every impact, beside friction.
+- **Fitted, it is as good as the constant model at Authume**, and no better: mean {off:+.1f} m off, and its lateral
+  spread of {side:.1f} m is too small as well. A sphere has no shape either.
+- **At Tschamut it is better**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run, and it tells runs apart a
+  little (correlation {correlation:+.2f}).
+- **It does not carry over either**: Authume's values are {at_meadow:+.0f} m off at Tschamut, Tschamut's
+  {at_quarry:+.0f} m at Authume.
+"""
+
 CURVES = """(A lumped mass with another rule for the end of bouncing moved by 38 m in the first of these, at R_n 0.25:
 that rule decides as much as a coefficient does.)
 """

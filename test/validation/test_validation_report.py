@@ -112,6 +112,20 @@ def test_what_the_page_says_in_words_is_what_its_figures_say() -> None:
     assert worst["chant_sura"]["authume"] < -15.0 and worst["authume"]["tschamut"] < -15.0
 
 
+@pytest.mark.skipif("rigid sphere" not in RESULTS["authume"]["calibrations"], reason="the sphere was not measured")
+def test_what_the_page_says_of_the_sphere_is_what_its_figures_say() -> None:
+    sphere = [(site, line) for site, line in LINES if line["model"] == "rigid sphere"]
+    quarry, meadow = ({line["values"]: line for where, line in sphere if where == site} for site in SITES)
+    constant = next(x for x in LINES if x[0] == "tschamut" and x[1]["values"] == CALIBRATED)[1]
+    assert quarry[HOEK]["sections"]["floor"] == quarry[STONE]["sections"]["floor"] == 1.0
+    assert all(quarry[CALIBRATED]["checks"].values())
+    assert quarry[CALIBRATED]["side_sd"] < 0.5 * RESULTS["authume"]["field"]["side_sd"]
+    assert meadow[CALIBRATED]["error_absolute"] < constant["error_absolute"]
+    assert constant["correlation"] < meadow[CALIBRATED]["correlation"] < 0.5
+    worst = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "rigid sphere"}
+    assert worst["tschamut"]["authume"] > 15.0 and worst["authume"]["tschamut"] < -10.0
+
+
 def test_what_is_calibrated_stands_within_what_was_searched() -> None:
     for site in ("authume", "tschamut", "chant_sura"):
         for model, found in RESULTS[site]["calibrations"].items():
