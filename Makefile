@@ -9,7 +9,7 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros test guards campaign combinations lint bench accuracy effects colcon clean
+.PHONY: help venv demo demo-ros test guards campaign combinations lint bench accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
@@ -21,6 +21,7 @@ help:
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make accuracy  measure what accuracy costs, and write docs/accuracy.md; takes about four minutes"
 	@echo "make effects   measure what each model and effect costs, and write docs/effects.md; takes some minutes"
+	@echo "make validation  calibrate on field data, and write docs/validation.md; takes some minutes, and needs that data"
 	@echo "make colcon    build as a ROS 2 workspace does"
 	@echo "make venv      only the virtual environment, with everything in it"
 	@echo "make clean     remove what the others made"
@@ -77,6 +78,9 @@ accuracy: venv
 
 effects: venv
 	$(BIN)/python docs/effects.py
+
+validation: venv
+	$(BIN)/python docs/validation.py
 
 $(COLCON)/.installed:
 	@test -n "$(PYTHON)" || { echo "make colcon needs Python 3.11, 3.12 or 3.13 with venv and pip"; exit 1; }

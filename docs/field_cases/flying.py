@@ -1,0 +1,58 @@
+"""A site of the field: its terrain and releases once, its ground and models as often as a search likes.
+
+All rocks keep their draws from one set of parameters to the next (common random numbers): what changes between two
+evaluations is what the parameters change.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_flight
+from rpf3d_core.values import Outcome
+
+Keys = Mapping[str, Any]
+"""Keys of a scene that stand instead of its own: `rebound`, `ground`, `materials`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where N rocks ended, in the input's coordinates.
+
+    source : (N,) the number of each rock's source; release, end : (N, 3) m; stopped : (N,) whether it came to rest
+    """
+
+    source: IntArray
+    release: FloatArray
+    end: FloatArray
+    stopped: FloatArray
+
+
+class Site:
+    """A prepared scene whose rocks can be flown again with other ground and other models."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.prepared: Prepared = prepare(scene)
+        self.releases = releases_in_ranges(self.prepared, [range(source.rocks) for source in self.prepared.sources])
+        check_releases(self.prepared, self.releases)
+
+    def fly(self, keys: Keys) -> Ends:
+        """Fly all rocks with some keys of the scene written anew."""
+        scene = with_keys(self.prepared.scene, keys)
+        flight = scene_flight(scene, self.prepared.terrain)
+        flown = fly_ensemble(self.prepared.engine, flight, self.releases, record=False, paths=0).deposits
+        frame = self.prepared.terrain.frame
+        return Ends(
+            flown.source, frame.points_to_input(flown.release), frame.points_to_input(flown.x),
+            flown.outcome == Outcome.STOPPED,
+        )  # fmt: skip
+
+
+def with_keys(scene: Scene, keys: Keys) -> Scene:
+    """A scene with some of its keys written anew, checked as a scene file is."""
+    parts = {name: type(scene).model_fields[name] for name in keys}
+    written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in parts}
+    return Scene.model_validate({**written, **keys})

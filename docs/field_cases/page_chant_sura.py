@@ -1,0 +1,64 @@
+"""The section of docs/validation.md on Chant Sura."""
+
+from collections.abc import Sequence
+
+from field_cases.page_tables import Results, label, searched, table
+from field_cases.prose import CHANT_SURA, CHANT_SURA_FAILS
+
+
+def section(results: Results) -> str:
+    """What was measured at Chant Sura."""
+    parts = [
+        CHANT_SURA,
+        CHANT_SURA_FAILS,
+        "![Chant Sura](pictures/validation_chant_sura.png)\n",
+        _six(results),
+        _eleven(results["lines"]),
+        _calibrated_impacts(results["calibrations"]),
+    ]
+    if results["left_out"]:
+        names = ", ".join(f"`{name}`" for name in results["left_out"])
+        parts.append(f"No row: {names}, whose figures are its user's own.\n")
+    return "\n".join(parts)
+
+
+def _six(results: Results) -> str:
+    head = ("energy ratio of the six", *("2.1", "2.2", "2.3", "4.1", "4.2", "4.3"), "mean error", "mean absolute error",
+            "speed after, mean error (m/s)", "rms (m/s)", "mean absolute error of the ratio at 27 rad/s")  # fmt: skip
+    rows = [("**field**", *(f"{ratio:.2f}" for ratio in results["field"]["published"]), *[""] * 5)]
+    calibrated = [
+        {"model": model, "values": "calibrated on the eleven", **found}
+        for model, found in results["calibrations"].items()
+    ]
+    for line in [*results["lines"], *calibrated]:
+        six = line["published"]
+        rows.append((label(line), *(f"{ratio:.2f}" for ratio in six["ratios"]), f"{six['ratio_mean']:+.2f}",
+                     f"{six['ratio_absolute']:.2f}", f"{six['speed_mean']:+.1f}", f"{six['speed_rms']:.1f}",
+                     f"{line['spinning']['ratio_absolute']:.2f}"))  # fmt: skip
+    return table(head, rows)
+
+
+def _eleven(lines: Sequence[Results]) -> str:
+    slopes = list(lines[0]["contacts"])
+    head = ("eleven contacts", *(f"velocity off (m/s), slope {slope}" for slope in slopes),
+            *(f"speed after, mean error (m/s), slope {slope}" for slope in slopes),
+            *(f"energy ratio, mean error, slope {slope}" for slope in slopes))  # fmt: skip
+    rows = [
+        (label(line), *(f"{line['contacts'][slope]['velocity']:.1f}" for slope in slopes),
+         *(f"{line['contacts'][slope]['speed_mean']:+.1f}" for slope in slopes),
+         *(f"{line['contacts'][slope]['ratio_mean']:+.2f}" for slope in slopes))
+        for line in lines
+    ]  # fmt: skip
+    return table(head, rows)
+
+
+def _calibrated_impacts(calibrations: Results) -> str:
+    head = ("calibrated on the eleven", "speed after, rms (m/s)", "the same, each run kept out",
+            "speed after, mean error (m/s)", "velocity off (m/s)", "energy ratio, mean absolute error")  # fmt: skip
+    rows = [
+        (model, f"{found['contacts']['speed_rms']:.2f}", f"{found['kept_out']['speed_rms']:.2f}",
+         f"{found['contacts']['speed_mean']:+.2f}", f"{found['contacts']['velocity']:.2f}",
+         f"{found['contacts']['ratio_absolute']:.2f}")
+        for model, found in calibrations.items()
+    ]  # fmt: skip
+    return searched(calibrations, "m/s off the eleven speeds") + "\n" + table(head, rows)

@@ -1,0 +1,59 @@
+"""Tables and words that the sections of docs/validation.md share."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from field_cases.measuring import CALIBRATED
+
+Results = Mapping[str, Any]
+
+
+def table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
+    """A Markdown table."""
+    rule = ["---"] * len(head)
+    return "\n".join("| " + " | ".join(line) + " |" for line in (head, rule, *lines)) + "\n"
+
+
+def searched(calibrations: Results, unit: str) -> str:
+    """What each search found."""
+    names = {
+        "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
+        "rolling_friction": "rolling friction", "damping": "damping", "slope_deg": "slope (degrees)",
+    }  # fmt: skip
+    said = []
+    for model, found in calibrations.items():
+        values = ", ".join(f"{names[name]} {value:g}" for name, value in found["parameters"].items())
+        edge = ", ".join(names[name] for name in found["at_edge"])
+        said.append(f"- calibrated, {model}: {values} ({found['error']:.2f} {unit}; {found['tried']} sets tried).")
+        for which, half in zip(("first", "second"), found.get("halves", ()), strict=False):
+            said[-1] += f" On the {which} half: {', '.join(f'{value:g}' for value in half['parameters'].values())}."
+        said[-1] += f" **At the edge of what was searched: {edge}.**" if edge else ""
+    return "\n".join(said) + "\n"
+
+
+def halves_table(results: Results, columns: Sequence[str]) -> str:
+    """Errors on all data and on its halves, with what is calibrated on a half; what was kept out is set in bold."""
+    rows = [[label(line), *(f"{error:.1f}" for error in line["errors"])] for line in results["lines"]]
+    for model, found in results["calibrations"].items():
+        for which, half in enumerate(found["halves"]):
+            cells = [f"{error:.1f}" for error in half["errors"]]
+            cells[2 - which] = f"**{cells[2 - which]}**"
+            rows.append([f"{model}, calibrated on the {('first', 'second')[which]} half", *cells])
+    return table(("kept out in bold", *columns), rows)
+
+
+def label(line: Results) -> str:
+    """A line's model and values."""
+    values = line["values"]
+    return f"{line['model']}, **{values}**" if values == CALIBRATED else f"{line['model']}, {values}"
+
+
+def interval_of(interval: Sequence[float], decimals: int = 1, sign: str = "") -> str:
+    """An interval as tables have it."""
+    low, high = (f"{value:{sign}.{decimals}f}" for value in interval)
+    return f"{low} to {high}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as a sentence has them."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,0 +1,154 @@
+"""The models of the report, a row each; one that the scene model does not offer has no row.
+
+A new row: a `Row` with the scene's keys, what it is calibrated by, and the published values that it is flown with.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from field_cases.search import Free
+from rpf3d_core.io.scene_model import Material
+from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
+
+HOEK = "Hoek 1987"
+STONE = "STONE"
+SOURCES = {
+    HOEK: "Hoek 1987 as in RocFall's default library (UNCONFIRMED); friction angles: Newcastle open-pit library",
+    STONE: "lithologies of STONE: Alvioli et al. 2021, Eng. Geol. 293:106301, and the manual of r.stone; tan of the "
+    "friction angle is STONE's friction",
+}
+
+
+class Values(NamedTuple):
+    """Published values of one ground."""
+
+    R_n: float
+    R_t: float
+    friction_angle_deg: float
+    rolling_friction: float
+    """For models that roll only: STONE's, of the same ground, for no other library has one."""
+
+
+PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
+    "authume": {
+        HOEK: {
+            "blue": Values(0.32, 0.80, 35.0, 0.35),
+            "gray": Values(0.35, 0.85, 30.0, 0.30),
+            "red": Values(0.32, 0.82, 35.0, 0.35),
+        },
+        STONE: {
+            "blue": Values(0.45, 0.55, 19.3, 0.35),
+            "gray": Values(0.65, 0.75, 16.7, 0.30),
+            "red": Values(0.45, 0.55, 19.3, 0.35),
+        },
+    },
+    "tschamut": {
+        HOEK: {"default": Values(0.30, 0.80, 35.0, 0.65)},
+        STONE: {"default": Values(0.35, 0.55, 33.0, 0.65)},
+    },
+    "chant_sura": {
+        HOEK: {"default": Values(0.30, 0.80, 35.0, 0.65)},
+        STONE: {"default": Values(0.35, 0.55, 33.0, 0.65)},
+    },
+}
+"""Values by the description of the ground alone: site, source, zone.
+
+Authume: Hoek's talus with vegetation (blue), bedrock outcrop (gray), talus (red); STONE's loose clastic and carbonate.
+Tschamut and Chant Sura, alpine meadows: Hoek's soft soil with some vegetation; STONE's glacial deposits.
+"""
+
+
+class Row(NamedTuple):
+    """A model: its name in the report, what scenes call it, and what of it is calibrated, over all zones alike.
+
+    free : parameters that are looked for; of_rebound : those of them that are the rebound model's, not the ground's
+    fixed : of the ground, what stays as published; at_impacts : what decides a single impact, which costs no flight
+    rocks : that an evaluation of the search flies at Authume
+    """
+
+    name: str
+    rebound: str
+    ground: str
+    free: tuple[Free, ...]
+    of_rebound: tuple[str, ...]
+    fixed: dict[str, float]
+    at_impacts: tuple[Free, ...]
+    rocks: int
+
+    @property
+    def is_offered(self) -> bool:
+        """Whether scenes can name it."""
+        return self.rebound in ReboundSpec.model_fields and self.ground in GroundSpec.model_fields
+
+    def rebound_keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
+        """The scene's key `rebound` with some of the parameters."""
+        return {self.rebound: {name: parameters[name] for name in self.of_rebound if name in parameters}}
+
+    def keys(self, parameters: Mapping[str, float]) -> dict[str, Any]:
+        """The scene's keys with one set of parameters for all zones."""
+        ground = self.fixed | {name: value for name, value in parameters.items() if name not in self.of_rebound}
+        return {"rebound": self.rebound_keys(parameters), "ground": self.ground, "materials": {"default": ground}}
+
+    def published(self, site: str, source: str) -> dict[str, Any]:
+        """The scene's keys with a site's published values."""
+        ground = {zone: material(values) for zone, values in PUBLISHED[site][source].items()}
+        return {"rebound": self.rebound, "ground": self.ground, "materials": ground}
+
+
+ALL_ROWS = (
+    Row(
+        name="constant",
+        rebound="constant",
+        ground="sliding",
+        free=(
+            Free("normal_restitution", 0.10, 0.60, 6),
+            Free("tangential_restitution", 0.35, 0.95, 7),
+            Free("friction_angle_deg", 5.0, 40.0, 8, 1),
+        ),
+        of_rebound=(),
+        fixed={},
+        at_impacts=(
+            Free("normal_restitution", 0.05, 0.95, 10),
+            Free("tangential_restitution", 0.05, 0.95, 10),
+        ),
+        rocks=2000,
+    ),
+    Row(
+        name="rigid sphere",
+        rebound="coulomb_sphere",
+        ground="sphere",
+        free=(
+            Free("normal_restitution", 0.10, 0.60, 6),
+            Free("damping", 0.40, 1.0, 7),
+            Free("rolling_friction", 0.10, 0.70, 7),
+        ),
+        of_rebound=("damping",),
+        fixed={"tangential_restitution": 1.0, "friction_angle_deg": 35.0},  # it has no R_t; Newcastle's talus
+        at_impacts=(
+            Free("normal_restitution", 0.05, 0.95, 10),
+            Free("damping", 0.10, 1.0, 10),
+        ),
+        rocks=500,
+    ),
+)
+
+
+def rows() -> tuple[Row, ...]:
+    """The models that scenes can name."""
+    return tuple(row for row in ALL_ROWS if row.is_offered)
+
+
+def row_named(name: str) -> Row:
+    """A row by its name."""
+    return next(row for row in ALL_ROWS if row.name == name)
+
+
+def material(values: Values) -> dict[str, float]:
+    """Keys of a material, as far as the scene model has them."""
+    written = {
+        "normal_restitution": values.R_n,
+        "tangential_restitution": values.R_t,
+        "friction_angle_deg": values.friction_angle_deg,
+        "rolling_friction": values.rolling_friction,
+    }
+    return {key: value for key, value in written.items() if key in Material.model_fields}

@@ -1,0 +1,179 @@
+"""Tschamut 2014: 18 runs on an alpine meadow, over a proxy of its terrain in cells of 5 m.
+
+Volkwein & Gerber 2018, EnviDat doi:10.16904/envidat.34; Geosciences 8(3):88.
+"""
+
+import csv
+from collections.abc import Mapping, Sequence
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from field_cases.authume import REPORT_SEED, ROOT, SEARCH_SEED
+from field_cases.figures import bootstrap
+from field_cases.flying import Ends, Keys, Site
+from field_cases.rows import Row, row_named
+from field_cases.search import Found, search
+from rpf3d_core.choices import chosen_scene
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.io.scene_model import Scene
+
+DATA = ROOT.parent / "shared" / "data" / "tschamut2014"
+RUNS = 18
+OTHER_CODE = {"translational": -35.0, "sphere": 104.6}
+"""Mean runout error (m) of another open code, untuned, on the survey of 2 m: the bar to beat."""
+MEADOW_DENSITY = 2700.0
+SPREAD = 0.5
+"""Half-width (m) of the square that a run's rocks start in: about a block, much less than what 5 m cells leave open."""
+CELL, CORNER = 5.0, (-32.5, 87.5)
+"""m: side of a cell of the terrain, and the centre of its south-western one."""
+SEARCH_ROCKS_A_RUN, ROCKS_A_RUN = 50, 500
+
+
+class Runs:
+    """The field's runs, sorted by their names.
+
+    names : of R runs; release, end : (R, 2) m in plan; velocity : (R, 3) m/s; radius : (R,) m; drop : (R,) m
+    """
+
+    def __init__(self) -> None:
+        releases, ends = (_table(DATA / f"{name}.csv") for name in ("release_points", "observed_deposition"))
+        self.names = sorted(releases)
+        self.release = _columns(releases, self.names, "x_m", "y_m")
+        self.velocity = _columns(releases, self.names, "vx_mps", "vy_mps", "vz_mps")
+        self.radius = _columns(releases, self.names, "radius_m")[:, 0]
+        self.end = _columns(ends, self.names, "x_m", "y_m")
+        self.mass = _columns(releases, self.names, "mass_kg")[:, 0]
+        self.runout = np.linalg.norm(self.end - self.release, axis=1)
+        heights = _columns(releases, self.names, "z_m")[:, 0] - _columns(ends, self.names, "z_m")[:, 0]
+        self.angle = np.degrees(np.arctan2(heights, self.runout))
+
+    def distinct(self) -> list[int]:
+        """The runs that are not the copy of another: v034 repeats v033 to the last digit."""
+        rows = [(*self.release[i], *self.end[i]) for i in range(len(self.names))]
+        return [i for i, row in enumerate(rows) if row not in rows[:i]]
+
+    def halves(self) -> tuple[list[int], list[int]]:
+        """The runs of the first half, every second distinct one from the first, and of the second."""
+        distinct = self.distinct()
+        return distinct[::2], distinct[1::2]
+
+
+@lru_cache
+def runs() -> Runs:
+    """The field's runs."""
+    return Runs()
+
+
+@lru_cache
+def site(rocks_a_run: int, seed: int) -> Site:
+    """The meadow with so many rocks for each run: each run is a source."""
+    field = runs()
+    # A sphere rests on the ground where its centre is a radius above; on a slope its centre is a little higher.
+    sources = [
+        {
+            "name": name, "points": [[*map(float, field.release[i]), 0.0]],
+            "above_ground": 2.0 * float(field.radius[i]), "velocity": [*map(float, field.velocity[i])],
+            "spread": [SPREAD, SPREAD, 0.0], "rocks": rocks_a_run,
+        }
+        for i, name in enumerate(field.names)
+    ]  # fmt: skip
+    scene = Scene.model_validate({
+        "path": Path("tschamut_2014.yaml"),
+        "terrain": {"files": [{"path": str(DATA / "terrain.asc"), "zone": "meadow"}]},
+        "materials": {"default": {"normal_restitution": 0.3, "tangential_restitution": 0.8}},
+        "rock": {"mass": float(field.mass.mean()), "density": MEADOW_DENSITY},
+        "sources": sources,
+        "stop_speed": 0.5,
+    })  # fmt: skip
+    return Site(chosen_scene(scene, None, "compiled", seed))
+
+
+def heights() -> FloatArray:
+    """Heights of the proxy terrain (46, 43) m at the centres of its cells, the southernmost row first."""
+    return np.loadtxt(DATA / "terrain.asc", skiprows=6)[::-1]
+
+
+def field_figures() -> dict[str, Any]:
+    """The field's figures."""
+    field = runs()
+    return {
+        "runs": len(field.names),
+        "distinct": len(field.distinct()),
+        "runout_mean": float(field.runout.mean()),
+        "runout_sd": float(field.runout.std(ddof=1)),
+        "angle_mean": float(field.angle.mean()),
+        "angle_sd": float(field.angle.std(ddof=1)),
+    }
+
+
+def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
+    """Errors of a model, run by run, and where its rocks ended."""
+    ends = site(ROCKS_A_RUN, REPORT_SEED).fly(keys)
+    errors, field = errors_of(ends), runs()
+    far = np.linalg.norm(mean_ends(ends) - field.end, axis=1)
+    found = {
+        "error_mean": float(errors.mean()),
+        "error_interval": bootstrap(errors, lambda s: float(s.mean())),
+        "error_absolute": float(np.abs(errors).mean()),
+        "errors": [float(np.abs(errors[some]).mean()) for some in (field.distinct(), *field.halves())],
+        "correlation": correlation(errors),
+        "end_off": float(far.mean()),
+        "left": float(1.0 - ends.stopped.mean()),
+    }
+    return found, ends
+
+
+def errors_of(ends: Ends) -> FloatArray:
+    """Mean simulated less observed runout of each run (R,) m; a rock that left the terrain counts to where it left."""
+    way = np.linalg.norm((ends.end - ends.release)[:, :2], axis=1)
+    return _by_run(way) - runs().runout
+
+
+def mean_ends(ends: Ends) -> FloatArray:
+    """Mean end of each run's rocks (R, 2) m."""
+    return np.stack([_by_run(ends.end[:, k]) for k in range(2)], axis=1)
+
+
+def correlation(errors: FloatArray) -> float:
+    """Of simulated and observed runout over the runs; 0 where the simulated ones do not differ."""
+    observed = runs().runout
+    predicted = observed + errors
+    return 0.0 if np.ptp(predicted) < 1e-9 else float(np.corrcoef(predicted, observed)[0, 1])
+
+
+def halves() -> tuple[list[int], list[int]]:
+    """The distinct runs of the first half, and of the second."""
+    return runs().halves()
+
+
+def calibrate(row: Row, some: Sequence[int]) -> Found:
+    """One set of parameters, by the mean absolute error of runout over some runs."""
+
+    def error(parameters: Mapping[str, float]) -> float:
+        return float(np.abs(_flown_errors(row.name, tuple(parameters.items()))[some]).mean())
+
+    return search(error, row.free)
+
+
+@cache
+def _flown_errors(model: str, parameters: tuple[tuple[str, float], ...]) -> FloatArray:
+    """Errors of each run (R,) m of a search's rocks, flown once for all searches."""
+    row = row_named(model)
+    return errors_of(site(SEARCH_ROCKS_A_RUN, SEARCH_SEED).fly(row.keys(dict(parameters))))
+
+
+def _by_run(values: FloatArray) -> FloatArray:
+    """Mean of each run's rocks, which lie run by run."""
+    return values.reshape(len(runs().names), -1).mean(axis=1)
+
+
+def _table(path: Path) -> dict[str, dict[str, str]]:
+    with path.open(newline="") as file:
+        return {line["trajectory_id"]: line for line in csv.DictReader(file)}
+
+
+def _columns(table: dict[str, dict[str, str]], names: list[str], *columns: str) -> FloatArray:
+    return np.array([[float(table[name][column]) for column in columns] for name in names])
