@@ -7,13 +7,13 @@ from rpf3d_core.detection.contact import GRAZING, Left
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
-from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.effects.hooks import breaks, still_at
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import Record, note_impact
-from rpf3d_core.simulation.state import NONE_PASSED, State, ended, with_ground, with_impact
+from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
@@ -83,7 +83,8 @@ def strike(physics: Physics, state: State, contact: Touch, falling: Falling, rec
     after = rebounded(physics, state.motion, contact.facet, n, who)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, NONE_PASSED)
+    passed = still_at(physics.effects, after, state.passed, who)
+    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
     if breaks(physics.effects, state.motion, after, n, who):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, falling, bounced)
