@@ -1,5 +1,6 @@
 """Impacts of a rigid sphere, and its release: `Motion.x` is its centre."""
 
+import math
 from typing import Any
 
 from rpf3d_core.compiling import kernel
@@ -33,16 +34,25 @@ def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> S
 def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
     """A sphere released overlapping the ground is lifted straight up until it touches it.
 
-    By its overlap at a time, which is never too far: so it comes to touch from below. Where it never does, under an
-    overhang, it is left as far up as that brought it.
+    Until it would only touch the point of the ground that is nearest to it, which is never too far: so it comes to
+    touch from below. Where it never does, under an overhang, it is left as far up as that brought it.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
         touch = nearest_to(locator.locator, facets, x, radius)
         if not touch.t < radius - facets.tolerance:
             break
-        x = x[0], x[1], x[2] + (radius - touch.t)
+        x = x[0], x[1], x[2] + _lift_off(touch, radius)
     return Motion(motion.t, x, motion.v, motion.w)
+
+
+@kernel
+def _lift_off(touch: Touch, radius: float) -> float:
+    """How far up (m) a centre is a radius away from the point that it is nearest to; below that, by their overlap."""
+    up = touch.t * touch.n[2]
+    if up < 0.0:
+        return radius - touch.t
+    return math.sqrt(radius * radius - (touch.t - up) * (touch.t + up)) - up
 
 
 @kernel

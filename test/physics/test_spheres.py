@@ -327,6 +327,18 @@ def test_a_sphere_released_in_the_ground_is_lifted_until_it_touches(engine):
 
 
 @BOTH
+@pytest.mark.parametrize("above", [0.0, 1e-12, 0.01])
+@pytest.mark.parametrize("angle", [0.0, 45.0, 87.0])
+def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_touches(engine, above, angle):
+    """By R / cos(slope) straight up, less what it started above; not a facet but this one is within its reach."""
+    over = engine_over(engine, incline(angle, down=60.0, up=60.0, half_width=40.0))
+    flights = roll(over, spheres(ground(), max_time=0.1), 0.5, (0.0, 3.0, above))
+    high = 0.5 / math.cos(math.radians(angle))
+    assert flights.paths.x[0] == pytest.approx((0.0, 3.0, high), abs=1e-7)
+    assert clearance(over, flights.paths.x) == pytest.approx(0.5, abs=ROUNDED)
+
+
+@BOTH
 def test_without_a_ground_model_a_sphere_stops_by_its_speed_alone(engine):
     over = engine_over(engine, floor(30.0, cells=3))
     for speed, outcome in ((0.2, Outcome.STOPPED), (9.0, Outcome.UNRESOLVED_CONTACT)):
