@@ -154,6 +154,18 @@ def test_a_sphere_that_strikes_a_wall_just_where_a_net_stands_breaks_the_net_onc
 TABLE = {22: (2.624922, 2.765323), 40: (4.504105, 5.554257), 50: (5.367783, 6.884321), 59: (6.006294, 7.903559)}
 
 
+@pytest.mark.parametrize("x", [0.0, 0.05, 0.1])
+def test_a_sphere_that_breaks_a_net_while_it_goes_around_an_edge_keeps_the_energy_that_is_left(x):
+    """Around an edge the ground's normal is no facet's: taking the facet's for it would brake the sphere once more."""
+    terrain = strip([(-12.0, 0.0), (0.0, 0.0), (12.0, -4.4)], half_width=8.0, across=4)
+    net = fence(terrain, [(x, -7.0), (x, 7.0)], 3.0, 100.0)
+    over, physics = engine_over("reference", terrain), with_effects(spheres(ground(mu_r=0.05)), net)
+    impacts = roll(over, physics, 0.5, (-2.0, 0.3, 0.5), (2.2, 0.0, 0.0)).impacts
+    before, after = impacts.speed_in[0], impacts.speed_out[0]
+    assert impacts.facet[0] < 0 and impacts.x[0, 0] == pytest.approx(x, abs=NEAR)
+    assert after == pytest.approx(math.sqrt(before * before - 2.0 * 100.0 / 1000.0), rel=1e-4)
+
+
 @BOTH
 @pytest.mark.parametrize("angle", TABLE)
 @pytest.mark.parametrize("strike", [0.0, 37.0])
