@@ -51,7 +51,10 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.CAUGHT: "was caught by a barrier",
     Outcome.FRAGMENTED: "broke; its pieces fly on as rocks of their own",
     Outcome.MAX_TIME: "was still moving at max_time; raise max_time to follow it further",
-    Outcome.MAX_IMPACTS: "used up max_impacts (impacts and slides over facets); raise max_impacts to follow it further",
+    Outcome.MAX_IMPACTS: (
+        "used up max_impacts (impacts and slides over facets; or as many stretches of flight in air that hardly lets "
+        "it sink); raise max_impacts to follow it further"
+    ),
     Outcome.UNRESOLVED_CONTACT: (
         "was faster than stop_speed when its bounces had died out and the scene names no ground model that carries it "
         "on (`ground: sliding` does), or it was wedged between facets at a speed that should have freed it"

@@ -45,6 +45,18 @@ def fence(
     return Barriers(first, panel, 4.0 * tolerance_of(terrain), cells_of(plan.min(axis=1), plan.max(axis=1)))
 
 
+def fences(*some: Barriers) -> Barriers:
+    """Several barriers as those of one scene, in this order."""
+    rows, lines = [len(one.panel.x) for one in some], np.cumsum([0, *(one.panel.line.max() + 1 for one in some[:-1])])
+    columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in Panel._fields}
+    columns["line"] = columns["line"] + np.repeat(lines, rows)
+    columns["barrier"] = np.repeat(np.arange(len(some)), rows)
+    panel = Panel(**columns)
+    begin, way = np.stack([panel.x, panel.y], 1), np.stack([panel.dx, panel.dy], 1)
+    cells = cells_of(np.minimum(begin, begin + way), np.maximum(begin, begin + way))
+    return Barriers(0, panel, some[0].slack, cells)
+
+
 def trees(
     terrain: Terrain, places: Sequence[tuple[float, float]], dbh_cm: float = 40.0, height: float = 20.0,
     energy: float = 1e5, deflection: Deflection = STRAIGHT, first: int = 0,

@@ -60,15 +60,16 @@ def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """The nearer one."""
+    """The nearer one; of a facet that x lies on, its normal upwards stands for the way there."""
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
     gap = subtract(quest.x, closest_point(facets, f, quest.x))
     distance = norm(gap)
-    if distance > best.t or distance == 0.0:
+    if distance > best.t:
         return best
-    return lesser(best, Touch(distance, f, 0.0, scale(1.0 / distance, gap), ZERO, False))
+    away = scale(1.0 / distance, gap) if distance > 0.0 else scale(math.copysign(1.0, n[2]), n)
+    return lesser(best, Touch(distance, f, 0.0, away, ZERO, False))
 
 
 @looked_at.rule(Against)

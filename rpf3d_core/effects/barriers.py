@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
-from rpf3d_core.effects.obstacle_cells import Cells, first_in_cells, time_to
+from rpf3d_core.effects.obstacle_cells import SLOWEST, Cells, first_in_cells, time_to
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.values import MOVING, ZERO, Motion, Outcome
 from rpf3d_core.vectors import dot, scale
@@ -115,8 +115,9 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> C
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
     """When an arc meets piece k of the panels: not above it, and not where the rock has just broken through.
 
-    Broken through one piece of a straight line it is past all of that line. A panel that takes no energy, or has no
-    height, is no obstacle.
+    Broken through one piece of a straight line it is past all of that line. Panels that stand in one place are met in
+    the order of their numbers, so a rock that has just broken through one of them is past those before it. A panel that
+    takes no energy, or has no height, is no obstacle.
     """
     panel = barriers.panel
     b = panel.barrier[k]
@@ -126,11 +127,18 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
     high = crossing.height + (panel.top[b] * falling.rock.radius)  # type: ignore[union-attr]
     if crossing.t == math.inf or crossing.height < -BELOW or high > panel.height[b]:
         return math.inf
-    if passed >= 0 and panel.barrier[passed] == b:
-        speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
-        if panel.line[passed] == panel.line[k] or crossing.t * speed <= CORNER:
-            return math.inf
-    return crossing.t
+    return math.inf if _is_past(barriers, k, crossing.t, passed, arc) else crossing.t
+
+
+@kernel
+def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
+    """Whether a rock that has met piece `passed` last (below 0: none) is past piece k, crossed at t (s)."""
+    if passed < 0:
+        return False
+    panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
+    if panel.barrier[passed] == panel.barrier[k]:
+        return bool(panel.line[passed] == panel.line[k] or way <= CORNER)
+    return k < passed and way <= barriers.slack
 
 
 @first_obstacle.rule(Barriers)
@@ -138,7 +146,9 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling
     """The first panel on an arc."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
-    met = first_in_cells(barriers, arc, past, until, falling)
+    speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
+    instant = barriers.slack / speed if speed > SLOWEST else 0.0
+    met = first_in_cells(barriers, arc, past, until, instant, falling)
     return Meeting(met.t, barriers.first + met.number) if met.t < math.inf else met
 
 

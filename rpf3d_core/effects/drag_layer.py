@@ -2,7 +2,8 @@
 
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
 open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source c is that of any rock, so light
-ones are braked more; a rock meets no single tree (`forest` has them), and none while it slides.
+ones are braked more; a rock meets no single tree (`forest` has them). It brakes flights alone: rocks that slide or
+roll, or whose bounces are summed up, go on unbraked, so with a ground model their runout in a forest is too long.
 
 A rock is in the layer or not at the beginning and at the end of each stretch of its flight: where it comes in or goes
 out the layer's border is known to within a stretch.
@@ -12,7 +13,7 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.compiling import kernel
-from rpf3d_core.effects.air import stretch_for
+from rpf3d_core.effects.air import FLIGHT, stretch_for
 from rpf3d_core.effects.hooks import asks_height, in_air, longest_flight
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.values import Motion, Vec
@@ -75,7 +76,8 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: Fal
     """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0, so that `air` has |dx| <= h^3 q (q v / 24 + g / 6) and
-    |dv| <= h^3 q^2 g / 24.
+    |dv| <= h^3 q^2 g / 24. The layer brakes what a speed is off by, too: it moves the rock by no more than 1 / q times
+    as much, whatever time is left, so that all of them together count 2 / (q T) of what `air` says at most.
     """
     q = layer.coefficient / falling.rock.mass  # type: ignore[union-attr]
     if q <= 0.0:
@@ -88,5 +90,6 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: Fal
 def _stretch(layer: DragLayer, q: float, v: float) -> float:
     """The stretch (s) at a speed v (m/s)."""
     g = layer.gravity
-    h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), q * q * g / 24.0, q * v)
+    forgotten = min(1.0, 2.0 / (q * FLIGHT))
+    h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), forgotten * q * q * g / 24.0, q * v)
     return min(h, MOST_BRAKED / q)

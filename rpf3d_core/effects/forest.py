@@ -129,7 +129,7 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, fa
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
     """The first tree on an arc."""
-    met = first_in_cells(forest, arc, passed - forest.first, until, falling)
+    met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, falling)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 

@@ -200,6 +200,15 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
     return other if other.t < one.t else one
 
 
+@kernel
+def still_at(effects: Any, motion: Motion, passed: int, falling: Falling) -> int:
+    """`passed` if a rock is still at an obstacle, as after an impact just where it met one; else -1 for none."""
+    if passed < 0:
+        return passed
+    here = first_obstacle(effects, Arc(motion.x, motion.v, 0.0), -1, 0.0, falling)
+    return passed if here.t == 0.0 else -1
+
+
 @model_function
 def at_obstacle(effect: object, motion: Motion, number: int, met: int, falling: Falling) -> Met:
     """What the obstacle of a number makes of a rock, unless it is another effect's.

@@ -69,10 +69,12 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, fall
 
 
 @kernel
-def first_in_cells(obstacles: Any, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
+def first_in_cells(
+    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: Falling
+) -> Meeting:  # fmt: skip
     """The first meeting of an arc with one of a kind of obstacles before `until` (s), by its index; or NO_MEETING.
 
-    Of two at the same instant the one with the smaller index.
+    Of two at the same instant, which lasts `instant` (s), the one with the smaller index.
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):
@@ -86,7 +88,7 @@ def first_in_cells(obstacles: Any, arc: Arc, passed: int, until: float, falling:
         for entry in range(cells.starts[place], cells.starts[place + 1]):
             k = cells.ids[entry]
             t = time_to(obstacles, k, arc, passed, until, falling)
-            if t < best.t or (t == best.t and t < math.inf and k < best.number):
+            if t < best.t - instant or (t <= best.t + instant and t < math.inf and k < best.number):
                 best = Meeting(t, k)
         if leave >= until or best.t < leave:
             return best

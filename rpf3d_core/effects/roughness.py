@@ -11,6 +11,9 @@ motion, (1 - U') theta to a side that is drawn as well, so that rocks leave thei
 RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size, and may ease the
 impact as well as steepen it. No law to the side is published with it.
 
+Bounces on rough ground are summed up only where the whole speed would raise the rock by less than `smallest_bounce`. A
+sphere that has come to lie (`coulomb_sphere`) feels no roughness of this kind while it rolls.
+
 The motion is that along the ground; where there is none, or it is rounding, there is no tilt. What a tilt of zero
 leaves is the ground's own normal to the last bit.
 """

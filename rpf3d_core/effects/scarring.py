@@ -19,7 +19,9 @@ Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for
 
 Simplified: s decays by exp(-beta t) in flight (beta 50 to 200 1/s: to a few percent in 0.02 s), so it begins at 0 in
 each impact, and beta is not asked for. Leine's rocks have corners, which friction turns: here it brakes and turns
-nothing. Speed into the ground is that along its normal; Lu et al. take the vertical one, the same on level ground.
+nothing. Bounces below `smallest_bounce` are summed up
+without their scars, and rocks on the ground make none. Speed into the ground is that along its normal; Lu et al. take
+the vertical one, the same on level ground.
 """
 
 import math

@@ -3,6 +3,8 @@
 With v_c the slip of the contact point, g_t gravity along the ground and N the push of the ground, both per mass:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
     rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise it skids down
+Rolling friction needs friction itself: where mu_r is larger than mu can bear, the centre goes like a block that slides
+with mu, neither braked nor held by more; its spin is still told as that of rolling.
 Each piece has a constant acceleration, so it is exact where friction does not turn: straight down a slope, on the
 level, and wherever a sphere rolls without rolling friction. Elsewhere friction is that of the middle of the piece,
 which ends before it has turned by TURN.
@@ -71,7 +73,19 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
     if STICKS * pull > friction:
         a, turn = _skidding(scale(1.0 / pull, g_t), n, g_t, friction, radius)
         return Rolls(v, a, turn, math.inf, False, False, False)
-    return _rolls(v, g_t, surface.mu_r * push, surface.stop_speed)
+    return _rolls(v, g_t, min(surface.mu_r * push, _most_resistance(v, g_t, friction)), surface.stop_speed)
+
+
+@kernel
+def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
+    """The rolling resistance (m/s^2) that a ground of some friction (m/s^2) can give a sphere: more would make it slip.
+
+    With a resistance r it takes a friction of 2/7 g_t + 5/7 r along the way, or down the slope at rest. At most that is
+    mu N; then 5/7 (g_t - r) = g_t - mu N, as of a block that slides.
+    """
+    speed = norm(v)
+    pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
+    return (friction - STICKS * pull) / (1.0 - STICKS)
 
 
 @kernel

@@ -26,6 +26,7 @@ from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_i
 from rpf3d_core.simulation.state import (
     NONE_PASSED,
     State,
+    Tally,
     ended,
     past,
     released,
@@ -42,6 +43,9 @@ from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
 """Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
+
+STRETCHES = 10_000
+"""Stretches of flight, beside two pieces of path for each contact, that a rock may take whatever max_impacts says."""
 
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
@@ -129,8 +133,18 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     if flown.contact.t <= t:
         return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
     if t == flown.longest:
-        return State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
+        on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
+        return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
     return ended(after, LEFT_TERRAIN)
+
+
+@kernel
+def _hovers(max_impacts: int, tally: Tally) -> bool:
+    """Whether a rock has flown so many stretches that its outcome is none but a matter of patience.
+
+    A light rock in a strong drag layer sinks by centimetres a second, in stretches of a millisecond.
+    """
+    return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
 
 @kernel
@@ -224,7 +238,7 @@ def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Re
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
-    rise2 = dot(motion.v, n) * dot(motion.v, n)
+    rise2 = _rising2(physics, state, n, as_it_is(falling, state))
     if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # a rise that is no number is for `checked`
         return state
     surface = ground_of(physics, f, falling, state)
@@ -242,6 +256,21 @@ def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Re
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return _stand(facets, state, state.left, along(motion.v, n))
     return state
+
+
+@kernel
+def _rising2(physics: Physics, state: State, n: Vec, falling: Falling) -> float:
+    """Squared speed (m^2/s^2) that a bounce off a facet of normal n, or those that follow it, may rise with.
+
+    That off the facet, unless the next impact feels another normal than n: then bounces do not die as on a plane, for
+    that impact may turn all of the speed upwards.
+    """
+    v = state.motion.v
+    off = dot(v, n)
+    down = Motion(state.motion.t, state.motion.x, subtract(v, scale(2.0 * off, n)), state.motion.w)
+    felt = felt_normal(physics.effects, n, down, falling)
+    as_a_plane = felt[0] == n[0] and felt[1] == n[1] and felt[2] == n[2]
+    return off * off if as_a_plane else dot(v, v)
 
 
 @kernel

@@ -10,7 +10,7 @@ class Settings(NamedTuple):
 
     gravity : m/s^2
     smallest_bounce : m; a bounce that would rise less is summed up with all that follow it, or merges into sliding
-    max_time : s; max_impacts : impacts and slides over facets, together
+    max_time : s; max_impacts : impacts and slides over facets, together; also of stretches of flight in air
     seed : of all draws
     """
 

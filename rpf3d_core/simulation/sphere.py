@@ -213,10 +213,18 @@ def _follow_piece(
     gone = Piece(end, length, False, late, False, False, bends)
     meeting = obstacle_on(physics.effects, going, gone, falling)
     if meeting.t < math.inf:
-        return at_obstacle_on(physics, going, gone, meeting, falling, record)
+        lies_on = _between(n, n_end, meeting.t)
+        return at_obstacle_on(physics, going, gone, meeting, lies_on, falling, record)
     note_piece(record, state.tally, began, v, SLIDING)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+
+
+@kernel
+def _between(n: Vec, n_end: Vec, share: float) -> Vec:
+    """The normal (3,) unit after a share of a piece that begins with n and ends with n_end."""
+    both = add(scale(1.0 - share, n), scale(share, n_end))
+    return scale(1.0 / norm(both), both)
 
 
 @kernel

@@ -1,5 +1,6 @@
 """Impacts of a rigid sphere, and its release: `Motion.x` is its centre."""
 
+import math
 from typing import Any
 
 from rpf3d_core.compiling import kernel
@@ -7,13 +8,13 @@ from rpf3d_core.detection.contact import GRAZING, Left
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
-from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.effects.hooks import breaks, still_at
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import Record, note_impact
-from rpf3d_core.simulation.state import NONE_PASSED, State, ended, with_ground, with_impact
+from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Motion, Vec
@@ -33,16 +34,25 @@ def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> S
 def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
     """A sphere released overlapping the ground is lifted straight up until it touches it.
 
-    By its overlap at a time, which is never too far: so it comes to touch from below. Where it never does, under an
-    overhang, it is left as far up as that brought it.
+    Until it would only touch the point of the ground that is nearest to it, which is never too far: so it comes to
+    touch from below. Where it never does, under an overhang, it is left as far up as that brought it.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
         touch = nearest_to(locator.locator, facets, x, radius)
         if not touch.t < radius - facets.tolerance:
             break
-        x = x[0], x[1], x[2] + (radius - touch.t)
+        x = x[0], x[1], x[2] + _lift_off(touch, radius)
     return Motion(motion.t, x, motion.v, motion.w)
+
+
+@kernel
+def _lift_off(touch: Touch, radius: float) -> float:
+    """How far up (m) a centre is a radius away from the point that it is nearest to; below that, by their overlap."""
+    up = touch.t * touch.n[2]
+    if up < 0.0:
+        return radius - touch.t
+    return math.sqrt(radius * radius - (touch.t - up) * (touch.t + up)) - up
 
 
 @kernel
@@ -83,7 +93,8 @@ def strike(physics: Physics, state: State, contact: Touch, falling: Falling, rec
     after = rebounded(physics, state.motion, contact.facet, n, who)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, NONE_PASSED)
+    passed = still_at(physics.effects, after, state.passed, who)
+    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
     if breaks(physics.effects, state.motion, after, n, who):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, falling, bounced)

@@ -73,7 +73,8 @@ def along_piece(physics: Physics, state: State, piece: Piece, falling: Falling, 
     """The state after a piece of path on the ground, or at the first obstacle on it."""
     meeting = obstacle_on(physics.effects, state, piece, falling)
     if meeting.t < math.inf:
-        return at_obstacle_on(physics, state, piece, meeting, falling, record)
+        n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
+        return at_obstacle_on(physics, state, piece, meeting, n, falling, record)
     tolerance = physics.facets.tolerance
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
     tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
@@ -91,11 +92,11 @@ def obstacle_on(effects: Any, state: State, piece: Piece, falling: Falling) -> M
 
 @kernel
 def at_obstacle_on(
-    physics: Physics, state: State, piece: Piece, meeting: Meeting, falling: Falling, record: Record
+    physics: Physics, state: State, piece: Piece, meeting: Meeting, n: Vec, falling: Falling, record: Record
 ) -> State:
     """The state of a rock that meets an obstacle on a piece of path: it stands on, lies against it, or is caught.
 
-    What is left of its velocity is what lies in the plane of its facet, or along the line of its gully.
+    What is left of its velocity is what lies across n (3,), the normal that it lies on, or along the line of its gully.
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
@@ -103,7 +104,6 @@ def at_obstacle_on(
     who = as_it_is(falling, state)
     met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, who)
     v = met.motion.v
-    n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
     v = along(v, n) if state.left.other < 0 else along_line(v, before.v)
     after = Motion(before.t, before.x, v, met.motion.w)
     note_impact(record, tally, before, after, FIRST_OBSTACLE - meeting.number, against(before.v))

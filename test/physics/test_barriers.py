@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 import scenes_of_facets as made
-from obstacles_made import MASS, RADIUS, energy_of, fence, rough_ground, thrown, with_effects
+from obstacles_made import MASS, RADIUS, energy_of, fence, fences, rough_ground, thrown, with_effects
 from on_both_engines import BOTH, loses_energy
 
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
@@ -148,6 +148,23 @@ def test_a_rock_that_goes_through_a_corner_breaks_one_side_of_it(engine):
     net = fence(made.floor(cells=10), corner, 3.0, 10e3)
     flights = over_a_floor(engine, (-2.0, 0.0, 2.0), (10.0, 0.0, 0.0), net)
     assert met(flights).sum() == 1
+
+
+@BOTH
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("height", [2.0, 0.0], ids=["in flight", "on the ground"])
+@pytest.mark.parametrize("turned", [False, True], ids=["alike", "drawn the other way round"])
+def test_a_rock_that_breaks_through_nets_that_stand_in_one_place_breaks_each_of_them_once(
+    engine, count, height, turned
+):
+    terrain, capacity = made.floor(cells=10), 4e3
+    lines = [[(0.7, -7.9), (0.1, 8.0)], [(0.1, 8.0), (0.7, -7.9)] if turned else [(0.7, -7.9), (0.1, 8.0)]]
+    nets = fences(*(fence(terrain, lines[k % 2], 3.0, capacity) for k in range(count)))
+    flights = over_a_floor(engine, (-2.0, 0.5, height), (10.0, 0.0, 0.0), nets, friction=0.0)
+    numbers = FIRST_OBSTACLE - flights.impacts.facet[met(flights)]
+    assert sorted(nets.panel.barrier[numbers]) == list(range(count))
+    speeds = flights.impacts.speed_in[met(flights)][0], flights.impacts.speed_out[met(flights)][-1]
+    assert energy_of(speeds[0]) - energy_of(speeds[1]) == pytest.approx(count * capacity, rel=1e-9)
 
 
 def test_both_engines_meet_the_same_panels_to_the_last_bit():

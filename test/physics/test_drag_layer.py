@@ -56,6 +56,18 @@ def test_a_throw_within_the_layer_follows_the_closed_form(engine, accuracy):
     assert np.linalg.norm(end - exact) <= accuracy
 
 
+@pytest.mark.parametrize("mass", [1.0, 10.0, 100.0])
+def test_a_rock_that_the_layer_all_but_holds_sinks_as_the_closed_form_says_with_no_more_stretches_than_it_takes(mass):
+    """Speeds are forgotten within m / c, so of a stiff layer no stretch need be shorter than its place asks for."""
+    q, t, v_x, accuracy = 500.0 / mass, 0.5, 9.0, 0.01
+    physics = in_forest(layer(accuracy=accuracy), max_time=t)
+    flights = throw(engine_over("reference", floor(50.0)), physics, (0.3, 0.2, 20.0), (v_x, 0.0, 0.0), mass)
+    gone = (1.0 - math.exp(-q * t)) / q
+    exact = (0.3 + v_x * gone, 0.2, 20.0 - G * t / q + G / q * gone)
+    assert np.linalg.norm(flights.deposits.x[0] - exact) <= accuracy
+    assert len(flights.paths.t) < 50.0 + 6.0 * q * t
+
+
 @BOTH
 def test_above_the_layer_a_rock_flies_free(engine):
     over = engine_over(engine, floor(50.0))

@@ -9,7 +9,8 @@ from scenes_of_facets import ENGINES, engine_over, floor, fly, incline, rough_gr
 
 from rpf3d_core.effects.hooks import chain_of, felt_normal
 from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, tilted
-from rpf3d_core.values import ZERO, Motion, Outcome
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 
 AHEAD = Motion(0.0, ZERO, (6.0, 0.0, -3.0), ZERO)
 DRAWS = 4000
@@ -136,6 +137,16 @@ def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(effect)
 )  # fmt: skip
 def test_no_roughness_leaves_every_bit_as_it_is_without_the_effect(engine, effect):
     assert same_bits(flown(engine, effect), flown(engine, None))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("model", ["constant", "velocity_scaled", "mass_scaled"])
+def test_bounces_are_summed_up_as_on_a_plane_only_of_rocks_too_slow_to_rise_off_a_tilt(engine, model):
+    """A rock that leaves one impact flat and fast is thrown up by the next: its bounces do not die where it is."""
+    paths = flown(engine, EFFECTS["rocfall"], model, rocks=60).paths
+    speeds = np.linalg.norm(paths.v[paths.mode == Mode.SETTLING], axis=1)
+    assert len(speeds) > 5
+    assert speeds.max() < math.sqrt(2.0 * Settings().gravity * Settings().smallest_bounce)
 
 
 @pytest.mark.parametrize("model", ["pfeiffer_bowen", "stochastic_matrix"])

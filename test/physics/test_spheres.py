@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from obstacles_made import fence, with_effects
 from rolling_spheres import SPHERE, clearance, places_of, roll, spheres
 from scenes_of_facets import (
     ENGINES,
@@ -118,7 +119,51 @@ def test_a_small_sphere_without_friction_hits_where_a_point_does(engine):
 
 # --- rolling ----------------------------------------------------------------------------------------------------------
 
+
+@pytest.mark.parametrize("mu_r", [0.3, 5.0])
+def test_no_rolling_friction_brakes_a_sphere_more_than_a_block_that_slides(mu_r):
+    """It skids at mu g until it rolls, and mu g is the most that stops it then: s = (v^2 - v_stop^2) / (2 mu g)."""
+    mu, v, stop = 0.1, 10.0, 0.3
+    over, physics = engine_over("reference", floor(200.0)), spheres(ground(mu=mu, mu_r=mu_r))
+    flights = roll(over, physics, 0.5, (-90.0, 0.3, 0.5), (v, 0.0, 0.0))
+    assert flights.deposits.outcome[0] == Outcome.STOPPED
+    assert flights.deposits.x[0, 0] + 90.0 == pytest.approx((v * v - stop * stop) / (2.0 * mu * G), rel=1e-9)
+
+
+def test_a_slope_steeper_than_its_friction_angle_holds_no_sphere_however_hard_it_rolls():
+    """30 degrees, mu 0.4: a = g (sin - mu cos), though 2/7 tan is less than mu, and mu_r more than tan."""
+    slope, mu, t = math.radians(30.0), 0.4, 1.0
+    over = engine_over("reference", incline(30.0))
+    lies = over.ground_below(np.array([[-1.0, 0.3, 100.0]]))
+    x = (-1.0, 0.3, 100.0 - lies[0, 0] + 0.5 / math.cos(slope))
+    end = roll(over, spheres(ground(mu=mu, mu_r=1.2), max_time=t), 0.5, x).deposits
+    assert end.outcome[0] == Outcome.MAX_TIME
+    a = G * (math.sin(slope) - mu * math.cos(slope))
+    assert np.linalg.norm(np.subtract(end.x[0], x)) == pytest.approx(0.5 * a * t * t, rel=1e-6)
+
+
+def test_a_sphere_that_strikes_a_wall_just_where_a_net_stands_breaks_the_net_once():
+    """Before a wall its centre comes no nearer than R: there a net along the foot of the wall is met with the wall."""
+    terrain = strip([(-12.0, 0.0), (3.0, 0.0), (3.0, 6.0)], half_width=8.0, across=4)
+    net = fence(terrain, [(2.5, -7.0), (2.5, 7.0)], 3.0, 4e3)
+    for z, v in ((0.5, (8.0, 0.0, 0.0)), (1.3, (12.0, 0.0, 1.0))):
+        flights = roll(engine_over("reference", terrain), with_effects(spheres(ground()), net), 0.5, (-2.0, 0.3, z), v)
+        struck = flights.impacts.x[:, 0] > 2.4
+        assert struck.sum() == 2 and np.sum(flights.impacts.facet[struck] < 0) == 1, "the net, and the wall"
+
 TABLE = {22: (2.624922, 2.765323), 40: (4.504105, 5.554257), 50: (5.367783, 6.884321), 59: (6.006294, 7.903559)}
+
+
+@pytest.mark.parametrize("x", [0.0, 0.05, 0.1])
+def test_a_sphere_that_breaks_a_net_while_it_goes_around_an_edge_keeps_the_energy_that_is_left(x):
+    """Around an edge the ground's normal is no facet's: taking the facet's for it would brake the sphere once more."""
+    terrain = strip([(-12.0, 0.0), (0.0, 0.0), (12.0, -4.4)], half_width=8.0, across=4)
+    net = fence(terrain, [(x, -7.0), (x, 7.0)], 3.0, 100.0)
+    over, physics = engine_over("reference", terrain), with_effects(spheres(ground(mu_r=0.05)), net)
+    impacts = roll(over, physics, 0.5, (-2.0, 0.3, 0.5), (2.2, 0.0, 0.0)).impacts
+    before, after = impacts.speed_in[0], impacts.speed_out[0]
+    assert impacts.facet[0] < 0 and impacts.x[0, 0] == pytest.approx(x, abs=NEAR)
+    assert after == pytest.approx(math.sqrt(before * before - 2.0 * 100.0 / 1000.0), rel=1e-4)
 
 
 @BOTH
@@ -291,6 +336,18 @@ def test_a_sphere_released_in_the_ground_is_lifted_until_it_touches(engine):
     flights = roll(over, spheres(ground()), 0.5, (1.0, 2.0, 0.2))
     assert flights.deposits.outcome[0] == Outcome.STOPPED
     assert flights.deposits.x[0] == pytest.approx((1.0, 2.0, 0.5), abs=ROUNDED)
+
+
+@BOTH
+@pytest.mark.parametrize("above", [0.0, 1e-12, 0.01])
+@pytest.mark.parametrize("angle", [0.0, 45.0, 87.0])
+def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_touches(engine, above, angle):
+    """By R / cos(slope) straight up, less what it started above; not a facet but this one is within its reach."""
+    over = engine_over(engine, incline(angle, down=60.0, up=60.0, half_width=40.0))
+    flights = roll(over, spheres(ground(), max_time=0.1), 0.5, (0.0, 3.0, above))
+    high = 0.5 / math.cos(math.radians(angle))
+    assert flights.paths.x[0] == pytest.approx((0.0, 3.0, high), abs=1e-7)
+    assert clearance(over, flights.paths.x) == pytest.approx(0.5, abs=ROUNDED)
 
 
 @BOTH
