@@ -279,7 +279,6 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     stems = "effects: {forest: {stems_per_ha: 9, dbh_mean_cm: 0.3}}\n"
     for text, told in (
         (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0"),
-        (rolls + ABOVE, "`materials.rock.rolling_friction` has no effect with `ground: none`"),
         (SLOPE + ABOVE + stems, "`effects.forest.dbh_mean_cm` is 0.3 cm; is it in metres?"),
         (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
         (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),

@@ -31,14 +31,12 @@ def warnings_of(scene: Scene) -> Iterator[str]:
 
 
 def _rolling(scene: Scene) -> Iterator[str]:
-    """Rolling friction that is given where nothing rolls, or taken for 0 where a sphere does."""
-    ground, rolls = scene.ground, {"sphere", "rolling", "rolling_stone"}
+    """Materials whose rolling friction is taken for 0 where a sphere rolls."""
+    if scene.ground.name != SPHERE_GROUND:
+        return
     for name, material in scene.materials.items():
-        key, given = f"`materials.{name}.rolling_friction`", material.rolling_friction is not None
-        if given and ground.name not in rolls:
-            yield f"{key} has no effect with `ground: {ground.name}`"
-        if not given and ground.name == SPHERE_GROUND:
+        if material.rolling_friction is None:
             yield (
-                f"{key} is not given and taken as 0: a sphere that rolls there never stops on level ground; "
-                "give it, or write 0"
+                f"`materials.{name}.rolling_friction` is not given and taken as 0: a sphere that rolls there never stops "
+                "on level ground; give it, or write 0"
             )
