@@ -82,6 +82,13 @@ def test_many_rocks_are_judged_by_a_pilot_and_go_to_the_compiled_engine(folder: 
     assert (cost.rocks, cost.pilot, cost.engine) == (many, PILOT_ROCKS, "compiled")
 
 
+def test_fewer_spheres_than_points_go_to_the_compiled_engine_for_each_takes_longer(folder: Path) -> None:
+    sphere = "rebound: coulomb_sphere\n"
+    for rocks, more, engine in ((41, sphere, "compiled"), (40, sphere, "reference"), (41, "", "reference")):
+        cost = checked(folder, SLOPE + ABOVE.replace("rocks: 4", f"rocks: {rocks}") + more).cost
+        assert cost is not None and cost.engine == engine, (rocks, more)
+
+
 def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhere_else(folder: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
     (folder / "scene.yaml").write_text(SLOPE + ABOVE)

@@ -37,6 +37,6 @@ def _rolling(scene: Scene) -> Iterator[str]:
     for name, material in scene.materials.items():
         if material.rolling_friction is None:
             yield (
-                f"`materials.{name}.rolling_friction` is not given and taken as 0: a sphere that rolls there never stops "
-                "on level ground; give it, or write 0"
+                f"`materials.{name}.rolling_friction` is not given and taken as 0: a sphere that rolls there never "
+                "stops on level ground; give it, or write 0"
             )
