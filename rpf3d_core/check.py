@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.check_effects import effects_called_for, idle_effects
 from rpf3d_core.choices import rounds_of
-from rpf3d_core.compiling import HAS_NUMBA, is_cached
+from rpf3d_core.compiling import is_cached
 from rpf3d_core.ensemble.flights import Flights
-from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.ensemble.stream import taken
@@ -27,7 +27,7 @@ from rpf3d_core.io.coverage import covered_share
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import source_outline
 from rpf3d_core.io.scene_warnings import warnings_of
-from rpf3d_core.prepared import Prepared, check_engine, places_of, prepare, releases_in_ranges
+from rpf3d_core.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
@@ -242,7 +242,7 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
     fly_s = seconds * rocks
-    name = choose_engine(scene.engine, rocks, HAS_NUMBA)
+    name = engine_for(scene, rocks)
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
     return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(deposits.t), unresolved)

@@ -24,12 +24,18 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
     if unresolved and scene.ground.name == "none":
         yield (
             f"{unresolved} of {len(flown.deposits.outcome)} pilot rocks ended unresolved_contact: "
-            "name `ground: sliding`, or raise stop_speed"
+            f"name `ground: {_carrying_on(scene)}`, or raise stop_speed"
         )
     if "forest" in type(scene.effects).model_fields and "forest" not in scene.effects.named:
         found = sorted({path.name for name in TREES for path in scene.path.parent.glob(f"{name}.*")})
         if found:
             yield f"{', '.join(found)} beside the scene tells of trees, but `effects` names no forest"
+
+
+def _carrying_on(scene: Scene) -> str:
+    """The ground model that takes over where bounces have died out: sliding, or what the rebound goes with."""
+    grounds = scene.rebound.offer.GROUNDS
+    return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:

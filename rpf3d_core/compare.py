@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.ensemble.statistics import wilson_interval, words_on_pieces
 from rpf3d_core.ensemble.two_shares import holm, newcombe_interval, p_value
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.benches import AREA, ZONE
@@ -202,6 +202,8 @@ def _notes(comparison: Comparison) -> Iterator[str]:
     for name, facts in (("A", comparison.a), ("B", comparison.b)):
         if facts["partial"]:
             yield f"{name} is partial: {facts['rocks']:,} of {facts['rocks_planned']:,} rocks have flown"
+        if pieces := facts.get("pieces"):
+            yield f"of {name}, {words_on_pieces(facts['rocks'], pieces)}"
     if a.get("seed") == b.get("seed") and (alike := _alike(a, b)):
         yield (
             f"these are {alike} with the same seed: their rocks start alike, so intervals are, as a rule, rather too "

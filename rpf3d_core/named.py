@@ -3,7 +3,6 @@
 from typing import Any
 
 from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
-from rpf3d_core.effects.obstacles import Obstacles, all_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
@@ -11,6 +10,7 @@ from rpf3d_core.io.scene_offers import Offer, loaded
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.obstacles import Obstacles, all_of
 
 
 def models_of(scene: Scene, terrain: Terrain) -> Models:

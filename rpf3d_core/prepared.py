@@ -11,7 +11,6 @@ import numpy as np
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.effects.hooks import links_of
-from rpf3d_core.effects.obstacles import Obstacles
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.fly import choose_engine
@@ -31,6 +30,7 @@ from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import Scene, check_materials, material_of
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
+from rpf3d_core.io.scene_sphere import SPHERE
 from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.named import models_of, obstacles_of
@@ -38,6 +38,7 @@ from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import Rock
 
 LEAST_DROP = 1e-3
@@ -123,10 +124,15 @@ def check_engine(scene: Scene) -> None:
         raise InputError(f"{scene.path}: engine {scene.engine!r} cannot be used: numba is not installed")
 
 
+def engine_for(scene: Scene, rocks: int) -> str:
+    """The name of the engine that flies so many rocks of a scene."""
+    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == SPHERE)
+
+
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
     """The scene's engine, with its index over the terrain, and the method that the scene names."""
     rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
-    engine, steps = engine_of(choose_engine(scene.engine, rocks, HAS_NUMBA), facets_of(terrain)), scene.method.stepping
+    engine, steps = engine_of(engine_for(scene, rocks), facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.choices import Rocks, Round, chosen_scene, rounds_of
-from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import Progress
 from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
@@ -31,6 +30,7 @@ from rpf3d_core.prepared import (
 from rpf3d_core.simulation.engines import warm
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 
 Stop = Callable[[], bool]
 """Asked while rocks fly whether to stop."""

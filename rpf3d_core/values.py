@@ -57,7 +57,8 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     ),
     Outcome.UNRESOLVED_CONTACT: (
         "was faster than stop_speed when its bounces had died out and the scene names no ground model that carries it "
-        "on (`ground: sliding` does), or it was wedged between facets at a speed that should have freed it"
+        "on (`ground: sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that "
+        "should have freed it"
     ),
     Outcome.FAILED: (
         "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "

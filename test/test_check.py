@@ -82,6 +82,13 @@ def test_many_rocks_are_judged_by_a_pilot_and_go_to_the_compiled_engine(folder: 
     assert (cost.rocks, cost.pilot, cost.engine) == (many, PILOT_ROCKS, "compiled")
 
 
+def test_fewer_spheres_than_points_go_to_the_compiled_engine_for_each_takes_longer(folder: Path) -> None:
+    sphere = "rebound: coulomb_sphere\n"
+    for rocks, more, engine in ((41, sphere, "compiled"), (40, sphere, "reference"), (41, "", "reference")):
+        cost = checked(folder, SLOPE + ABOVE.replace("rocks: 4", f"rocks: {rocks}") + more).cost
+        assert cost is not None and cost.engine == engine, (rocks, more)
+
+
 def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhere_else(folder: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
     (folder / "scene.yaml").write_text(SLOPE + ABOVE)
@@ -205,6 +212,8 @@ def test_a_pilot_that_ends_unresolved_says_which_ground_model_to_name(
     code, _, said = shown(monkeypatch, capsys, folder)
     assert code == 0
     assert "4 of 4 pilot rocks ended unresolved_contact: name `ground: sliding`, or raise stop_speed" in said
+    sphere = checked(folder, SLOPE + above.replace("18]", "19.5]") + "rebound: coulomb_sphere\n").warnings
+    assert len(sphere) == 1 and "name `ground: sphere`, or raise stop_speed" in sphere[0], "it does not slide"
 
 
 def write_square(folder: Path, name: str, west: float, east: float) -> None:
@@ -272,16 +281,22 @@ def test_the_size_and_mass_of_rocks_are_shown_so_that_a_slip_in_a_unit_is_seen(
 
 def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     friction = SLOPE.replace("restitution: 0.8}", "restitution: 0.8, friction_angle_deg: 0.6}")
+    rolls = SLOPE.replace("restitution: 0.8}", "restitution: 0.8, rolling_friction: 0.5}")
+    sphere = "rebound: coulomb_sphere\nground: sphere\n"
+    stems = "effects: {forest: {stems_per_ha: 9, dbh_mean_cm: 0.3}}\n"
     for text, told in (
+        (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0"),
+        (SLOPE + ABOVE + stems, "`effects.forest.dbh_mean_cm` is 0.3 cm; is it in metres?"),
         (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
         (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),
         (SLOPE + ABOVE + "target: {half_width: 0.1}\n", "`target` has no effect, for `rocks` is not auto"),
         (SLOPE + ABOVE.replace("rocks: 4", "rocks: 1"), "source 'above' uses 1 of its 2 points, for it has no"),
     ):
-        (sentence,) = checked(folder, text).warnings
-        assert sentence.startswith(told)
+        sentences = [sentence for sentence in checked(folder, text).warnings if "pilot" not in sentence]
+        assert len(sentences) == 1 and sentences[0].startswith(told), sentences
     assert checked(folder, SLOPE + ABOVE + "target: {half_width: 0.1}\nrocks: auto\n").warnings == []
     assert checked(folder, friction + ABOVE).warnings == [], "without sliding there is no friction"
+    assert checked(folder, rolls + ABOVE + sphere).warnings == [], "a sphere that rolls needs rolling friction"
 
 
 def test_a_level_that_no_cell_reaches_is_told_on_the_screen_and_in_the_summary(folder: Path) -> None:

@@ -214,6 +214,20 @@ def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
         assert name in done.stdout
 
 
+def test_pieces_of_rocks_are_told_from_rocks_on_the_screen(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, no_pictures: None
+) -> None:
+    """A share of rocks and pieces together is easily taken for one of rocks released."""
+    breaking = "effects: {fragmentation: {least_ratio: 0.01, spread: 0, least_volume: 0.01, generations: 1}}\n"
+    (folder / "scene.yaml").write_text(SCENE + breaking)
+    assert call(monkeypatch, "run", folder / "scene.yaml", "--out", folder / "out") == 0
+    printed, facts = capsys.readouterr(), json.loads((folder / "out" / "summary.json").read_text())
+    rocks, pieces = facts["rocks"], facts["pieces"]
+    assert pieces > 0 and rocks == 3 + pieces
+    assert f"\n3 rocks and {pieces} pieces of them, " in printed.out
+    assert f"{pieces} of {rocks} rocks are pieces of the other 3: shares and reach probability are" in printed.err
+
+
 def test_names_with_square_brackets_are_printed_as_they_are(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, no_pictures: None
 ) -> None:

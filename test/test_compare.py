@@ -132,6 +132,12 @@ def test_a_partial_run_is_called_one():
     assert not any(note.startswith("A is partial") for note in compared.notes)
 
 
+def test_pieces_that_count_as_rocks_are_told_of_the_run_that_has_them():
+    compared = compare_summaries(told(), {**told(), "pieces": 600})
+    (note,) = [note for note in compared.notes if "pieces" in note]
+    assert note.startswith("of B, 600 of 1,000 rocks are pieces of the other 400: shares and reach probability are ")
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [

@@ -8,7 +8,6 @@ import numpy as np
 
 from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
 from rpf3d_core.effects.obstacle_cells import cells_of
-from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.coverage import extents
 from rpf3d_core.io.lines import lines_along
@@ -18,6 +17,7 @@ from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import Terrain, tolerance_of
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.terrain.sections import section_of
 
 JOULE_PER_KJ = 1000.0

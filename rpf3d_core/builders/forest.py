@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from rpf3d_core.effects.forest import Deflection, Forest, Stems, most_energy
 from rpf3d_core.effects.obstacle_cells import cells_of
-from rpf3d_core.effects.obstacles import Obstacles
 from rpf3d_core.ensemble.sizes import diameter_of, mass_range
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.coverage import extents, lies_off
@@ -21,6 +20,7 @@ from rpf3d_core.materials.gamma import gamma_of
 from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.terrain.zones import covered, in_plan
 

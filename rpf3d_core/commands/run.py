@@ -71,16 +71,19 @@ def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -
 
 def _print_run(result: "Run", write_s: float) -> None:
     """What came of a run, what a user should know of it, and the seconds it took."""
+    from rpf3d_core.ensemble.statistics import words_on_pieces
     from rpf3d_core.io.hazard_zones import zones_without_cells
     from rpf3d_core.io.scene_warnings import warnings_of
 
+    totals, flights = result.totals, result.flights
+    broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
     _print_outcomes(result)
     _print_benches(result)
     _print_barriers(result)
-    print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard)])
-    flights = result.flights
+    print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard), *broken])
+    rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(
-        f"{rocks_in_words(result.totals.rocks)}, {result.totals.impacts:,} impacts, {flights.engine} engine: "
+        f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "
         f"read {result.read_s:.1f} s, index {result.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
         f"fly {flights.fly_s:.2f} s, write {write_s:.1f} s",
         soft_wrap=True,

@@ -35,3 +35,11 @@ def share_of(count: int, total: int) -> dict[str, Any]:
     if total == 0:
         return {"rocks": 0, "share": None, "interval_95": None}
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
+
+
+def words_on_pieces(rocks: int, pieces: int) -> str:
+    """What shares are of where some of the rocks are pieces of others; a reader would take it for rocks released."""
+    return (
+        f"{pieces:,} of {rocks:,} rocks are pieces of the other {rocks - pieces:,}: shares and reach probability are "
+        "of all of them together, not of rocks released, and their intervals are too narrow"
+    )

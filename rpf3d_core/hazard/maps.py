@@ -103,5 +103,5 @@ class HazardMaps:
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
-    """Share (-) of all rocks flown that came to each of S cells, given that they fall (physics reference 7.2)."""
+    """Share (-) of all rocks flown that came to each of S cells, (S,), given that they fall (physics reference 7.2)."""
     return np.asarray(layers.rocks / max(flown, 1))

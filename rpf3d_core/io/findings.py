@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.convergence import Step
@@ -12,21 +11,28 @@ from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Outcome
 
 
 class Flown(NamedTuple):
-    """How many rocks a picture is of, and how many ended in each way; planned : more, if the run was interrupted."""
+    """How many rocks a picture is of, and how many ended in each way; planned : more, if the run was interrupted.
+
+    pieces : how many of the rocks are pieces of others
+    """
 
     rocks: int
     planned: int
     outcomes: Mapping[Outcome, int]
+    pieces: int = 0
 
     def describe(self) -> str:
         """For titles."""
         if self.rocks < self.planned:
-            return f"{self.rocks:,} of {self.planned:,} rocks, partial"
-        return f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
+            return f"{self.rocks:,} of {self.planned:,} rocks{' and pieces' if self.pieces else ''}, partial"
+        whole = self.rocks - self.pieces
+        broken = f" and {self.pieces:,} pieces of them" if self.pieces else ""
+        return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
 
     def describe_some(self, number: int) -> str:
         """For titles of pictures of some of the rocks, which may be all."""
@@ -63,4 +69,4 @@ class Findings:
     @property
     def flown(self) -> Flown:
         """How many rocks all this is of."""
-        return Flown(self.totals.rocks, self.planned, self.totals.outcomes)
+        return Flown(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)

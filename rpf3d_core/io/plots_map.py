@@ -10,7 +10,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
@@ -34,6 +33,7 @@ from rpf3d_core.io.plots_sheet import (
     window_with_areas,
 )
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Outcome
 
 MARKERS = "o^sDvPX*"

@@ -23,6 +23,11 @@ LONGEST_VALUE = 60
 PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
 """What pydantic puts into the path of a key: that a key of a mapping is wrong, or which of several types it took."""
 
+PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
+"""What an item of a list must be whose description has this shape."""
+ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
+"""Where a key belongs that is sought among the effects: berms are ground."""
+
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
 """Fields of `Scene` that are not written in the file."""
@@ -46,6 +51,8 @@ def faults_of(details: list[ErrorDetails], document: Document) -> Iterator[Fault
 def unknown_key(path: KeyPath, document: Document) -> Fault:
     """A key that the scene does not have, with the nearest one that it has."""
     near = _nearest(path)
+    if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
+        return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; it belongs in `{place}`")
     if near == path[-1]:
         return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
     advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path))}"
@@ -66,7 +73,7 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document) -> Fault:
         path = _told_in(str(context["error"]), path)
         sentence = f"is refused: {context['error']}"
     else:
-        path = _whole(path)
+        path = path[:-1] if kind == "missing" else _whole(path)  # of a list that is too short, there is no such item
         sentence = _wrong_value(path, _written(path, document))
     return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
 
@@ -134,10 +141,12 @@ def _requirement(path: KeyPath) -> str:
     inner = _bare(_annotation(path))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
-    if isinstance(path[-1], int) and get_origin(inner) is tuple:
-        return "three numbers [x, y, z] (m)" if len(get_args(inner)) == 3 else "two numbers [x, y] (m)"
     described = [text for text in _descriptions(path) if text]
-    return described[-1] if described else "left out"
+    if not described:
+        return "left out"
+    if isinstance(path[-1], int) and get_origin(inner) is tuple:
+        return next((words for shape, words in PLACES.items() if shape in described[-1]), f"a part of {described[-1]}")
+    return described[-1]
 
 
 def _descriptions(path: KeyPath) -> Iterator[str | None]:

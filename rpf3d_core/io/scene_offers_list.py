@@ -90,7 +90,7 @@ def _parameter(name: str, field: FieldInfo, offer: type[Offer]) -> Parameter:
         default=None if default is PydanticUndefined else default,
         required=field.is_required(),
         bounds=", ".join(_bounds(field)),
-        source=facts.get("source", offer.SOURCE),
+        source=facts.get("source") or offer.SOURCE,
         confirmed=facts.get("confirmed", offer.CONFIRMED),
     )
 

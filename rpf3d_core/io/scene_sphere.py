@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from rpf3d_core.io.scene_offers import Confirmed, Offer, parameter
 
-SPHERE = "coulomb_sphere"
+SPHERE, SPHERE_GROUND = "coulomb_sphere", "sphere"
 
 
 class CoulombSphereSpec(Offer):
@@ -14,7 +14,7 @@ class CoulombSphereSpec(Offer):
     BUILDER: ClassVar[str | None] = "rpf3d_core.builders.coulomb_sphere:sphere_of"
     SOURCE: ClassVar[str] = "rigid-body mechanics; Leine et al. 2014, Multibody Syst. Dyn. 32:241, for e_t = 0"
     CONFIRMED: ClassVar[Confirmed] = "D"
-    GROUNDS: ClassVar[tuple[str, ...] | None] = ("none", "sphere")
+    GROUNDS: ClassVar[tuple[str, ...] | None] = ("none", SPHERE_GROUND)
     STEPS: ClassVar[bool] = False
 
     impact_friction: float | None = parameter(

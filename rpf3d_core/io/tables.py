@@ -15,7 +15,6 @@ import pyarrow.csv
 import pyarrow.parquet
 from numpy.typing import ArrayLike, NDArray
 
-from rpf3d_core.effects.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.ensemble.sizes import diameter_of
@@ -23,6 +22,7 @@ from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Mode, Outcome
 
 GROUND = "ground"

@@ -81,5 +81,8 @@ def test_so_many_numbers_that_they_are_compiled_have_the_same_bits():
 
 
 def test_purposes_keep_the_numbers_that_answers_were_given_with():
-    assert [purpose.value for purpose in Purpose] == list(range(len(Purpose)))
-    assert Purpose.VELOCITY_Z == 6 and Purpose.FRICTION_ANGLE == 16
+    assert [purpose.value for purpose in Purpose] == sorted({purpose.value for purpose in Purpose})
+    assert [purpose.value for purpose in list(Purpose)[:17]] == list(range(17))
+    assert Purpose.VELOCITY_Z == 6 and Purpose.FRICTION_ANGLE == 16 and Purpose.REBOUND_MATRIX == 20
+    assert Purpose.ROUGHNESS == 28 and Purpose.TREE_CLASS == 32 and Purpose.BREAKING == 48
+    assert Purpose.ROLLING_FRICTION == 60 and max(Purpose) < 200, "from 200 on they are the user's own"

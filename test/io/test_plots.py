@@ -228,3 +228,9 @@ def test_no_rocks_make_empty_pictures(tmp_path):
 @pytest.mark.parametrize(("length", "rounded"), [(1.0, 1.0), (4.9, 2.0), (SIDE, 20.0), (0.07, 0.05), (999.0, 500.0)])
 def test_a_scale_bar_has_a_round_length(length, rounded):
     assert round_length(length) == pytest.approx(rounded)
+
+
+def test_a_title_tells_pieces_from_the_rocks_that_they_come_from():
+    assert Flown(946, 946, {}, 746).describe() == "200 rocks and 746 pieces of them"
+    assert Flown(946, 1000, {}, 746).describe() == "946 of 1,000 rocks and pieces, partial"
+    assert Flown(1, 1, {}).describe() == "1 rock"

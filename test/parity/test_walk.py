@@ -107,7 +107,7 @@ def test_the_walk_finds_what_looking_at_every_facet_finds(name, kind):
     floats = plain(facets)
     hits = 0
     for arc, left in kind(facets, np.random.default_rng(len(name))):
-        end = flight_end(floats, arc)
+        end = flight_end(floats, arc, 0.0)
         found, expected = (first_contact_in_buckets(locator, floats, arc, left, end), over_all(floats, arc, left))
         assert found == expected or min(found.t, expected.t) > end, (arc, left)
         hits += found.t < math.inf
