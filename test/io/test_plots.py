@@ -137,8 +137,8 @@ def test_profiles_are_pictures_with_the_drawn_points_beside_them(tmp_path):
     samples = sample_paths(flights.paths, [0, 2, 4, 5])
     write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, ALL)
     overview, sections = lines_of(tmp_path / "overview.csv"), lines_of(tmp_path / "sections.csv")
-    assert list(overview[0]) == ["source", "rock", "t", "distance", "elevation", "speed"]
-    assert list(sections[0]) == ["source", "rock", "t", "distance", "elevation", "speed", "terrain"]
+    assert list(overview[0]) == ["source", "rock", "piece", "t", "distance", "elevation", "speed"]
+    assert list(sections[0]) == ["source", "rock", "piece", "t", "distance", "elevation", "speed", "terrain"]
     assert len(overview) == len(samples.row)
     assert {line["source"] for line in overview} == set(SOURCES)
     assert {float(line["terrain"]) for line in sections} == {SURVEY.origin[2]}
