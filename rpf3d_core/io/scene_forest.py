@@ -71,7 +71,7 @@ class DeflectionSpec(Part):
 
 
 class ForestSpec(Offer):
-    """Single trees that take energy from rocks and turn them aside."""
+    """Single trees that take energy from rocks and turn them aside; how much is unconfirmed."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.forest:Forest"
     BUILDER: ClassVar[str | None] = "rpf3d_core.builders.forest:forest_of"
