@@ -264,7 +264,8 @@ def _cache_folder() -> Iterator[bool]:
 
 NO_KERNELS = (
     "accuracy", "builders", "commands", "io", "recordings",
-    "check.py", "check_effects.py", "choices.py", "cli.py", "prepared.py", "run.py", "__init__.py",
+    "check.py", "check_effects.py", "choices.py", "cli.py", "prepared.py", "run.py", "series.py",
+    "__init__.py",
 )  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""
 

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("rpf3d_core", "rpf3d_ros")
 
 LAYERS = (
-    {"errors", "values"},
+    {"errors", "values", "series"},
     {"inlining"},
     {"compiling"},
     {"vectors", "arc"},

@@ -2,36 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any, NamedTuple
+from typing import Any
 
 from rpf3d_core.accuracy.price_list import Priced, PriceList
+from rpf3d_core.series import Colour, Series
 
 LEAST = 1e-4
 """Where an error below this is drawn, 0 above all: logarithms have no place for it. Its word then says what it is."""
-Colour = tuple[int, int, int]
 BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
 STEPS = (
     (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
     (227, 119, 194),
 )  # fmt: skip
 """Of the methods of fixed steps, one after another: no more than these are measured."""
-
-
-class Series(NamedTuple):
-    """S points of one kind.
-
-    kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
-    seconds (S,); errors (S,) (-), those below LEAST as LEAST; words (S,) beside the points
-    compiled : (S,) seconds of steps taken by the compiled engine, where `seconds` are those of the thesis' way
-    """
-
-    name: str
-    kind: str
-    colour: Colour
-    seconds: Sequence[float]
-    errors: Sequence[float]
-    words: Sequence[str]
-    compiled: Sequence[float] | None = None
 
 
 def series_of(prices: PriceList) -> list[Series]:

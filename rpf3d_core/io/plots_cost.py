@@ -2,51 +2,19 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Protocol
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from rpf3d_core.io.plots_profiles import save
+from rpf3d_core.series import Series
 
 MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}
 MARGIN = 0.08
 """Of the width, to either side of the points: for the words beside them."""
 
 
-class DrawnSeries(Protocol):
-    """What is drawn of a series; `accuracy.series.Series` has it."""
-
-    @property
-    def name(self) -> str:
-        """For the legend."""
-
-    @property
-    def kind(self) -> str:
-        """One of numerical, geometric, statistical."""
-
-    @property
-    def colour(self) -> tuple[int, int, int]:
-        """Red, green, blue, each up to 255."""
-
-    @property
-    def seconds(self) -> Sequence[float]:
-        """Of each point, s."""
-
-    @property
-    def errors(self) -> Sequence[float]:
-        """Of each point (-), above 0."""
-
-    @property
-    def words(self) -> Sequence[str]:
-        """Beside each point."""
-
-    @property
-    def compiled(self) -> Sequence[float] | None:
-        """Of each point, s where the same is compiled, if `seconds` are not."""
-
-
-def write_cost(path: Path, name: str, series: Sequence[DrawnSeries], target: float) -> None:
+def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -> None:
     """Write the picture; `name` : of the scene, for the title; `target` : (-), drawn as a line."""
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     axes = figure.subplots()
@@ -68,7 +36,7 @@ def write_cost(path: Path, name: str, series: Sequence[DrawnSeries], target: flo
     save(figure, path)
 
 
-def _draw(axes: Axes, one: DrawnSeries) -> None:
+def _draw(axes: Axes, one: Series) -> None:
     """A series, its words beside its points and, lighter, what it costs where it is compiled."""
     red, green, blue = one.colour
     colour = (red / 255.0, green / 255.0, blue / 255.0)

@@ -2,42 +2,19 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
+from rpf3d_core.series import Series
 
 LINE, POINT = 1.5, 4.0
 """Radii on the screen."""
 
 
-class RecordedSeries(Protocol):
-    """What is recorded of a series; `accuracy.series.Series` has it."""
-
-    @property
-    def name(self) -> str:
-        """Of the series."""
-
-    @property
-    def colour(self) -> tuple[int, int, int]:
-        """Red, green, blue, each up to 255."""
-
-    @property
-    def seconds(self) -> Sequence[float]:
-        """Of each point, s."""
-
-    @property
-    def errors(self) -> Sequence[float]:
-        """Of each point (-), above 0."""
-
-    @property
-    def words(self) -> Sequence[str]:
-        """Beside each point."""
-
-
-def write_cost_recording(path: Path, series: Sequence[RecordedSeries], picture: Path, document: str) -> None:
+def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:
     """Write cost.rrd: series over (log10 seconds, log10 error), the picture (a PNG file) and a document (Markdown).
 
     Raises
@@ -57,7 +34,7 @@ def write_cost_recording(path: Path, series: Sequence[RecordedSeries], picture: 
     close_recording(recording, path)
 
 
-def _log_series(recording: Any, one: RecordedSeries) -> None:
+def _log_series(recording: Any, one: Series) -> None:
     """A line through the points of a series, and its points with their words."""
     rr = import_rerun()
     places = places_of(one)
@@ -68,7 +45,7 @@ def _log_series(recording: Any, one: RecordedSeries) -> None:
     recording.log(dots, points, static=True)
 
 
-def places_of(one: RecordedSeries) -> FloatArray:
+def places_of(one: Series) -> FloatArray:
     """Where the points of a series are drawn (S, 2), in decades of seconds and errors (-): smaller errors lie lower.
 
     The viewer's y points down, so it is that of the inverse error.
