@@ -249,4 +249,6 @@ def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
     """Writes the recording of a run to a path, given the summary."""
     from rpf3d_core.recordings.log import write_recording  # rerun is needed for this only
 
-    return lambda path, facts: write_recording(path, run.scene, run.terrain, run.flights, facts, run.maps)
+    return lambda path, facts: write_recording(
+        path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles
+    )  # fmt: skip

@@ -15,6 +15,7 @@ from rpf3d_core.recordings.blueprint import point_of_view
 from rpf3d_core.recordings.log import FRAMES, frame_line, import_rerun, write_recording
 from rpf3d_core.recordings.replay import recording_of, viewer_command
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
+from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 pytest.importorskip("rerun", reason="rerun is not installed")
@@ -137,6 +138,22 @@ def test_an_input_that_points_up_along_y_is_told_how_to_turn_back():
 def test_a_run_of_no_rocks_can_be_recorded(tmp_path):
     write_recording(tmp_path / "run.rrd", scene(tmp_path), floor(), none_thrown())
     assert "/world/terrain" in read_back(tmp_path / "run.rrd")
+
+
+def test_barriers_are_recorded_with_their_names_and_trees_at_their_feet(tmp_path):
+    foot = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 2.0]])
+    stems = np.array([[3.0, 2.0, 1.0, 0.4]])
+    obstacles = Obstacles(("barriers.fence", "forest"), np.array([0, 1]), (("fence", foot),), stems)
+    write_recording(tmp_path / "run.rrd", scene(tmp_path), floor(), none_thrown(), obstacles=obstacles)
+    entities = read_back(tmp_path / "run.rrd")
+    barriers, trees = entities["/world/barriers"], entities["/world/trees"]
+    assert barriers["LineStrips3D:labels"] == [["fence"]]
+    np.testing.assert_array_equal(barriers["LineStrips3D:strips"][0][0], foot)
+    np.testing.assert_array_equal(trees["Points3D:positions"][0], [[3.0, 2.0, 1.0]])
+
+
+def test_a_scene_without_obstacles_has_none_in_its_recording(recording):
+    assert not {"/world/barriers", "/world/trees"} & set(recording)
 
 
 def test_a_recording_passes_rerun_s_own_check(tmp_path):

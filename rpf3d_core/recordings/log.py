@@ -19,9 +19,11 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.recordings.blueprint import TIMELINE, blueprint
 from rpf3d_core.recordings.hazard import log_hazard
+from rpf3d_core.recordings.obstacles import log_obstacles
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
 
 APPLICATION = "rpf3d"
@@ -101,6 +103,7 @@ def write_recording(
     flights: Flights,
     summary: Mapping[str, Any] | None = None,
     maps: HazardMaps | None = None,
+    obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
     """Write run.rrd: terrain, trajectories, moving rocks, series, log, documents and a blueprint to see them with.
 
@@ -110,6 +113,8 @@ def write_recording(
         As in summary.json, for the log and the document.
     maps : HazardMaps, optional
         Of the ensemble: adds the hazard of the facets and the bench table.
+    obstacles : Obstacles, optional
+        What stands in the rocks' way.
 
     Raises
     ------
@@ -130,6 +135,7 @@ def write_recording(
     recording.save(path, default_blueprint=layout)
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     log_terrain(recording, terrain)
+    log_obstacles(recording, obstacles)
     if maps is not None:
         log_hazard(recording, terrain, maps)
     log_trajectories(recording, samples)
