@@ -1,8 +1,10 @@
 // The facets and the geometry of one of them: rpf3d_core/terrain/facets.py, rpf3d_core/terrain/facet_geometry.py.
 #pragma once
+#include <algorithm>
+
 #include "vectors.hpp"
 
-constexpr double ALONG_EDGE = 1e-14, NEAR = 4.0, REACH = 256.0;
+constexpr double ALONG_EDGE = 1e-14, NEAR = 4.0, TIP = 2.0, REACH = 1024.0;
 
 struct Facets {
     const double* geometry;  // (12 F,) three corners, normal
@@ -28,18 +30,26 @@ inline EdgeDistance edge_distance(const Facets& facets, int64_t f, int k, Vec p)
     return {dot(edge, edge), dot(inward, subtract(p, corner(facets, f, k)))};
 }
 
+inline Vec on_plane(const Facets& facets, int64_t f, Vec x) {
+    Vec n = stored_normal(facets, f);
+    return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n));
+}
+
+inline bool is_at_box(const Facets& facets, int64_t f, Vec p, double slack) {
+    Vec a = corner(facets, f, 0), b = corner(facets, f, 1), c = corner(facets, f, 2);
+    auto apart = [slack](double q, double u, double v, double w) {
+        return q < std::min({u, v, w}) - slack || q > std::max({u, v, w}) + slack;
+    };
+    return !(apart(p.x, a.x, b.x, c.x) || apart(p.y, a.y, b.y, c.y) || apart(p.z, a.z, b.z, c.z));
+}
+
 inline bool contains(const Facets& facets, int64_t f, Vec p, bool strictly, double slack) {
     for (int k = 0; k < 3; ++k) {
         auto [squared, distance] = edge_distance(facets, f, k, p);
         bool near = distance * distance <= slack * slack * squared;
         if (!(strictly ? distance > 0.0 && !near : distance >= 0.0 || near)) return false;
     }
-    return true;
-}
-
-inline Vec on_plane(const Facets& facets, int64_t f, Vec x) {
-    Vec n = stored_normal(facets, f);
-    return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n));
+    return is_at_box(facets, f, on_plane(facets, f, p), TIP * slack);
 }
 
 inline double line_exit(const Facets& facets, int64_t f, Vec x, Vec direction, double parallel) {

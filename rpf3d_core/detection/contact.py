@@ -67,8 +67,8 @@ UPRIGHT = 1e-6
 CRACK = 64.0
 """Tolerances by which facets are widened for a second look (`contact_or_crack`).
 
-2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. A quarter of REACH, the rest of which
-is for the tips of sharp corners, so that the locators offer all facets that may count.
+2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH is made for it, so that the
+locators offer all facets that may count.
 """
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)

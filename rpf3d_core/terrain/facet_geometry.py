@@ -19,11 +19,16 @@ NEAR = 4.0
 More than one: a rock within one tolerance of the edge of a facet it stands on is off its neighbours by as much again,
 and what it does within that distance must not add up to a fall.
 """
-REACH = 256.0
+TIP = 2.0
+"""Slacks around a facet's box within which points beyond its corners may count as in it.
+
+Beyond the tip of a needle a point can be near to both edges and yet any number of times as far from the corner: by one
+over the sine of half its angle. Whether a locator offered the facet there would then decide.
+"""
+REACH = 1024.0
 """Tolerances around a facet's box within which a locator must offer it.
 
-More than those of a near contact: beyond the tip of a sharp corner a point can be that near to both edges and yet
-further away, by one over the sine of half the angle.
+A rock may be NEAR CRACK = 256 tolerances off the plane of a facet, and TIP times as many off its corners: 768 together.
 """
 
 
@@ -43,14 +48,24 @@ def stored_normal(facets: Facets, f: int) -> Vec:
 
 @kernel
 def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
-    """Whether point p (m) of the plane of f lies in the facet: up to a slack (m) outside it, or inside by more."""
+    """Whether point p (m) over the plane of f lies in the facet: up to a slack (m) outside it, or inside by more."""
     for k in range(3):
         squared, distance = edge_distance(facets, f, k, p)
         near = distance * distance <= slack * slack * squared
         inside = distance > 0.0 and not near if strictly else distance >= 0.0 or near
         if not inside:
             return False
-    return True
+    return _is_at_box(facets, f, on_plane(facets, f, p), TIP * slack)
+
+
+@kernel
+def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
+    """Whether p (m) lies in the box around facet f, widened by a slack (m)."""
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    inside = True
+    for k in range(3):
+        inside = inside and min(a[k], b[k], c[k]) - slack <= p[k] <= max(a[k], b[k], c[k]) + slack
+    return inside
 
 
 @kernel

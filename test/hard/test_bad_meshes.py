@@ -46,6 +46,16 @@ def test_a_faulty_facet_changes_nothing(engine, model, fault):
 
 
 @BOTH
+@pytest.mark.parametrize("past", [1e-3, 1e-5, 1e-7])
+def test_a_rock_that_falls_past_the_tip_of_a_needle_falls_to_the_ground(engine, past):
+    """The needle is 4 m long and 1e-7 m wide: 1 mm past its tip a rock is within a tolerance of both its edges."""
+    vertices = [(0, 0, 0), (10, 0, 0), (10, 10, 0), (0, 10, 0), (5, 5, 1), (9, 5, 1), (9, 5 + 1e-7, 1)]
+    over = engine_over(engine, terrain_of(vertices, [(0, 1, 2), (0, 2, 3), (4, 5, 6)]))
+    flights = fly(over, flight(Surface(0.0, 0.0, 0.5, 0.5)), (5.0 - past, 5.0, 3.0))
+    assert flights.impacts.x[0].tolist() == pytest.approx([5.0 - past, 5.0, 0.0], abs=NEAR)
+
+
+@BOTH
 def test_a_slide_over_coplanar_facets_and_a_needle_among_them_is_one_slide(engine):
     """The needle is 10 m long and 1e-7 m wide: an aspect of 1e8."""
     thin = 1e-7

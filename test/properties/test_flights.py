@@ -25,7 +25,7 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.materials.falling import ANY_ROCK
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 
 SIZE, CELLS, ROCKS = 16.0, 8, 6
@@ -33,6 +33,9 @@ BELOW = 1e-7
 """m: events are put on their facet to within the contact tolerance, 2^-40 of some 30 m; chords of an arc round more."""
 RISE = 1e-9
 """Relative to the largest energy of a flight: some hundred events, each rounded at 1e-16."""
+INTO = 1e-14
+"""Of the speed before an impact: a few dozen roundings of the velocity that its normal part is taken from. Not of the
+speed after it: one that keeps 1e-4 of its speed along the ground would be held to 1e-16 of what was rounded."""
 FEW = 4
 """Events until which two flights are compared that are rounded differently: on rough ground each multiplies a
 difference by about ten, so of 1e-14 m less than 1e-6 m is left."""
@@ -82,6 +85,12 @@ ALONG_AN_EDGE = Case(2.5, 1e-9, 41358, 0.171145737, 0.5, 0.577, 0.0, "sliding", 
 """Slid along an edge between two facets 1e-9 apart, over a vertex; once fell through both."""
 AT_REST_ON_AN_EDGE = Case(2.5, 1e-9, 175399, 0.0, 0.199706179, 0.577, 0.05, "sliding", 175399, True, 4.0, 0.0)
 """Came to rest on an edge that does not hold it; once fell through both facets."""
+AT_A_CORNER_OF_A_PLANE = Case(1.0, 0.0, 47497, 0.3400190781409787, 0.5, 0.0, 0.05, "sliding", 111730, True, 4.0, 0.0)
+"""Comes to a vertex between facets that lie in one plane: which of them it ended on is a matter of their numbers."""
+SLOW_ALONG_THE_GROUND = Case(
+    0.3, 2.0, 65567, 1.0, 6.103515625e-05, 0.577, 0.0, "none", 324, True, 0.001, 1.0
+)  # fmt: skip
+"""Keeps 6e-5 of its speed along the ground: what is left of it is no larger than the rounding of the rest."""
 OVER_A_RIM_VERTEX = Case(2.5, 0.5, 331735, 0.0, 0.0, 0.0, 0.05, "sliding", 205, True, 0.001, 0.0)
 """Loses all speed on the very rim of the terrain, on a slope without friction."""
 
@@ -197,6 +206,7 @@ def test_energy_never_rises_on_the_way(engine, case):
 
 @pytest.mark.parametrize("engine", ENGINES)
 @modest
+@example(case=SLOW_ALONG_THE_GROUND)
 @given(case=cases(lossy=False))
 def test_no_impact_makes_a_rock_faster_or_sends_it_into_the_ground(engine, case):
     terrain, physics, x, v = built(case)
@@ -204,10 +214,9 @@ def test_no_impact_makes_a_rock_faster_or_sends_it_into_the_ground(engine, case)
     hit, paths = flights.impacts, flights.paths
     assert np.all(hit.speed_out <= hit.speed_in * (1 + 1e-12))
     np.testing.assert_allclose(np.linalg.norm(hit.normal, axis=1), 1.0, rtol=1e-12)
-    for row, t, at, n in zip(hit.row, hit.t, hit.x, hit.normal, strict=True):
+    for row, t, at, n, speed_in in zip(hit.row, hit.t, hit.x, hit.normal, hit.speed_in, strict=True):
         begins = np.flatnonzero((paths.row == row) & (paths.t == t) & (np.abs(paths.x - at) <= BELOW).all(1))
-        off = paths.v[begins] @ n / np.maximum(np.linalg.norm(paths.v[begins], axis=1), 1e-300)
-        assert off.max() >= -1e-12
+        assert (paths.v[begins] @ n).max() >= -INTO * speed_in
 
 
 @examples(300)
@@ -237,6 +246,7 @@ def test_both_engines_give_the_same_bits(case):
 
 @pytest.mark.parametrize("engine", ENGINES)
 @modest
+@example(case=AT_A_CORNER_OF_A_PLANE, seed=378)
 @given(case=cases(), seed=st.integers(0, 10**6))
 def test_the_order_of_the_facets_decides_nothing(engine, case, seed):
     terrain, physics, x, v = built(case)
@@ -247,7 +257,19 @@ def test_the_order_of_the_facets_decides_nothing(engine, case, seed):
     np.testing.assert_array_equal(one.t, other.t)
     np.testing.assert_array_equal(one.outcome, other.outcome)
     hit = one.facet >= 0
-    np.testing.assert_array_equal(one.facet[hit], order[other.facet[hit]])
+    np.testing.assert_array_equal(other.facet >= 0, hit)
+    normals, facet = facets_of(terrain).normals, order[other.facet[hit]]
+    np.testing.assert_array_equal(normals[one.facet[hit]], normals[facet])
+    twins = facet != one.facet[hit]  # two facets of one plane meet here, and only their numbers tell them apart
+    assert all(touches(terrain, f, x) for f, x in zip(facet[twins], one.x[hit][twins], strict=True))
+
+
+def touches(terrain: Terrain, f: int, x: np.ndarray) -> bool:
+    """Whether x (3,) m lies on facet f or its rim."""
+    a, b, c = terrain.vertices[terrain.triangles[f]]
+    shares = np.linalg.lstsq(np.stack([b - a, c - a], axis=1), x - a, rcond=None)[0]
+    on = np.linalg.norm(a + shares @ np.stack([b - a, c - a]) - x) <= BELOW
+    return bool(on and min(*shares, 1.0 - shares.sum()) >= -BELOW)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
