@@ -1,5 +1,7 @@
 // When an arc meets a facet: rpf3d_core/detection/contact.py.
 #pragma once
+#include <array>
+
 #include "facets.hpp"
 
 struct Contact {
@@ -72,19 +74,36 @@ inline double approach_of(const Facets& facets, int64_t f, const Arc& arc, Vec n
     return std::fabs(dot(n, arc.v) - arc.gravity * n.z * t);
 }
 
-inline bool wins_tie(const Facets& facets, int64_t f, double approach, const Contact& best) {
+inline std::array<double, 3> reach(const Facets& facets, int64_t f, Vec p, Vec axis) {
+    double a = dot(subtract(corner(facets, f, 0), p), axis), b = dot(subtract(corner(facets, f, 1), p), axis),
+           c = dot(subtract(corner(facets, f, 2), p), axis);
+    return {std::max({a, b, c}), std::max(std::min(a, b), std::min(std::max(a, b), c)), std::min({a, b, c})};
+}
+
+inline bool lies_first(const Facets& facets, int64_t f, int64_t g, const Arc& arc, double t, Vec n) {
+    Vec p = position(arc, t), v = {arc.v.x, arc.v.y, arc.v.z - arc.gravity * t};
+    Vec way = v.x != 0.0 || v.y != 0.0 || v.z != 0.0 ? without(v, n) : gravity_along(n, arc.gravity);
+    for (Vec axis : {cross(n, way), way}) {
+        auto mine = reach(facets, f, p, axis), others = reach(facets, g, p, axis);
+        for (int k = 0; k < 3; ++k)
+            if (mine[k] != others[k]) return mine[k] > others[k];
+    }
+    return f < g;
+}
+
+inline bool wins_tie(const Facets& facets, int64_t f, const Arc& arc, double t, double approach, const Contact& best) {
     if (approach != best.approach) return approach > best.approach;
     Vec n = stored_normal(facets, f), m = stored_normal(facets, best.facet);
     if (n.x != m.x) return n.x > m.x;
     if (n.y != m.y) return n.y > m.y;
     if (n.z != m.z) return n.z > m.z;
-    return f < best.facet;
+    return lies_first(facets, f, best.facet, arc, t, n);
 }
 
 inline Contact prefer(const Facets& facets, int64_t f, const Arc& arc, Vec n, double t, double side, Contact best) {
     if (t > best.t || t == INF) return best;
     double approach = approach_of(facets, f, arc, n, t);
-    if (t == best.t && !wins_tie(facets, f, approach, best)) return best;
+    if (t == best.t && !wins_tie(facets, f, arc, t, approach, best)) return best;
     double slack = t == 0.0 ? NEAR * facets.tolerance : facets.tolerance;
     if (!contains(facets, f, position(arc, t), side < 0.0, slack)) return best;
     return {t, f, side, approach};

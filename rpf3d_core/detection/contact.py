@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
 from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.detection.ties import wins_tie
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     NEAR,
@@ -259,7 +260,7 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t > best.t or t == math.inf:
         return best
     approach = _approach(facets, f, arc, n, t)
-    if t == best.t and not _wins_tie(facets, f, approach, best):
+    if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
     if contains(facets, f, position(arc, t), side < 0.0, slack):
@@ -267,7 +268,9 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
         return best
     t = _entry_time(facets, f, arc, n, t, approach)
-    if t < best.t or (t == best.t and t < math.inf and _wins_tie(facets, f, approach, best)):
+    if t < best.t or (
+        t == best.t and t < math.inf and wins_tie(facets, f, best.facet, arc, t, approach, best.approach)
+    ):
         return Contact(t, f, side, approach)
     return best
 
@@ -291,21 +294,6 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: fl
     if sinks <= NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
         return t + later
     return math.inf
-
-
-@kernel
-def _wins_tie(facets: Facets, f: int, approach: float, best: Contact) -> bool:
-    """Among facets met at the same instant the one met head-on first, then by normal, then by number.
-
-    Speed and normal come before the number so that the order of the facets in the file decides nothing.
-    """
-    if approach != best.approach:
-        return approach > best.approach
-    n, m = stored_normal(facets, f), stored_normal(facets, best.facet)
-    for k in range(3):
-        if n[k] != m[k]:
-            return n[k] > m[k]
-    return f < best.facet
 
 
 @kernel

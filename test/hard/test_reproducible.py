@@ -97,6 +97,23 @@ def test_the_order_of_the_facets_and_of_their_corners_changes_no_bit(engine, mod
 
 
 @BOTH
+@pytest.mark.parametrize("R_n", [0.0, 0.35])
+def test_on_a_plane_cut_into_facets_their_order_changes_no_bit(engine, R_n):
+    """Six facets of one normal meet where rocks fall onto vertices, and two where they slide along edges."""
+    plane = rough_grid(8, 16.0, 1.0, 0.0, seed=1)
+    x = np.array([(2.0 * i, 2.0 * j, 3.0) for i in (2, 3, 5) for j in (1, 3, 6)])
+    x[:3, 0] += 0.5  # over edges
+    physics = flight(surface(R_n, 0.5, 0.0), "sliding")
+    whole = fly(engine_over(engine, plane), physics, x).deposits
+    for seed in range(4):
+        order = np.random.default_rng(seed).permutation(len(plane.triangles))
+        shuffled = fly(engine_over(engine, terrain_of(plane.vertices, plane.triangles[order])), physics, x).deposits
+        for name in ("x", "t", "path", "impacts"):
+            np.testing.assert_array_equal(getattr(shuffled, name), getattr(whole, name))
+        np.testing.assert_array_equal(order[shuffled.facet], whole.facet)
+
+
+@BOTH
 @MODELS
 @pytest.mark.parametrize("quarters", [1, 2, 3])
 def test_a_scene_turned_by_a_quarter_gives_the_turned_answer_to_the_last_bit(engine, model, quarters):
