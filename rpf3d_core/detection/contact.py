@@ -22,7 +22,6 @@ from rpf3d_core.detection.ties import wins_tie
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     NEAR,
-    REACH,
     contains,
     corner,
     edge_distance,
@@ -302,11 +301,11 @@ def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
 
     radius : m, by which the box is wider for a sphere; 0 for a lumped mass
 
-    Downwards it is followed for REACH tolerances: a rock that began, or came over a facet, NEAR tolerances below its
-    plane is still to hit it.
+    Downwards it is followed for NEAR CRACK tolerances: a rock that began, or came over a facet, as much below its plane
+    is still to hit it.
     """
     slack = facets.tolerance
-    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + REACH * slack + radius, 0.0), arc.gravity)
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + NEAR * CRACK * slack + radius, 0.0), arc.gravity)
     wide = slack + radius
     for k in range(2):
         if arc.v[k] > 0.0:

@@ -228,9 +228,9 @@ GUARDS = (
         "test_bad_meshes.py::test_a_rock_that_comes_down_on_the_lowest_facet_of_a_level_terrain_is_followed_to_it"
         "[reference]",
         CONTACT,
-        "facets.low[2] + REACH * slack",
+        "facets.low[2] + NEAR * CRACK * slack",
         "facets.low[2] + slack",
-        "`flight_end`: a flight is followed for REACH tolerances below the terrain",
+        "`flight_end`: a flight is followed for NEAR CRACK tolerances below the terrain",
         "a rock is told to have left just before it lands",
     ),
     Guard(
