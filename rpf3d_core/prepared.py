@@ -252,7 +252,7 @@ def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
     """Scales that hold whatever the scene can produce; a function of the scene alone, so that parts can be merged."""
     facets, sources = prepared.engine.facets, prepared.sources
-    fastest = max((fastest_of(source) for source in sources), default=0.0)
+    fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
     return scales_over(facets, prepared.scene.gravity, fastest, highest, mass_range(prepared.rock), per_octave)
 
@@ -276,7 +276,7 @@ def _highest(source: Source, top: float) -> float:
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 
-def fastest_of(source: Source) -> float:
+def _fastest(source: Source) -> float:
     """No rock of a source is released faster than this (m/s)."""
     if source.throw is not None:
         return source.throw.speed.high

@@ -20,8 +20,9 @@ from rpf3d_core.ensemble.stream import Shown, Stream, blocks_of, shown_of
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.live.released import Around, released_over, releases_of
 from rpf3d_core.live.standing import Outlines, Standing
-from rpf3d_core.live.triggers import Around, Trigger, released_over, releases_of_ranges
+from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
@@ -86,28 +87,29 @@ def answers(
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
-    tallies = standing.empty_tallies(areas, released.sources, trigger.diameters)
+    tallies = standing.empty_tallies(areas, released.fastest, released.highest, trigger.diameters)
     names, outcomes = (*standing.areas, *areas), Counter[Outcome]()
 
-    def answer(stage: int, complete: bool, flights: Flights) -> Answer:
-        maps, seconds = tallies.maps(outcomes.total(), names), time.perf_counter() - began
+    def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
+        seconds = time.perf_counter() - began
         return Answer(
             next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, dict(outcomes),
             maps, seconds, released.left_out,
         )  # fmt: skip
 
-    if not len(released.sources):
-        yield answer(0, True, no_flights(standing))
+    if not len(released.places):
+        yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
-    plan = rounds(released.rounds(first_rocks), scene.target.most_rocks)
+    plan = rounds(released.first_round(first_rocks), scene.target.most_rocks)
     stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
         blocks, stream.stop = blocks_of(first, last, BLOCK), partial(stop, stage)
-        if not stream.fly(releases_of_ranges(standing, released, some, scene.seed) for some in blocks) or stop(stage):
+        if not stream.fly(releases_of(standing, released, some, scene.seed) for some in blocks) or stop(stage):
             return
-        steps.append(step_of(tallies.places(outcomes.total(), names), standing.ground.terrain.zones))
+        maps = tallies.maps(outcomes.total(), names)
+        steps.append(step_of(maps, standing.ground.terrain.zones))
         complete = stage == len(plan) - 1 or is_enough(steps, scene.target.half_width, scene.target.p95_energy)
-        yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began))
+        yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
         if complete:
             return
 

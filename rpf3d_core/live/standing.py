@@ -13,7 +13,6 @@ import numpy as np
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.ensemble.sizes import SPHERE, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE
@@ -25,7 +24,6 @@ from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.prepared import (
     empty_barriers,
-    fastest_of,
     memory_of_bins,
     scales_over,
     scene_flight,
@@ -78,19 +76,19 @@ class Standing:
     areas: Outlines
     tallies: Tallies
 
-    def empty_tallies(self, live_areas: Outlines, sources: Sequence[Source], diameters: FloatArray | None) -> Tallies:
-        """Tallies for some sources, in the memory of the last ones.
+    def empty_tallies(
+        self, live_areas: Outlines, fastest: float, highest: float, diameters: FloatArray | None
+    ) -> Tallies:
+        """Tallies in the memory of the last ones.
 
         live_areas : rings, map frame; they come after the scene's own
-        diameters : m, of some rocks; None where all are the scene's
+        fastest, highest : bounds of what is released, m/s and m, local
+        diameters : m, of rocks beside the scene's own; None for none
         """
         frame, facets, scene = self.ground.terrain.frame, self.ground.facets, self.scene
         shift = np.array(frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
         areas, masses = areas_of({**self.areas, **live}), _masses(self.rock, diameters)
-        fastest = max((fastest_of(source) for source in sources), default=0.0)
-        highest = max((float(source.points[:, 2].max()) + source.spread[2] for source in sources), default=0.0)
-        highest += max((math.hypot(*source.spread[:2]) for source in sources), default=0.0)
         scales, fine = (
             scales_over(facets, scene.gravity, fastest, max(highest, facets.high[2]), masses, bins)
             for bins in (PER_OCTAVE, FINE)

@@ -10,8 +10,9 @@ from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.live.answers import answers, rounds
+from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import stand_on
-from rpf3d_core.live.triggers import Around, trigger_of
+from rpf3d_core.live.triggers import trigger_of
 
 WIDE = Around(position=5.0, velocity=1.0, above_ground=2.0)
 NOTHING_LIVE = {}
