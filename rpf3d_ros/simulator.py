@@ -18,6 +18,7 @@ from rpf3d_ros.parameters import SimulatorParameters, declare
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.result_publishers import ResultPublishers
+from rpf3d_ros.scene_parameters import SceneParameters
 from rpf3d_ros.simulation import Answer, Ground, Simulator
 from rpf3d_ros.simulator_node import NAME
 from rpf3d_ros.source_messages import Sources, sources_of_poses
@@ -52,12 +53,13 @@ class SimulatorNode(Node):
 
     def __init__(self) -> None:
         super().__init__(NAME)
-        self.parameters = declare(self, SimulatorParameters)
+        described = SceneParameters(self)
+        self.parameters = declare(self, SimulatorParameters, others=described.names)
         self.frame = self.parameters.frame
         self.survey: Survey | None = None
         self.sources: Sources | None = None
         self.last_mesh = b""
-        self.simulator = Simulator(self.parameters)
+        self.simulator = Simulator(self.parameters, described.scene())
         self.flown: tuple[Ground, Sources] | None = None
         self.results = ResultPublishers(self, self.parameters)
         self.health = HealthReport(self)
