@@ -80,7 +80,8 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
         path = _told_in(str(context["error"]), path, root)
         sentence = f"is refused: {context['error']}"
     else:
-        path = path[:-1] if kind == "missing" else _whole(path, root)  # of a list that is too short, there is no such item
+        # Of a list that is too short, there is no such item.
+        path = path[:-1] if kind == "missing" else _whole(path, root)
         sentence = _wrong_value(path, _written(path, document), root)
     return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
 
