@@ -53,7 +53,8 @@ def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any)
         "first_arrival_s": 60.0 if came else None,
     }
     low, high = wilson_interval(reached, max(flown, 1))
-    return AreaEvidence(**{"name": name, "flown": flown, "reached": reached, "low": low, "high": high, **measured, **facts})
+    told = {"name": name, "flown": flown, "reached": reached, "low": low, "high": high}
+    return AreaEvidence(**{**told, **measured, **facts})
 
 
 def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:

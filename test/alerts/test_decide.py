@@ -1,4 +1,4 @@
-"""Decisions, case by case: up at once, down by acknowledgement, and never normal on evidence that cannot be believed."""
+"""Decisions, case by case: up at once, down by acknowledgement, never normal on evidence that is not believed."""
 
 import math
 from typing import Any
@@ -10,8 +10,8 @@ from alert_evidence import (
     NORMAL,
     NOW,
     RESTRICT,
-    S,
     WATCH,
+    S,
     area,
     decided,
     evidence,
@@ -67,7 +67,8 @@ def test_a_rock_that_comes_within_evacuation_time_and_margin_comes_too_soon(arri
 
 
 def test_the_worst_area_decides_and_tells_first() -> None:
-    thresholds = site({"ramp": {"watch": {"reach_probability": 0.01}}, "cr*": {"evacuate": {"reach_probability": 0.01}}})
+    limit = {"reach_probability": 0.01}
+    thresholds = site({"ramp": {"watch": limit}, "cr*": {"evacuate": limit}})
     alert = decided(evidence(area(200), area(200, name="crusher")), thresholds=thresholds)
     assert alert.level == Level.EVACUATE
     assert [reason.split(":")[0] for reason in alert.reasons] == ["crusher", "ramp"]
@@ -142,14 +143,15 @@ def test_an_acknowledgement_needs_a_person_and_a_reason() -> None:
     assert acknowledgement(" A. Shift ", " seen ", NOW) == Acknowledgement("A. Shift", "seen", NOW)
     with pytest.raises(InputError, match="name of the person"):
         acknowledgement(" ", "seen", NOW)
-    with pytest.raises(InputError, match="A. Shift gives none"):
+    with pytest.raises(InputError, match="Shift gives none"):
         acknowledgement("A. Shift", "", NOW)
 
 
-@pytest.mark.parametrize(("answer", "shown"), zip(
-    (NORMAL, WATCH, RESTRICT, EVACUATE), (Level.FAULT, Level.FAULT, Level.FAULT, Level.EVACUATE), strict=True,
-))  # fmt: skip
-def test_a_fault_never_looks_safer_than_what_is_held_and_clears_by_itself_to_that(answer: Evidence, shown: Level) -> None:
+@pytest.mark.parametrize(
+    ("answer", "shown"),
+    [(NORMAL, Level.FAULT), (WATCH, Level.FAULT), (RESTRICT, Level.FAULT), (EVACUATE, Level.EVACUATE)],
+)
+def test_a_fault_never_looks_safer_than_what_is_held_and_clears_to_that(answer: Evidence, shown: Level) -> None:
     before = decided(answer)
     faulty = decide(before, None, site(), NOW + S)
     assert (faulty.level, faulty.held, faulty.alarm) == (shown, before.held, True)
@@ -207,7 +209,6 @@ FAULTS: dict[str, tuple[Evidence | None, str]] = {
     "fewer than no sources": (evidence(sources=-1), "-1 sources"),
     "rocks without a source": (evidence(sources=0), "but there is no source"),
     "sources without rocks": (evidence(area(flown=0)), "no rock flew"),
-    "more came than flew": (evidence(area(FLOWN - 9999)._replace(reached=FLOWN + 1)), "which cannot be"),
     "fewer than none came": (evidence(area(0)._replace(reached=-1)), "-1 of 10000 rocks came"),
     "fewer than none flew": (evidence(area(0)._replace(flown=-5)), "0 of -5 rocks came"),
     "areas of two answers": (evidence(area(), area(flown=5000, name="dump")), "different numbers of rocks"),
@@ -237,6 +238,12 @@ def test_evidence_that_cannot_be_believed_is_a_fault_and_says_why(answer: Eviden
     assert alert.level == Level.FAULT
     assert sentence in " / ".join(alert.faults)
     assert alert.alarm
+
+
+def test_more_rocks_that_came_than_flew_are_a_fault_and_as_bad_as_all_of_them() -> None:
+    alert = decided(NORMAL, evidence(area(1)._replace(reached=FLOWN + 1)))
+    assert (alert.level, alert.held) == (Level.EVACUATE, Level.EVACUATE)
+    assert "10001 of 10000 rocks came, which cannot be" in alert.faults[0]
 
 
 @pytest.mark.parametrize("value", [math.inf, 1e300])
