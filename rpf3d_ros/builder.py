@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.standing import Surveyed
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.live.standing import Surveyed, stand_on
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingTerrain
@@ -65,10 +66,10 @@ class Builder:
     """Takes terrain as it comes, in order, and hands ground to the flyer."""
 
     def __init__(
-        self, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
+        self, scene: Scene, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
         shelf: Shelf | None,
     ) -> None:  # fmt: skip
-        self._workshop, self._waiting, self._flyer = workshop, waiting, flyer
+        self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._shelf = listener, shelf
         self._mesh = b""
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
@@ -104,7 +105,9 @@ class Builder:
             return
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
-        self._flyer.hand_over(ground=ground)
+        standing = stand_on(ground, self._scene)
+        _ = standing.cells  # here, so that the first answer need not wait for them
+        self._flyer.hand_over(ready=standing)
         self._mesh = arrival.data
         self._waiting.accepted()
         self._listener.stands(ground, "received")

@@ -41,10 +41,10 @@ class Listener(Protocol):
 class Handover:
     """A change of ground on its way to the flyer; `done` is set when it has been made, or refused: then `error` says.
 
-    change : None for a ground that is ready
+    ready : a ground to stand on; None where the one stood on is changed
     """
 
-    ground: Surveyed | None
+    ready: Standing | None
     change: Change | None
     done: threading.Event
     error: BaseException | None = None
@@ -81,13 +81,13 @@ class Flyer:
             self._sources.put(trigger)
             self._changed.notify()
 
-    def hand_over(self, ground: Surveyed | None = None, change: Change | None = None) -> Handover:
+    def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
         """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
 
         Raises whatever the change raises; the ground is then what it was. InputError where it is closed, or there is
         no ground to change.
         """
-        handover = Handover(ground, change, threading.Event())
+        handover = Handover(ready, change, threading.Event())
         with self._changed:
             self._handovers.append(handover)
             self._changed.notify()
@@ -104,6 +104,11 @@ class Flyer:
             self._areas = {**self._areas, topic: outlines}
             self._anew = True
             self._changed.notify()
+
+    @property
+    def has_trigger(self) -> bool:
+        """Whether anything has been heard of sources."""
+        return self._latest is not None or len(self._sources) > 0
 
     def activate(self) -> None:
         """From now on answer."""
@@ -176,19 +181,23 @@ class Flyer:
 
     def _take_over(self, handover: Handover) -> None:
         try:
-            ground = handover.ground
+            standing = handover.ready
             if handover.change is not None:
-                if self.standing is None:
-                    raise InputError("there is no terrain yet that it could change")
-                ground = handover.change(self.standing.ground)
-                self.standing = None  # its arrays have changed, so nothing flies over it but what is built now
-            assert ground is not None
-            self.standing = handover.standing = stand_on(ground, self._scene)
+                standing = self._changed_by(handover.change)
+            self.standing = handover.standing = standing
             self._anew = True
         except Exception as error:
             handover.error = error
         finally:
             handover.done.set()
+
+    def _changed_by(self, change: Change) -> Standing:
+        """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
+        if self.standing is None:
+            raise InputError("there is no terrain yet that it could change")
+        ground = change(self.standing.ground)
+        self.standing = None  # its arrays have changed
+        return stand_on(ground, self._scene)
 
     def _begin(self, trigger: Trigger) -> None:
         self._trigger, self._anew, self._stages = trigger, False, None

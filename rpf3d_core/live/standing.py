@@ -7,6 +7,7 @@ import math
 import queue
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +23,7 @@ from rpf3d_core.hazard.tally import Tally
 from rpf3d_core.io.areas import area_outlines
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
+from rpf3d_core.live.cells import Cells, cells_over
 from rpf3d_core.prepared import (
     empty_barriers,
     memory_of_bins,
@@ -106,6 +108,11 @@ class Standing:
             barriers=empty_barriers(scene, self.flight, compiled),
         )
         return self.tallies
+
+    @cached_property
+    def cells(self) -> Cells:
+        """Where the raster of the maps lies over ground, and how high; worked out when it is first asked for."""
+        return cells_over(self.ground.terrain, self.tallies.ground.raster)
 
     @property
     def compiled(self) -> bool:
