@@ -154,6 +154,28 @@ def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, 
             box[1, axis] = max(box[1, axis], a[axis], b[axis], c[axis])
 
 
+@loop
+def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> None:
+    """Write corners and unit normal (F, 12) of some facets, by their rows."""
+    for n in range(len(rows)):
+        f = rows[n]
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        normal = _unit_normal(area_vector(a, b, c))
+        for axis in range(3):
+            geometry[f, axis], geometry[f, 3 + axis], geometry[f, 6 + axis] = a[axis], b[axis], c[axis]
+            geometry[f, 9 + axis] = normal[axis]
+
+
+@loop
+def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
+    """Widen the box (2, 3) to hold the corners (F, 9) of the unmarked facets from `begin` to `end`."""
+    for f in range(begin, end):
+        if marks[f] == 0:
+            for k in range(9):
+                box[0, k % 3], box[1, k % 3] = min(box[0, k % 3], corners[f, k]), max(box[1, k % 3], corners[f, k])
+
+
 def plain(value: Any) -> Any:
     """The same record with memoryviews for arrays: indexing them gives Python floats, five times as fast as NumPy.
 

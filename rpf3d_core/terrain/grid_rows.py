@@ -28,8 +28,13 @@ class Mesh(NamedTuple):
     origin: tuple[float, float, float]
 
 
-def grid_mesh(points: FloatArray, memory: Memory = fresh, share: Share = one_by_one) -> Mesh:
+def grid_mesh(
+    points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
+    origin: tuple[float, float, float] | None = None,
+) -> Mesh:  # fmt: skip
     """The mesh over an organised grid, points (H, W, 3) m, a point with a NaN being a hole.
+
+    origin : of the local frame (m); None for the middle of the points
 
     Raises TerrainError where no full square is left, or a point is infinite.
     """
@@ -39,7 +44,8 @@ def grid_mesh(points: FloatArray, memory: Memory = fresh, share: Share = one_by_
     _in_halves(share, rows, lambda half, a, b: _count_points(points, a, b, some, boxes[half]))
     if rows < 2 or columns < 2 or not some.any():
         raise TerrainError(NO_SQUARE)
-    origin = origin_of(boxes)
+    middle = origin_of(boxes)
+    origin = middle if origin is None else origin
     before = np.concatenate([[0], np.cumsum(some)])
     vertices = memory("vertices", 3 * int(before[-1]), np.float64).reshape(-1, 3)
     number = memory("number", rows * columns, np.int32).reshape(rows, columns)

@@ -10,7 +10,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
 from rpf3d_core.errors import TerrainError
