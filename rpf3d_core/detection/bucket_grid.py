@@ -104,8 +104,9 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
     """Count the entries of bucket k into starts[k + 1]; False if all together are too many."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
-    entries = share([lambda a=a, b=b: _count(facets.corners, slack, *grid, a, b, most, starts) for a, b in bands(grid.ny)])  # type: ignore[misc]
-    return sum(entries) <= most
+    rows = bands(grid.ny)
+    counts = share([lambda a=a, b=b: _count(facets.corners, slack, *grid, a, b, most, starts) for a, b in rows])  # type: ignore[misc]
+    return sum(counts) <= most
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:

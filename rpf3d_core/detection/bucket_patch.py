@@ -45,7 +45,7 @@ def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Some facets, corners (S, 9) m, sorted into the cells of a block. Raises TerrainError if they stand in too many."""
+    """Facets, corners (S, 9) m, sorted into the cells of a block. Raises TerrainError where they stand in too many."""
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
     if not _count_some(corners, slack, *grid_of(locator), *block, most, starts):
         raise TerrainError("the facets of the patch are far wider than those of the ground; publish the whole terrain")

@@ -183,7 +183,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 @kernel
 def _any_touches(corners: Any, f: int, patch: Any, ids: Any, begin: int, end: int, slack: float) -> bool:
     """Whether a facet comes within the slack of one of the patch, of the entries from `begin` to `end`."""
-    for entry in range(begin, end):
+    for entry in range(begin, end):  # noqa: SIM110  (any() of a generator does not compile)
         if _touch(corners, f, patch, ids[entry], slack):
             return True
     return False

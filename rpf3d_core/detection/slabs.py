@@ -153,7 +153,7 @@ def _raise_over_facets(
     corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
     planes: Any, first: Any,
 ) -> None:  # fmt: skip
-    """Raise the slab of each cell over the rows from `begin` to `end`, at all levels, above the corners of its facets."""
+    """Raise the slab of each cell of all levels, over the rows from `begin` to `end`, above its facets' corners."""
     for f in range(corners.shape[0]):
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
         j0, j1 = max(j0, begin), min(j1, end - 1)

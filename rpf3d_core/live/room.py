@@ -1,4 +1,4 @@
-"""Sets of memory for grounds: one is given out again only when nothing of the ground that lay in it is used any more."""
+"""Sets of memory for grounds: one is given out again only when nothing uses the ground that lay in it any more."""
 
 import weakref
 from typing import Any

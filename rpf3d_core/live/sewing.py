@@ -34,7 +34,7 @@ WIDER = 1.25
 def sewn(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: Change, room: Room, share: Share
 ) -> tuple[Terrain, Facets, BucketLocator]:
-    """The ground after a change, in the same memory. Raises TerrainError, before anything changes, if it is too wide."""
+    """The ground after a change, in the same memory. Raises TerrainError, with nothing changed, if it is too wide."""
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
     numbers, vertices = _vertices(terrain, change, room)
     rows, empty, count = _rows(len(facets.zone), change, room)

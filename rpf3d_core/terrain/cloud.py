@@ -42,7 +42,7 @@ def cloud_mesh(
     triangles = _numbers(plan, parts).reshape(-1, 4)[:, :3]
     kept = _looking_up(plan, triangles, longest_edge)
     if len(kept) == 0:
-        raise TerrainError("no triangle of the cloud is left: its points lie on one line, or further apart than allowed")
+        raise TerrainError("the cloud has no triangle: its points lie on one line, or further apart than allowed")
     used, numbers = np.unique(kept, return_inverse=True)
     return Mesh(vertices[used], numbers.reshape(-1, 3).astype(np.int32), first if origin is None else origin)
 

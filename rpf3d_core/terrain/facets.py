@@ -128,6 +128,7 @@ def _unit_normal(area: Vec) -> Vec:
 
 @kernel
 def vertex(vertices: Any, v: int) -> Vec:
+    """Vertex v of (V, 3) m."""
     return vertices[v, 0], vertices[v, 1], vertices[v, 2]
 
 
