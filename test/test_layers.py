@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("rpf3d_core", "rpf3d_ros")
 
 LAYERS = (
-    {"errors", "values", "series"},
+    {"errors", "values", "series", "memory"},
     {"inlining"},
     {"compiling"},
     {"vectors", "arc"},
@@ -30,6 +30,7 @@ LAYERS = (
     {"check_effects"},
     {"check"},
     {"imports"},
+    {"live"},
     {"commands"},
     {"cli"},
     {"rpf3d_ros"},
