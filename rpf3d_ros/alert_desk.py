@@ -8,17 +8,21 @@ import queue
 import threading
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
+from rpf3d_core.errors import InputError
 from rpf3d_core.io.site_model import Thresholds
 from rpf3d_core.live.evidence import together
 from rpf3d_ros.intake import SECOND
+
+Reply = Callable[[tuple[bool, str]], None]
 
 CLOSING = None
 """What ends the thread, where a piece of work is expected."""
@@ -42,14 +46,14 @@ class Request:
     """What makes the desk decide.
 
     evidence : of a region, or None; faults : why nothing is known any more: all evidence is forgotten
-    acknowledgement : with who waits for what became of it
+    acknowledged : who, and why; reply : called with whether the level was lowered, or why not
     """
 
     region: Hashable = None
     evidence: Evidence | None = None
     faults: str = ""
-    acknowledgement: Acknowledgement | None = None
-    reply: Callable[[Alert], None] | None = None
+    acknowledged: tuple[str, str] | None = None
+    reply: Reply | None = None
 
 
 class AlertDesk:
@@ -77,9 +81,9 @@ class AlertDesk:
         """Nothing is known any more: decide on that, and say why, until there is new evidence."""
         self._requests.put(Request(faults=why))
 
-    def acknowledge(self, acknowledgement: Acknowledgement, reply: Callable[[Alert], None]) -> None:
-        """Decide with an acknowledgement; `reply` is called with the decision, on the desk's thread."""
-        self._requests.put(Request(acknowledgement=acknowledgement, reply=reply))
+    def acknowledge(self, by: str, why: str, reply: Reply) -> None:
+        """Decide with an acknowledgement; `reply` is called, on the desk's thread, with whether it lowered the level."""
+        self._requests.put(Request(acknowledged=(by, why), reply=reply))
 
     def tick(self) -> None:
         """Decide again if the last decision is no longer valid."""
@@ -110,15 +114,42 @@ class AlertDesk:
             self._evidence.clear()
         if request.evidence is not None:
             self._take(request.region, request.evidence)
-        elif request.acknowledgement is None and not request.faults and not self._is_over(now):
-            return  # ticks that came while the one before was being served
+        if request.acknowledged is not None:
+            self._acknowledge(request, now)
+        elif request.evidence is not None or request.faults or self._is_over(now):
+            self._decide(now, None)
+
+    def _acknowledge(self, request: Request, now: int) -> None:
+        """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
+        by, why = request.acknowledged or ("", "")
+        try:
+            given = acknowledgement(by, why, now)
+        except InputError as refusal:
+            said = (False, str(refusal))
+            if self._log is not None:
+                self._try_to_log(partial(self._log.refused, by, why, now, str(refusal)))
+        else:
+            alert = self._decide(now, given)
+            said = (not alert.void, alert.void or f"the level is {alert.level.word}")
+        if request.reply is not None:
+            request.reply(said)
+
+    def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
         evidence = self._fresh(now)
-        alert = decide(self.alert, evidence, self._thresholds, now, request.acknowledgement)
-        self._keep(Decision(self.alert, evidence, request.acknowledgement, now, alert))
+        alert = decide(self.alert, evidence, self._thresholds, now, given)
+        if self._log is not None:
+            self._try_to_log(partial(self._log.decided, Decision(self.alert, evidence, given, now, alert), self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)
-        if request.reply is not None:
-            request.reply(alert)
+        return alert
+
+    def _try_to_log(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except NotLogged as fault:
+            self._listener.logged(str(fault))
+        else:
+            self._listener.logged("")
 
     def _is_over(self, now: int) -> bool:
         return self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
@@ -140,14 +171,3 @@ class AlertDesk:
             each: known for each, known in self._evidence.items() if each == region or known.trigger_stamp_ns >= oldest
         }
         return together([*(known for each, known in self._evidence.items() if each != region), newest])
-
-    def _keep(self, decision: Decision) -> None:
-        if self._log is None:
-            return
-        try:
-            self._log.decided(decision, self._thresholds)
-        except NotLogged as fault:
-            self._listener.logged(str(fault))
-        else:
-            self._listener.logged("")
-

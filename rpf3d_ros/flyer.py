@@ -169,7 +169,7 @@ class Flyer:
         return self._latest is not None and (self._anew or self._trigger is not self._latest)
 
     def _next_trigger(self) -> Trigger | None:
-        """The next trigger to begin; the latest again where something of it has changed or another was answered since."""
+        """The next to begin; the latest again where something of it has changed, or another was answered since."""
         if not self._active:
             return None
         trigger = self._sources.take()

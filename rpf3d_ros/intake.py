@@ -40,7 +40,7 @@ class StampGuards:
 
     def note(self, topic: str, stamp_ns: int) -> None:
         """A message with this stamp (ns) has been taken."""
-        self._last[topic] = stamp_ns
+        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def reset(self) -> None:
         """Forget all stamps: the clock has been set back."""
@@ -146,7 +146,7 @@ class WaitingTerrain(Generic[M]):
         After a whole survey `accepted` or `refused` must be called.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or any(c.whole is not None or c.patches for c in self._chapters))
+            self._changed.wait_for(lambda: self._closed or self._length() > 0)
             if self._closed:
                 return None
             newest = self._chapters[-1]
@@ -191,5 +191,8 @@ class WaitingTerrain(Generic[M]):
 
     def __len__(self) -> int:
         with self._changed:
-            return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
+            return self._length()
+
+    def _length(self) -> int:
+        return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
 

@@ -6,7 +6,9 @@ import traceback
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
+from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.task import Future
 
 from rpf3d_core import __version__
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
@@ -109,6 +111,15 @@ class Station:
         }  # fmt: skip
         level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
+
+    async def acknowledged(self, said: str, executor: Executor) -> tuple[bool, str]:
+        """Whether an acknowledgement ("name: reason") lowered the level, or why it did not."""
+        if self.desk is None:
+            return False, "no site_file is set, so there are no alerts"
+        by, _, why = said.partition(":")
+        decided: Future = Future(executor=executor)
+        self.desk.acknowledge(by, why, decided.set_result)
+        return await decided  # type: ignore[no-any-return]
 
     # --- what the flyer tells
 
