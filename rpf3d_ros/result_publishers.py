@@ -6,7 +6,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
+from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.results import Results
@@ -39,7 +39,7 @@ class ResultPublishers:
             "impacts": cloud_of_columns(header, results.impacts),
             "deposits": cloud_of_columns(header, results.deposits),
             "trajectories": trajectory_markers(header, results.trajectories, self._most, self._points_each),
-            "hazard/zones": hazard_markers(header, dict(results.hazard)),
+            "hazard/zones": zone_markers(header, results.hazard),
         }
         for topic, message in messages.items():
             if not self.closed and self._node.context.ok():

@@ -17,6 +17,7 @@ from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.hazard.passed import hazard_facets
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
+from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.prepared import scene_flight
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
@@ -24,11 +25,12 @@ from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome, Rock
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.results import Columns, Results
 from rpf3d_ros.source_messages import Sources
-from rpf3d_ros.survey_terrain import terrain_of
-from rpf3d_ros.terrain_messages import Survey
+from rpf3d_ros.survey_terrain import Survey, terrain_of
 
 SOURCE = "sources"
 """Name of the one source that the poses of a message make."""
+
+NO_OUTLINE = np.empty((0, 2, 3))
 
 NO_DRAW = 0
 """Seed of releases in which nothing is random."""
@@ -135,10 +137,10 @@ def results_of(ground: Ground, flights: Flights, parameters: SimulatorParameters
     )
 
 
-def hazard_of(ground: Ground, flights: Flights, gravity: float) -> dict[str, FloatArray]:
-    """Corners (F, 3, 3) m, map frame, of the facets that rocks stopped on, and of the others that they passed over."""
+def hazard_of(ground: Ground, flights: Flights, gravity: float) -> list[ShownZone]:
+    """The facets that rocks passed over and did not stop on, and those that they stopped on, map frame."""
     facets = hazard_facets(ground.buckets, ground.facets.corners, flights, gravity)
-    return {level: _corners(ground.terrain, chosen) for level, chosen in facets.items()}
+    return [ShownZone(level, _corners(ground.terrain, chosen), NO_OUTLINE) for level, chosen in facets.items()]
 
 
 def figures_of(ground: Ground, flights: Flights) -> dict[str, str]:

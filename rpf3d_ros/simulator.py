@@ -22,7 +22,8 @@ from rpf3d_ros.scene_parameters import SceneParameters
 from rpf3d_ros.simulation import Answer, Ground, Simulator
 from rpf3d_ros.simulator_node import NAME
 from rpf3d_ros.source_messages import Sources, sources_of_poses
-from rpf3d_ros.terrain_messages import Survey, grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.survey_terrain import Survey
+from rpf3d_ros.terrain_messages import grid_of_cloud, mesh_of_cdr
 
 CLOSING_TIME = 2.0
 """Seconds that a run may still take when the node ends; it is abandoned after that."""
@@ -145,6 +146,9 @@ class SimulatorNode(Node):
             self.health.set("run", WARN, "waiting for terrain")
         elif self.flown != (ground, sources):  # a refused terrain has changed nothing
             self.flown = (ground, sources)
+            if not len(sources.positions):
+                self.health.set("run", OK, "watched, nothing seen")
+                return
             try:
                 answer = self.simulator.fly(sources)
             except InputError as refusal:
