@@ -6,14 +6,12 @@ u32[3] each, u32 vertices, padding to 8, f64[3] each.
 """
 
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from rpf3d_core.terrain.facets import IntArray
-from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_ros.cloud_messages import cloud_of_columns, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
@@ -21,22 +19,6 @@ from rpf3d_ros.refusals import MessageRefused
 LITTLE_ENDIAN_CDR = bytes((0, 1, 0, 0))
 HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
 """Sizes in bytes of the encapsulation header, a length, three u32 indices, three f64 coordinates."""
-
-
-@dataclass(frozen=True, eq=False)
-class GridSurvey:
-    """points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole."""
-
-    points: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class MeshSurvey:
-    """vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices."""
-
-    vertices: FloatArray
-    triangles: IntArray
-
 
 Survey = GridSurvey | MeshSurvey
 
