@@ -24,8 +24,6 @@ LAYERS = (
     {"choices", "prepared", "compare"},
     {"accuracy"},
     {"run", "compare_tables", "thesis"},
-    {"alerts"},
-    {"live"},
     {"study", "thesis_report"},
     {"check_effects"},
     {"check"},
