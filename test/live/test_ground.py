@@ -43,6 +43,18 @@ def soup(survey):
     return MeshSurvey(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
+def boulders(survey, turned):
+    """The mesh with three closed pieces above it, and an overhang; pieces wound the wrong way or not."""
+    survey.vertices.reshape(40, 44, 3)[18:22, 20] += (1.6, 0.0, 5.0)
+    ball = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    vertices, triangles = [survey.vertices], [survey.triangles[:, ::-1] if turned else survey.triangles]
+    for k in range(3):
+        triangles.append((faces[:, ::-1] if k % 2 else faces) + len(survey.vertices) + 4 * k)
+        vertices.append(ball + survey.vertices[500 + 300 * k] + np.array([0, 0, 9.0]))
+    return MeshSurvey(np.concatenate(vertices), np.concatenate(triangles))
+
+
 def wound(survey, some):
     triangles = survey.triangles.copy()
     triangles[some] = triangles[some][:, ::-1]
@@ -73,6 +85,14 @@ def test_so_does_a_mesh_whatever_is_wrong_with_it(change):
     assert equal(ground, *as_from_a_file(survey))
     assert len(ground.terrain.vertices) == 40 * 44
     assert (ground.facets.normals[:, 2] > 0.0).all()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_so_does_a_mesh_with_overhangs_and_closed_pieces_each_turned_to_its_free_side(turned):
+    survey = boulders(mesh(grid()), turned)
+    ground = Workshop().whole(survey)
+    assert equal(ground, *as_from_a_file(survey))
+    assert (ground.facets.normals[:, 2] < 0.0).any()
 
 
 def test_two_sides_of_a_seam_within_the_tolerance_are_welded():
