@@ -149,7 +149,7 @@ def test_what_is_no_terrain_is_refused_with_a_reason(survey, reason):
 def test_fifty_million_points_are_refused_by_name_of_the_limit_before_memory_is_taken(kind):
     shape = (5_000, 10_000, 3) if kind is GridSurvey else (50_000_000, 3)
     workshop = Workshop()
-    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 10,000,000"):
+    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 5,000,000"):
         workshop.whole(kind(np.broadcast_to(np.zeros(3), shape)))
     assert workshop.size == 0
 
@@ -188,6 +188,39 @@ def test_the_digest_tells_surveys_apart_and_the_same_survey_again():
     assert one == same != other
     assert len(one) == 64
     assert workshop.whole(mesh(grid())).digest != one
+
+
+def test_a_sound_mesh_is_not_sorted_whatever_it_overhangs(monkeypatch):
+    monkeypatch.setattr("rpf3d_core.terrain.mesh_ready.mesh_terrain", None)
+    Workshop().whole(boulders(mesh(grid()), True))
+    with pytest.raises(TypeError):
+        Workshop().whole(wound(mesh(grid()), slice(0, 400, 7)))
+
+
+def test_whole_grounds_are_made_while_another_is_patched():
+    workshop = Workshop()
+    running, bits = workshop.whole(grid()), []
+    alone = Workshop()
+    expected = alone.whole(grid())
+    patches = [grid(8, 8, 5.0 + k, 9.3, seed=k) for k in range(20)]
+    for patch in patches:
+        expected = alone.patched(expected, patch)
+
+    def make():
+        for k in range(20):
+            bits.append(workshop.whole(grid(seed=k)).facets.geometry.copy())
+
+    threads = [threading.Thread(target=make) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for patch in patches:
+        running = workshop.patched(running, patch)
+    for thread in threads:
+        thread.join()
+    assert np.array_equal(running.facets.geometry, expected.facets.geometry)
+    alone_bits = [Workshop().whole(grid(seed=k)).facets.geometry for k in range(20)]
+    assert all(any(np.array_equal(made, one) for one in alone_bits) for made in bits)
+    assert len(bits) == 40
 
 
 def test_a_ground_can_be_made_on_another_thread_than_it_is_flown_on():
