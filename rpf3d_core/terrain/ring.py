@@ -58,7 +58,7 @@ class _Mesh:
         number = {place: k for k, place in enumerate(self._at)}
         if len(number) < len(points):
             raise TerrainError(CROSSING)
-        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.multipoints(points))).tolist()
+        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(points))).tolist()
         corners = [number[x, y] for x, y in parts]
         self._left: dict[Edge, int] = {}
         self._beside: list[set[int]] = [set() for _ in points]
