@@ -72,6 +72,7 @@ bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
 	$(BIN)/python benchmarks/flight.py
 	$(BIN)/python benchmarks/ensemble.py
+	$(BIN)/python benchmarks/live_ground.py
 
 accuracy: venv
 	$(BIN)/python docs/accuracy.py
