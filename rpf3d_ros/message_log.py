@@ -9,10 +9,10 @@ from geometry_msgs.msg import PoseArray
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
-from rpf3d_ros.cloud_messages import columns_of_cloud, positions_of_cloud
-from rpf3d_ros.diagnostic_messages import Health, healths_of
+from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.health import Health, healths_of
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import facets_of_markers, strips_of_markers
+from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
 from rpf3d_ros.recording import Recording
 from rpf3d_ros.source_messages import sources_of_poses
 from rpf3d_ros.survey_terrain import ground_mesh

@@ -16,7 +16,7 @@ from shape_msgs.msg import Mesh
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.message_log import COUNT_OF_RECORDED, MessageLog
 from rpf3d_ros.parameters import RecorderParameters, declare

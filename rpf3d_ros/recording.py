@@ -18,8 +18,8 @@ from rpf3d_core.recordings.log import import_rerun
 from rpf3d_core.recordings.shapes import coloured_mesh
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.diagnostic_messages import OK, WARN, Health
-from rpf3d_ros.marker_messages import Strip
+from rpf3d_ros.health import OK, WARN, Health
+from rpf3d_ros.marker_reading import Strip
 
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR = (255, 140, 0)

@@ -11,7 +11,7 @@ from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 
 from rpf3d_core.errors import InputError, TerrainError
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.latest_request import LatestRequest
 from rpf3d_ros.parameters import SimulatorParameters, declare

@@ -7,16 +7,18 @@ u32[3] each, u32 vertices, padding to 8, f64[3] each.
 
 import struct
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header
 
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.cloud_messages import cloud_of_columns, positions_of_cloud
+from rpf3d_ros.cloud_reading import positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
 
 LITTLE_ENDIAN_CDR = bytes((0, 1, 0, 0))
 HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
@@ -41,7 +43,7 @@ class MeshSurvey:
 Survey = GridSurvey | MeshSurvey
 
 
-def grid_of_cloud(cloud: PointCloud2, frame: MapFrame) -> GridSurvey:
+def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
     """The grid of an organised cloud; a point with any NaN is a hole. Raises MessageRefused."""
     frame.check(cloud.header.frame_id)
     if cloud.height < 2 or cloud.width < 2:
@@ -55,11 +57,6 @@ def grid_of_cloud(cloud: PointCloud2, frame: MapFrame) -> GridSurvey:
         raise MessageRefused("every point of the cloud is NaN; the terrain needs at least one cell of four points")
     points[hole] = np.nan
     return GridSurvey(points)
-
-
-def cloud_of_grid(header: Header, survey: GridSurvey) -> PointCloud2:
-    """An organised cloud x, y, z of the grid, in float32; NaN stays a hole."""
-    return cloud_of_columns(header, {name: survey.points[..., i] for i, name in enumerate("xyz")})
 
 
 def mesh_of_cdr(data: bytes, frame: MapFrame, frame_id: str) -> MeshSurvey:

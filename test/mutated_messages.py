@@ -10,11 +10,13 @@ from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
-from rpf3d_ros.cloud_messages import cloud_of_columns, columns_of_cloud, positions_of_cloud
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import facets_of_markers, hazard_markers, strips_of_markers, trajectory_markers
+from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
+from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
 from rpf3d_ros.source_messages import poses_of_sources, sources_of_poses
-from rpf3d_ros.terrain_messages import GridSurvey, cloud_of_grid, grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.terrain_messages import GridSurvey, grid_of_cloud, mesh_of_cdr
 
 MAP, HEADER = MapFrame(), Header(frame_id="map")
 POINTS = np.arange(60.0).reshape(20, 3)

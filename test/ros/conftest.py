@@ -19,7 +19,7 @@ from shape_msgs.msg import Mesh
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
-from rpf3d_ros.diagnostic_messages import healths_of
+from rpf3d_ros.health import healths_of
 from rpf3d_ros.qos import EVENTS, LATCHED
 
 PATIENCE = 60.0

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros import recorder
-from rpf3d_ros.diagnostic_messages import ERROR, OK
+from rpf3d_ros.health import ERROR, OK
 from rpf3d_ros.message_log import COUNT_OF_RECORDED
 from rpf3d_ros.qos import LATCHED
 from rpf3d_ros.recorder import RECORDING, RecorderNode

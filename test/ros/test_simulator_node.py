@@ -13,12 +13,13 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from std_msgs.msg import Header
 
 from rpf3d_core.values import STANDARD_GRAVITY
-from rpf3d_ros.cloud_messages import cloud_of_columns, columns_of_cloud
-from rpf3d_ros.diagnostic_messages import OK, WARN
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.cloud_reading import columns_of_cloud
+from rpf3d_ros.health import OK, WARN
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import facets_of_markers, strips_of_markers
+from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
 from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey, cdr_of_mesh, cloud_of_grid
+from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey, cdr_of_mesh
 
 SIDE, HEIGHT = 20, 5.0
 NODE = "rpf3d_simulator"

@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 
+from rpf3d_ros.cloud_messages import cloud_of_grid
 from rpf3d_ros.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.terrain_messages import (
@@ -21,7 +22,6 @@ from rpf3d_ros.terrain_messages import (
     GridSurvey,
     MeshSurvey,
     cdr_of_mesh,
-    cloud_of_grid,
     grid_of_cloud,
     mesh_of_cdr,
 )
