@@ -39,7 +39,7 @@ $(VENV)/.core: setup.py
 	@touch $@
 
 $(VENV)/.everything: $(VENV)/.core
-	$(PIP) --editable '.[ros,test]'
+	$(PIP) --editable '.[bags,ros,test]'
 	@touch $@
 
 demo: $(VENV)/.core

@@ -27,13 +27,14 @@ setup(
         "pydantic>=2.7,<3",
         "PyYAML>=6.0",
         "rasterio>=1.4",
-        "rerun-sdk>=0.38,<0.42",  # its interface changes from month to month
+        "rerun-sdk>=0.41,<0.42",  # its interface changes from month to month
         "rich>=13",
         "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
         "typer>=0.12",
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
     ],
     extras_require={
+        "bags": ["rosbags>=0.11,<0.12"],  # reads and writes rosbag2 bags without ROS
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": ["dask[distributed]", "hypothesis", "mpmath", "mypy", "pytest", "pytest-xdist", "ruff", "types-PyYAML"],
@@ -50,6 +51,7 @@ setup(
             "rpf3d = rpf3d_core.cli:main",
             "rpf3d_simulator = rpf3d_ros.simulator_node:main",
             "rpf3d_recorder = rpf3d_ros.recorder_node:main",
+            "rpf3d_play_bag = rpf3d_ros.play_bag:main",
             "rpf3d_scene_publisher = rpf3d_ros.scene_publisher_node:main",
         ],
     },

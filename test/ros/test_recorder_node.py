@@ -13,10 +13,10 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.health import WARN
 from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
-from rpf3d_ros.recording_content import rows_by_entity, verify
 from rpf3d_ros.survey_terrain import grid_mesh
 from rpf3d_ros.terrain_messages import GridSurvey, cdr_of_mesh
 
