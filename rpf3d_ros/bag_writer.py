@@ -13,8 +13,8 @@ VERSION = 9
 def import_rosbags() -> Any:
     """The rosbags package with its writer and reader, or an InputError that says how to get it."""
     try:
-        import rosbags.highlevel
         import rosbags.rosbag2
+        import rosbags.serde
         import rosbags.typesys
     except ImportError as fault:
         raise InputError("bags need rosbags: pip install 'rpf3d[bags]'") from fault
@@ -31,17 +31,17 @@ class BagWriter:
     """An open bag. Its index is written by `close`: a bag that was cut off has to be repaired with `mcap recover`."""
 
     def __init__(self, folder: Path) -> None:
-        """Create the bag's folder. Raises InputError where it exists or cannot be made, or without rosbags."""
+        """Create the bag's folder. Raises OSError where it exists or cannot be made, InputError without rosbags."""
         rosbag2 = import_rosbags().rosbag2
         if not folder.parent.is_dir():
-            raise InputError(f"{folder}: there is no folder {folder.parent} to write the bag into")
+            raise FileNotFoundError(f"there is no folder {folder.parent} to write the bag into")
         self.folder, self._types = folder, typestore()
         self._connections: dict[str, Any] = {}
-        self._writer = rosbag2.Writer(folder, version=VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP)
         try:
+            self._writer = rosbag2.Writer(folder, version=VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP)
             self._writer.open()
-        except (OSError, rosbag2.WriterError) as error:
-            raise InputError(f"{folder}: the bag cannot be written: {error}") from error
+        except rosbag2.WriterError as error:
+            raise FileExistsError(str(error)) from error
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
         """Add a message of a topic of TOPICS, whose full name is `name`, received at stamp_ns. OSError as files."""

@@ -45,11 +45,12 @@ def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
     try:
         with rosbags.rosbag2.Reader(bag) as reader:
             chosen = [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
+            if not chosen:
+                return  # rosbags takes none for all
             for connection, stamp_ns, data in reader.messages(connections=chosen):
                 topic = topic_called(connection.topic, namespace)
-                assert topic is not None  # it was chosen by that
-                yield Raw(topic, connection.topic, stamp_ns, bytes(data))
-    except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE, AssertionError) as error:
+                yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
+    except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE) as error:
         raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {error}") from error
 
 
@@ -83,7 +84,13 @@ def _write(files: RecordingFiles, entries: list[Any], out: Path) -> None:
 
 
 def _message(types: Any, raw: Raw) -> Any:
-    return raw.data if raw.topic == MESH else types.deserialize_cdr(raw.data, TOPICS[raw.topic].kind)
+    if raw.topic == MESH:
+        return raw.data
+    kind = TOPICS[raw.topic].kind
+    try:
+        return types.deserialize_cdr(raw.data, kind)
+    except import_rosbags().serde.SerdeError as error:
+        raise MessageRefused(f"it is no {kind}: {error}") from error
 
 
 def _kind(name: str, namespace: str) -> str | None:

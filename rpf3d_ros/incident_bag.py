@@ -21,28 +21,36 @@ class IncidentBag:
         self._ground: list[tuple[str, str, bytes]] = []
         self._is_new = True
         self.folder: Path | None = None
+        self.fault = ""
 
     def begin_with(self, recording: Path) -> None:
-        """End the bag and begin the one of a recording. Raises InputError where the folder cannot be made."""
+        """End the bag and begin the one of a recording.
+
+        Raises OSError where that of the first recording cannot be written; of later ones `fault` then says why.
+        """
         if self._prefix is None:
             return
-        self.close()
+        first = self.folder is None
         self.folder = self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
-        self._writer, self._is_new = BagWriter(self.folder), True
+        try:
+            self.close()
+            self._writer, self._is_new, self.fault = BagWriter(self.folder), True, ""
+        except OSError as error:
+            self.fault = f"{self.folder} cannot be written: {error}"
+            if first:
+                raise
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
-        """Add a message as it came. Raises OSError once where that is not possible."""
+        """Add a message as it came; where that is not possible, `fault` says why and the bag is left."""
         if self._prefix is None:
             return
         try:
             if self._writer is not None:
                 self._begin(stamp_ns)
                 self._writer.write(topic, name, stamp_ns, data)
-        except OSError:
-            self._writer = None
-            raise
-        finally:
-            self._remember(topic, name, data)
+        except OSError as error:
+            self._writer, self.fault = None, f"{self.folder} could not be written and is left: {error}"
+        self._remember(topic, name, data)
 
     def close(self) -> None:
         """Write the index of the bag that is open."""

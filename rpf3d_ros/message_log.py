@@ -145,7 +145,8 @@ class MessageLog:
         directions = np.zeros_like(points)
         if {"vx", "vy", "vz"} <= set(names) and len(points):
             velocity = np.stack([_column(cloud, name) for name in ("vx", "vy", "vz")], axis=-1).astype(float)
-            speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+            with np.errstate(over="ignore"):
+                speed = np.linalg.norm(velocity, axis=1, keepdims=True)
             directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
         yield self._released(cloud, points, directions)
 

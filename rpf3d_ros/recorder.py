@@ -66,7 +66,7 @@ class RecorderNode(Node):
         self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
 
     def _receive(self, topic: str, kind: Any, data: bytes) -> None:
-        self._bag(topic, data)
+        self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
         try:
             message = data if topic == MESH else deserialize_message(data, kind)
         except Exception as error:  # rclpy raises what its C++ calls it
@@ -92,12 +92,6 @@ class RecorderNode(Node):
         else:
             self._count(topic)
 
-    def _bag(self, topic: str, data: bytes) -> None:
-        try:
-            self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
-        except OSError as error:
-            self.health.set(BAG, ERROR, f"{self.bag.folder} could not be written and is left: {error}")
-
     def _look_after(self) -> None:
         try:
             self.files.check()
@@ -105,6 +99,12 @@ class RecorderNode(Node):
             self._say_fault(error)
         else:
             self._say_recorded()
+        if self.bag.folder is not None:
+            level = ERROR if self.bag.fault else OK
+            self.health.set(BAG, level, self.bag.fault or f"writing {self.bag.folder}")
+        self._say_viewer()
+
+    def _say_viewer(self) -> None:
         if self.feed is not None:
             lost = {"dropped": str(self.feed.dropped)}
             if self.feed.fault:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.colours import speed_colours
-from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
 from rpf3d_core.recordings.shapes import coloured_mesh
 from rpf3d_core.terrain.facets import IntArray, Terrain
@@ -19,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.health import OK, WARN, Health
 from rpf3d_ros.marker_reading import Colour, Strip
 from rpf3d_ros.moving_rocks import FRAME, Motion
-from rpf3d_ros.recording_views import blueprint
+from rpf3d_ros.recording_views import STATE_COLOURS, blueprint
 
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
@@ -35,6 +34,7 @@ UNKNOWN = (0, 0, 0, 0)
 FLUSH_TIMEOUT = 60.0
 """Seconds; the terrain of 2.3 million triangles takes 1.3 s to write."""
 
+JOULE_PER_KJ = 1000.0
 MILLISECONDS_A_FRAME = round(1000 * FRAME)
 
 
@@ -49,7 +49,7 @@ class Recording:
         self._rerun, self._stream = import_rerun(), stream
         self._eye_is_set = False
         self._stamp_ns, self._event = 0, 0
-        self._frames = 0
+        self._frames, self._lanes = 0, set[str]()
         self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._style()
 
@@ -132,10 +132,10 @@ class Recording:
         self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
 
     def energies(self, energy: FloatArray) -> None:
-        """Log the largest and the 95th percentile of an event's energies at impacts, (N,) J, as series."""
+        """Log the largest and the 95th percentile of an event's energies at impacts, (N,) J, in kJ."""
         if len(energy):
-            self._log("energy/largest", self._rerun.Scalars(float(energy.max())))
-            self._log("energy/p95", self._rerun.Scalars(float(np.percentile(energy, 95))))
+            for name, value in (("largest", energy.max()), ("p95", np.percentile(energy, 95))):
+                self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
 
     def reach(self, positions: FloatArray, reach: FloatArray, beside: dict[str, NDArray[Any]]) -> None:
         """Log where rocks come to, (N, 3) m, coloured by the share of rocks (N,) that do, with further columns."""
@@ -176,7 +176,12 @@ class Recording:
 
     def alert_state(self, area: str, state: str) -> None:
         """Log the state of an area, or of the site or the alarm, as a lane over time."""
-        self._log(_under("alert_state", area), self._rerun.StateChange(state=state))
+        lane = _under("alert_state", area)
+        if lane not in self._lanes:
+            self._lanes.add(lane)
+            states, colours = list(STATE_COLOURS), list(STATE_COLOURS.values())
+            self._log(lane, self._rerun.StateConfiguration(values=states, labels=states, colors=colours), static=True)
+        self._log(lane, self._rerun.StateChange(state=state))
 
     def text(self, entity: str, health: Health) -> None:
         """Log what a node says of a part as a line of text."""
@@ -228,11 +233,11 @@ class Recording:
 def file_recording(path: Path) -> Recording:
     """A recording into a file that is created or replaced.
 
-    Raises InputError where rerun is missing or there is no such folder, OSError where the file cannot be created.
+    Raises InputError where rerun is missing, OSError where there is no such folder or the file cannot be created.
     """
     rerun = import_rerun()
     if not path.parent.is_dir():
-        raise InputError(f"{path}: there is no folder {path.parent} to write the recording into")
+        raise FileNotFoundError(f"there is no folder {path.parent} to write the recording into")
     stream = rerun.RecordingStream(APPLICATION)
     try:
         stream.save(str(path), default_blueprint=blueprint())

@@ -73,7 +73,7 @@ class RecordingFiles:
         monotonic: Callable[[], float] = time.monotonic,
         begun: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        """Begin the first file; `begun` is told of each. Raises InputError or OSError where that is not possible."""
+        """Begin the first file; `begun` is told of each. Raises OSError or RuntimeError where that is not possible."""
         self._file, self._rotation, self._monotonic, self._begun = file, rotation, monotonic, begun
         self.head = Head()
         self.number, self.lost = 0, 0

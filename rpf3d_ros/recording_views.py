@@ -14,7 +14,16 @@ from rpf3d_ros.marker_reading import Strip
 LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
 """Levels of an alert, from the lowest; a level's number is its place."""
 
-LEVEL_COLOURS = (0x4C9F50FF, 0xE0C030FF, 0xE08A20FF, 0xC02020FF, 0x8040A0FF)
+STATE_COLOURS = {
+    "normal": 0x4C9F50FF,
+    "watch": 0xE0C030FF,
+    "restrict": 0xE08A20FF,
+    "evacuate": 0xC02020FF,
+    "fault": 0x8040A0FF,
+    "off": 0x4C9F50FF,
+    "on": 0xC02020FF,
+}
+"""Of the levels and of the alarm, in red, green, blue, opacity."""
 
 NOWHERE = Terrain(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32), np.zeros(0, dtype=np.int32), ())
 """Stands for the terrain where the eye is placed by trajectories alone."""
@@ -34,12 +43,11 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
             plot_legend=rrb.PlotLegend(visible=False),
         ),
         rrb.StateTimelineView(origin="alert_state", name="Alert by area"),
-        rrb.TimeSeriesView(origin="energy", name="Energy at impacts (J)"),
+        rrb.TimeSeriesView(origin="energy", name="Energy at impacts (kJ)"),
     )
+    columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     texts = rrb.Tabs(
-        rrb.TextLogView(origin="alerts", name="Alerts"),
-        rrb.TextLogView(origin="diagnostics", name="Diagnostics"),
-        rrb.TextLogView(origin="results", name="Results"),
+        *(rrb.TextLogView(origin=name.lower(), name=name, columns=columns) for name in ("Alerts", "Diagnostics", "Results"))
     )
     panels = (
         rrb.BlueprintPanel(state="collapsed"),
