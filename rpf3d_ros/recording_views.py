@@ -47,7 +47,10 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
     )
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     texts = rrb.Tabs(
-        *(rrb.TextLogView(origin=name.lower(), name=name, columns=columns) for name in ("Alerts", "Diagnostics", "Results"))
+        *(
+            rrb.TextLogView(origin=name.lower(), name=name, columns=columns)
+            for name in ("Alerts", "Diagnostics", "Results")
+        )
     )
     panels = (
         rrb.BlueprintPanel(state="collapsed"),

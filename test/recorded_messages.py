@@ -100,7 +100,9 @@ def inputs(second):
         "sources": poses(second, (8.0, 2.0, 20.0), (12.0, 2.0, 20.0)),
         "/clicked_point": PointStamped(header=header(second + 1), point=Point(x=10.0, y=3.0, z=19.0)),
         "source_cloud": cloud_of_columns(
-            header(second + 2), {n: np.full(2, v) for n, v in zip(("x", "y", "z", "vx", "vy", "vz"), (9.0, 2.0, 20.0, 0.0, 2.0, 0.0), strict=True)}
+            header(second + 2),
+            {"x": np.full(2, 9.0), "y": np.full(2, 2.0), "z": np.full(2, 20.0)}
+            | {"vx": np.zeros(2), "vy": np.full(2, 2.0), "vz": np.zeros(2)},
         ),
     }
 
@@ -110,13 +112,14 @@ def answers(second, seconds=4.0):
     cloud = cloud_of_columns(header(second), falls(seconds=seconds))
     reach = {"x": np.arange(5.0), "y": np.arange(5.0), "z": np.full(5, 18.0), "reach_probability": np.linspace(0, 1, 5)}
     reach |= {"p95_energy": np.full(5, np.nan), "first_arrival": np.arange(5.0)}
+    zones = {"passed": facets(slice(4, 30)), "stopped": facets(slice(29, 34))}
     result = Health("rpf3d: result", OK, "result 1", {"result": "1", "stage": "0", "rocks": "6", "complete": "true"})
     return {
         "trajectories": trajectory_markers(header(second), falls(), 200, 50),
         "trajectories/points": cloud,
         "impacts": cloud,
         "deposits": cloud,
-        "hazard/zones": hazard_markers(header(second), {"passed": facets(slice(4, 30)), "stopped": facets(slice(29, 34))}),
+        "hazard/zones": hazard_markers(header(second), zones),
         "hazard/points": cloud_of_columns(header(second), reach),
         "hazard/grid": grid(second),
         "results": diagnostics_of(Time(sec=second), [result]),

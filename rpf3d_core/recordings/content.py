@@ -58,15 +58,24 @@ def repair(broken: Path, repaired: Path) -> Content:
         raise InputError(f"{broken}: would be overwritten; give another file with -o")
     if not broken.is_file():
         raise InputError(f"{broken}: there is no such file")
+    part = repaired.with_name(f"{repaired.stem}.part.rrd")
     try:
-        _rerun(broken, "cannot read it", "merge", "--continue-on-error", str(broken), "-o", str(repaired))
-        verify(repaired)
-        content = content_of(repaired)
-        if not any(not entity.startswith("/__") for entity in content.rows):
-            raise InputError(f"{broken}: holds no rows that could be saved")
-    except InputError:
-        repaired.unlink(missing_ok=True)
-        raise
+        _rerun(broken, "cannot read it", "merge", "--continue-on-error", str(broken), "-o", str(part))
+        content = _saved(broken, part)
+        verify(part)
+        part.replace(repaired)
+    finally:
+        part.unlink(missing_ok=True)
+    return content
+
+
+def _saved(broken: Path, part: Path) -> Content:
+    try:
+        content = content_of(part)
+    except InputError as error:
+        raise InputError(f"{broken}: holds no recording that could be saved ({error})") from error
+    if not any(not entity.startswith("/__") for entity in content.rows):
+        raise InputError(f"{broken}: holds no rows that could be saved")
     return content
 
 

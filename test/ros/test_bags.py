@@ -1,4 +1,4 @@
-"""A bag of the topics becomes the recording that the live recorder writes, without ROS; and it replays into the nodes."""
+"""A bag becomes the recording that the live recorder writes, without ROS; and it replays into the nodes."""
 
 import os
 import signal

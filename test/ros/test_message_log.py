@@ -11,12 +11,13 @@ import recorded_messages as made
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
 from std_msgs.msg import Bool
 
-from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
 from rpf3d_ros.message_log import EVENTS_KEPT, UPDATES_SHOWN, EventNumbers, MessageLog
 from rpf3d_ros.recorded_topics import TOPICS
 from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.terrain_messages import GridSurvey
 
 SECOND = made.SECOND
 header = made.header
@@ -64,7 +65,7 @@ def results(log, second):
 
 def test_every_topic_that_is_subscribed_to_has_rows(log):
     messages = {topic: message for _, topic, message in made.shift()}
-    messages["terrain/points"] = cloud_of_columns(header(1), dict(zip("xyz", np.moveaxis(made.slope(), -1, 0), strict=True)))
+    messages["terrain/points"] = cloud_of_grid(header(1), GridSurvey(made.slope()))
     assert set(messages) == set(TOPICS)
     assert all(rows(log.entries(topic, message)) for topic, message in messages.items())
 

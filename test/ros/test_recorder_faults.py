@@ -7,6 +7,7 @@ import socket
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -161,7 +162,7 @@ def test_the_server_for_viewers_listens_on_loopback_only(stage):
     listening = {
         line.split()[1]
         for table in ("/proc/net/tcp", "/proc/net/tcp6")
-        for line in open(table).read().splitlines()[1:]
+        for line in Path(table).read_text().splitlines()[1:]
         if line.split()[3] == "0A" and line.split()[1].endswith(f":{port:04X}")
     }
     assert listening == {f"0100007F:{port:04X}"}

@@ -1,4 +1,4 @@
-"""Files of a recording: when the next one is begun, what it begins with, and what happens where it cannot be written."""
+"""Files of a recording: when the next one begins, with what, and what happens where it cannot be written."""
 
 import pytest
 
