@@ -29,12 +29,12 @@ setup(
         "rasterio>=1.4",
         "rerun-sdk>=0.41,<0.42",  # its interface changes from month to month
         "rich>=13",
+        "rosbags>=0.11,<0.12",  # reads and writes rosbag2 bags where there is no ROS; young, so it is pinned
         "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
         "typer>=0.12",
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
     ],
     extras_require={
-        "bags": ["rosbags>=0.11,<0.12"],  # reads and writes rosbag2 bags without ROS
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": ["dask[distributed]", "hypothesis", "mpmath", "mypy", "pytest", "pytest-xdist", "ruff", "types-PyYAML"],

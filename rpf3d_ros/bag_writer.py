@@ -17,7 +17,7 @@ def import_rosbags() -> Any:
         import rosbags.serde
         import rosbags.typesys
     except ImportError as fault:
-        raise InputError("bags need rosbags: pip install 'rpf3d[bags]'") from fault
+        raise InputError("bags need rosbags: pip install 'rosbags>=0.11,<0.12'") from fault
     return rosbags
 
 

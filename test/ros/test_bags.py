@@ -12,7 +12,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
-pytest.importorskip("rosbags", reason="rosbags is not installed; install the extra `bags`")
+pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 import recorded_messages as made
 from rosbags.rosbag2 import StoragePlugin, Writer
