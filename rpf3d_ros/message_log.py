@@ -6,6 +6,7 @@ No message class is imported: messages are read by the names of their fields, fr
 import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -268,7 +269,7 @@ class MessageLog:
 
 def _draw_alert(recording: Recording, alert: Alert) -> None:
     recording.alert_state(alert.area, alert.state)
-    recording.text("alerts", alert.health)
+    recording.text("alerts", replace(alert.health, name=alert.area))
 
 
 def _column(cloud: Any, name: str) -> np.ndarray:

@@ -109,7 +109,9 @@ def inputs(second):
 
 def answers(second, seconds=4.0):
     """What the simulator publishes of an event."""
-    cloud = cloud_of_columns(header(second), falls(seconds=seconds))
+    fallen = falls(seconds=seconds)
+    fallen["energy"] = fallen["energy"] * seconds
+    cloud = cloud_of_columns(header(second), fallen)
     reach = {"x": np.arange(5.0), "y": np.arange(5.0), "z": np.full(5, 18.0), "reach_probability": np.linspace(0, 1, 5)}
     reach |= {"p95_energy": np.full(5, np.nan), "first_arrival": np.arange(5.0)}
     zones = {"passed": facets(slice(4, 30)), "stopped": facets(slice(29, 34))}
