@@ -16,8 +16,6 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Material, RockSpec, Scene
 from rpf3d_core.io.scene_models import OneOf
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.recording_files import Rotation
-from rpf3d_ros.viewer_feed import NONE, Viewer
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
@@ -121,19 +119,9 @@ class RecorderParameters(InputParameters):
     rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
     keep_files: int = parameter(0, "files kept with rotation, the newest; 0: all", 0, LARGEST_COUNT)
     bag: str = parameter("", "prefix of the MCAP bags to write beside the recording; empty: none")
-    viewer: str = parameter(NONE, "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy")
+    viewer: str = parameter("none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy")
     viewer_bind: str = parameter("127.0.0.1", "address to serve viewers on; any but loopback opens it to the network")
     viewer_port: int = parameter(9876, "port to serve viewers on", 1, 65_535)
-
-    @property
-    def rotation(self) -> Rotation:
-        """When the next file is begun."""
-        return Rotation(self.rotate_mb, self.rotate_minutes, self.keep_files)
-
-    @property
-    def view(self) -> Viewer:
-        """Which viewer is fed."""
-        return Viewer(self.viewer, self.viewer_bind, self.viewer_port)
 
 
 @dataclass(frozen=True)

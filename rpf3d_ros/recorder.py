@@ -18,8 +18,8 @@ from rpf3d_ros.parameters import RecorderParameters, declare
 from rpf3d_ros.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.recorded_topics import TOPICS
 from rpf3d_ros.recorder_node import NAME
-from rpf3d_ros.recording_files import FAULTS, RecordingFiles
-from rpf3d_ros.viewer_feed import NONE, ViewerFeed
+from rpf3d_ros.recording_files import FAULTS, RecordingFiles, Rotation
+from rpf3d_ros.viewer_feed import NONE, Viewer, ViewerFeed
 
 RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
 """The part of /diagnostics that counts the messages recorded, by topic."""
@@ -44,7 +44,7 @@ class RecorderNode(Node):
         parameters = declare(self, RecorderParameters)
         self.log = MessageLog(parameters.frame, parameters.mesh_frame, self._now_ns)
         self.bag = IncidentBag(parameters.bag)
-        viewer = parameters.view
+        viewer = Viewer(parameters.viewer, parameters.viewer_bind, parameters.viewer_port)
         viewer.check()
         self.files = _opened(parameters, self.bag)
         self.recorded: Counter[str] = Counter()
@@ -143,7 +143,8 @@ class RecorderNode(Node):
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
     """The first file. Raises InputError where it cannot be created."""
     path = Path(parameters.file)
+    rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
     try:
-        return RecordingFiles(path, parameters.rotation, begun=bag.begin_with)
+        return RecordingFiles(path, rotation, begun=bag.begin_with)
     except FAULTS as error:
         raise InputError(f"{path}: the recording cannot be written: {error}") from error
