@@ -17,7 +17,7 @@ from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import CloudSurvey
-from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.terrain_messages import (
@@ -27,7 +27,6 @@ from rpf3d_ros.terrain_messages import (
     cdr_of_mesh,
     check_cloud,
     check_mesh,
-    cloud_of_grid,
     grid_of_cloud,
     mesh_of_cdr,
     survey_of_cloud,
