@@ -9,7 +9,7 @@ from rpf3d_ros.refusals import MessageRefused
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticArray
 
-ALERT = "rpf3d_simulator: alert"
+ALERT = "rpf3d: alert"
 """Name of the status of the site; that of an area is followed by a space and the area's name."""
 
 SITE = "site"

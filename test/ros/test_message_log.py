@@ -175,7 +175,7 @@ def points(**changes):
 
 REFUSED = {
     "alert_of_no_level": ("alerts", lambda: of_level("red"), "level 'red'"),
-    "alert_of_no_site": ("alerts", without_site, "no status named 'rpf3d_simulator: alert'"),
+    "alert_of_no_site": ("alerts", without_site, "no status named 'rpf3d: alert'"),
     "grid_shorter_than_it_says": ("hazard/grid", lambda: grid(width=7), "7 x 40 cells"),
     "grid_without_resolution": ("hazard/grid", lambda: grid(resolution=math.nan), "resolution"),
     "grid_beyond_100": ("hazard/grid", lambda: grid(data=[101] * made.SIDE**2), "beyond"),
@@ -206,5 +206,6 @@ def test_what_cannot_be_shown_is_refused_with_a_sentence(case, log):
 
 def test_trajectories_without_rocks_are_recorded(log):
     nothing = {name: column[:0] for name, column in made.falls().items()}
-    assert calls(log.entries("trajectories", made.markers(trajectory_markers(header(10), nothing, 9, 9)))) == [("trajectories", [])]
+    lines = made.markers(trajectory_markers(header(10), nothing, 9, 9))
+    assert calls(log.entries("trajectories", lines)) == [("trajectories", [])]
     assert calls(log.entries("trajectories/points", cloud_of_columns(header(10), nothing)))[0][0] == "clear"

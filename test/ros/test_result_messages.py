@@ -63,7 +63,7 @@ def alert(word, alarm=False):
 @pytest.mark.parametrize("word", LEVEL_WORDS)
 def test_an_alert_says_its_level_its_reasons_and_until_when_they_hold(word):
     (health,) = healths_of(sent(alerts_message(HEADER, alert(word, alarm=True), 7)))
-    assert health.name == "rpf3d_simulator: alert"
+    assert health.name == "rpf3d: alert"
     assert health.message == f"{word}: ramp: 12 % of rocks reach it; held since 08:15"
     assert {key: health.values[key] for key in ("level", "alarm", "result", "valid_until_ns", "reason.1")} == {
         "level": word, "alarm": "true", "result": "7", "valid_until_ns": str(2**62), "reason.1": "held since 08:15",
