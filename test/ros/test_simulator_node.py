@@ -250,7 +250,6 @@ BAD = {
     "mesh_with_a_wrong_index": ("terrain/mesh", wrong_index, "triangle 5 of the mesh names a vertex beyond"),
     "poses_in_a_foreign_frame": ("sources", lambda: poses((5.0, 5.0, 5.0), frame="radar"), "frame_id is 'radar'"),
     "pose_that_is_not_finite": ("sources", lambda: poses((5.0, math.inf, 5.0)), "pose 0 is not finite"),
-    "no_poses": ("sources", lambda: poses(), "holds no poses"),
     "source_under_the_ground": ("sources", lambda: poses((5.0, 5.2, -2.0)), "2 m under the ground"),
     "source_off_the_terrain": ("sources", lambda: poses((50.0, 5.0, 5.0)), "off the terrain"),
 }
@@ -324,3 +323,13 @@ def test_a_node_with_a_wrong_parameter_ends_with_exit_code_2_and_a_sentence(stag
     assert process.wait(timeout=30.0) == 2
     assert "parameter `rock.diameter` is 0.0, but must be a number above 0 (m)" in stage.output("simulator_node")
     assert "Traceback" not in stage.output("simulator_node")
+
+
+def test_sources_without_a_pose_say_that_nothing_is_seen(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=["terrain/points", "sources"])
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", floor_cloud())
+    peer.wait_for_health(f"{NODE}: terrain", "received")
+    peer.send("sources", poses())
+    peer.wait_for_health(f"{NODE}: run", "watched, nothing seen")
