@@ -15,7 +15,7 @@ help:
 	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
-	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages; an hour"
+	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make lint      ruff, and mypy on the core"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
@@ -54,11 +54,11 @@ test: venv
 guards: venv
 	$(BIN)/python test/hard/guards.py
 
-# 29 properties; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
+# 36 properties, seven of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
-	RPF3D_MUTATIONS=1700 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
+	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
 
 # 128 combinations of the effects, each compiled and flown on both engines
 combinations: venv
@@ -72,6 +72,7 @@ bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
 	$(BIN)/python benchmarks/flight.py
 	$(BIN)/python benchmarks/ensemble.py
+	$(BIN)/python benchmarks/live_ground.py
 
 accuracy: venv
 	$(BIN)/python docs/accuracy.py
@@ -96,7 +97,8 @@ colcon: $(COLCON)/.installed
 	cd "$$work"; colcon list; \
 	colcon list | grep -q 'ros.ament_python' || { echo "colcon does not see an ament_python package: check package.xml"; exit 1; }; \
 	colcon build; \
-	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher share/rpf3d/package.xml \
+	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher \
+	  lib/rpf3d/rpf3d_play_bag share/rpf3d/package.xml \
 	  share/ament_index/resource_index/packages/rpf3d; do \
 	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
 	echo "colcon: built and installed as ros.ament_python"

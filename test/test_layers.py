@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("rpf3d_core", "rpf3d_ros")
 
 LAYERS = (
-    {"errors", "values", "series"},
+    {"errors", "values", "series", "memory"},
     {"inlining"},
     {"compiling"},
     {"vectors", "arc"},
@@ -20,6 +20,7 @@ LAYERS = (
     {"hazard"},
     {"io", "recordings"},
     {"named", "builders"},
+    {"alerts"},
     {"choices", "prepared", "compare"},
     {"accuracy"},
     {"run", "compare_tables", "thesis"},
@@ -27,6 +28,7 @@ LAYERS = (
     {"check_effects"},
     {"check"},
     {"imports"},
+    {"live"},
     {"commands"},
     {"cli"},
     {"rpf3d_ros"},
@@ -57,8 +59,8 @@ CONFINED = {
     "matplotlib": ("rpf3d_core/io/plots",),
     "pyarrow": ("rpf3d_core/io/tables.py", "rpf3d_core/io/vtp_file.py"),
     "rasterio": ("rpf3d_core/io/",),
-    "shapely": ("rpf3d_core/io/", "rpf3d_core/terrain/zones.py"),
-    "pydantic": ("rpf3d_core/io/scene",),
+    "shapely": ("rpf3d_core/io/", *(f"rpf3d_core/terrain/{file}.py" for file in ("zones", "cloud", "ring"))),
+    "pydantic": ("rpf3d_core/io/scene", "rpf3d_core/io/site"),
     "yaml": ("rpf3d_core/io/yaml_lines.py",),
     "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/"),
     "rich": ("rpf3d_core/commands/",),

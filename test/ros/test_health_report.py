@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_ros import health_report
-from rpf3d_ros.diagnostic_messages import OK, WARN, healths_of
+from rpf3d_ros.health import OK, WARN, healths_of
 from rpf3d_ros.health_report import HealthReport
 
 THREADS, PARTS = 4, 200
@@ -60,6 +60,7 @@ def test_no_part_is_lost_where_threads_set_parts_at_once(tiny_switch_interval):
         thread.start()
     for thread in threads:
         thread.join()
+    report.publish()
     assert len(healths_of(node.arrays[-1])) == THREADS * PARTS
     sizes = [len(array.status) for array in node.arrays]
     assert sizes == sorted(sizes), "an older state was published after a newer one"
