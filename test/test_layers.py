@@ -13,6 +13,7 @@ LAYERS = (
     {"errors", "values", "series"},
     {"inlining"},
     {"compiling"},
+    {"compiling_beside"},
     {"vectors", "arc"},
     {"terrain", "materials", "kinetics", "detection", "effects"},
     {"simulation"},
