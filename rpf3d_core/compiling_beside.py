@@ -72,20 +72,19 @@ ALONE = Beside(None)
 def compiling_beside(*loops: Any) -> Iterator[Beside]:
     """A second process that is to compile some loops, begun at once, for its imports take a second.
 
-    There is none where there is only one core, or where the loops have been compiled or could not be kept.
+    There is none where no core is to spare, or where the loops have been compiled or could not be kept.
     """
-    beside = Beside(_started(loops) if loops and cores() >= FEWEST_CORES and _are_missing(loops) else None)
+    beside = Beside(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
     try:
         yield beside
     finally:
         beside.end()
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):  # not on every system
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def has_spare_core() -> bool:
+    """Whether another process would find a core to run on: both together take a sixth more computing than one."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
 
 def _are_missing(loops: Sequence[Any]) -> bool:

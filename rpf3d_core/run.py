@@ -234,11 +234,8 @@ def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, be
     """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took."""
     beside.compile(tallies.longest_to_compile())
     _check_all(prepared, rocks)
-    began = time.perf_counter()
-    warm(prepared.engine, prepared.flight.models, prepared.flight.materials, prepared.flight.settings)
-    beside.wait()
-    tallies.warm()
-    return time.perf_counter() - began
+    flight = prepared.flight
+    return warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm(beside.wait)
 
 
 def _second_compiler(scene: Scene) -> AbstractContextManager[Beside]:

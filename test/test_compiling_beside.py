@@ -50,7 +50,7 @@ BEGIN = """\
 import os, signal, subprocess, sys
 from rpf3d_core import compiling_beside
 from rpf3d_core.terrain.sums import product, slow, total
-compiling_beside.cores = lambda: 2
+compiling_beside.has_spare_core = lambda: True
 {before}
 with compiling_beside.compiling_beside(total) as beside:
     process = beside._process
@@ -111,8 +111,19 @@ def test_there_is_no_second_process_for_what_the_cache_holds(sources: Path) -> N
     assert printed(sources) == "45 1 False"
 
 
-def test_there_is_no_second_process_on_a_machine_with_one_core(sources: Path) -> None:
-    assert printed(sources, before="compiling_beside.cores = lambda: 1") == "45 0 False"
+def test_there_is_no_second_process_where_no_core_is_to_spare(sources: Path) -> None:
+    assert printed(sources, before="compiling_beside.has_spare_core = lambda: False") == "45 0 False"
+
+
+@pytest.mark.parametrize(
+    ("cores", "load", "spare"), [(1, 0.0, False), (2, 0.4, True), (2, 1.9, True), (2, 2.0, False), (8, 7.2, True)]
+)
+def test_a_core_is_to_spare_where_fewer_programs_run_than_there_are_cores(
+    monkeypatch: pytest.MonkeyPatch, cores: int, load: float, spare: bool
+) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 9.0, 9.0), raising=False)
+    assert compiling_beside.has_spare_core() is spare
 
 
 def test_there_is_no_second_process_where_nothing_can_be_kept(sources: Path) -> None:

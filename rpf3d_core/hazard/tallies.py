@@ -7,6 +7,7 @@ the maps, not on the number of rocks.
 import math
 import queue
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,12 +62,17 @@ class Tallies:
             self.barriers(batch, releases)
         return heights
 
-    def warm(self) -> float:
-        """Compile what counting needs; returns the seconds it took."""
+    def warm(self, wait: Callable[[], None] | None = None) -> float:
+        """Compile what counting needs; returns the seconds it took.
+
+        wait : called before the loop that `longest_to_compile` tells of is needed
+        """
         began = time.perf_counter()
         scratch = self._scratch()
-        self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
         self._fold(scratch)
+        if wait:
+            wait()
+        self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
         self.idle.put(scratch)
         return time.perf_counter() - began
 
