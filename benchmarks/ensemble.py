@@ -3,7 +3,8 @@
     python benchmarks/ensemble.py [rocks]
 
 The pit of 2.33 million triangles; every map on: raster of 1 m, facets, zones. CPU seconds of this process, compile time
-apart, medians of passes that take turns; the run is a process of its own.
+apart, medians of passes that take turns; the run is a process of its own, and not the first of its kind. What two
+threads gain is told of arithmetic and of reads of memory as well: no flight could gain more on this machine, now.
 """
 
 import json
@@ -14,11 +15,16 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from flight import BENCH, CONE, TRIANGLES, Case, ground_of
+from numpy.typing import NDArray
 
+from rpf3d_core.compiling import loop
 from rpf3d_core.ensemble.batches import Keep, fly_batches
 from rpf3d_core.ensemble.fly import flights_of
 from rpf3d_core.hazard.areas import areas_of
@@ -34,6 +40,10 @@ LONG = 4
 """Short falls for each long one: the cells under them are then counted often enough that finding room for them is not
 what is measured."""
 CELL = 1.0  # m
+LINE = 64
+"""Bytes of a line of the cache."""
+BYTES_A_FACET = 96
+"""Of `Facets.geometry`, the largest array that flights read."""
 MEMORY = 1e9  # bytes that bins may take
 SCENE = """
 terrain: {files: [{path: pit.stl}]}
@@ -78,23 +88,73 @@ class Mapped:
         """Print what the maps cost, and what two threads gain."""
         path = float(self.case.deposits.path.sum())
         bare, maps = (float(np.median(self.cpu[kind])) for kind in ("bare", "maps"))
-        gains = [float(np.median(np.divide(self.wall[kind], self.wall[f"{kind}, two"]))) for kind in ("bare", "maps")]
-        print(
-            f"{name:12} {path / bare / 1e6:12.2f} {path / maps / 1e6:12.2f} {maps / bare:8.1f} "
-            f"{gains[0]:12.2f} {gains[1]:12.2f}"
-        )
+        gained = [
+            gains((self.wall[kind], self.cpu[kind]), (self.wall[f"{kind}, two"], self.cpu[f"{kind}, two"]))
+            for kind in ("bare", "maps")
+        ]
+        print(f"{name:12} {path / bare / 1e6:12.2f} {path / maps / 1e6:12.2f} {maps / bare:8.1f} {'  '.join(gained)}")
+
+
+@loop
+def _shift(rounds: int, seed: int) -> int:
+    """So many steps of a generator, in registers (Marsaglia 2003, J. Stat. Softw. 8(14))."""
+    x = np.uint64(seed)
+    for _ in range(rounds):
+        x ^= x << np.uint64(13)
+        x ^= x >> np.uint64(7)
+        x ^= x << np.uint64(17)
+    return x
+
+
+@loop
+def _follow_links(links: Any, rounds: int, begin: int) -> int:
+    """So many reads, each from where the one before says."""
+    at = begin
+    for _ in range(rounds):
+        at = links[at]
+    return at
+
+
+def chain(size: int) -> NDArray[np.int64]:
+    """Numbers that lead through every line of so many bytes of memory, in no order, and back to the first."""
+    order = np.random.default_rng(1).permutation(size // LINE)
+    links = np.zeros(len(order) * (LINE // 8), dtype=np.int64)
+    links[order * (LINE // 8)] = np.roll(order, -1) * (LINE // 8)
+    return links
+
+
+class Control:
+    """Work that threads share nothing of: what they gain with it is what this machine has to give."""
+
+    def __init__(self, work: Callable[[int, int], object], rounds: int) -> None:
+        self.work, self.rounds = work, rounds
+        self.cpu: dict[int, list[float]] = {1: [], 2: []}
+        self.wall: dict[int, list[float]] = {1: [], 2: []}
+        work(1, 1)
+
+    def go(self, threads: int) -> None:
+        """Do all of it once more, by so many threads."""
+        cpu, wall = time.process_time(), time.perf_counter()
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(lambda k: self.work(self.rounds // threads, k + 1), range(threads)))
+        self.cpu[threads].append(time.process_time() - cpu)
+        self.wall[threads].append(time.perf_counter() - wall)
+
+
+def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str:
+    """What two threads gain of wall time and, at most, by the CPU time they take; from (wall, CPU) seconds of each."""
+    wall, cpu = (float(np.median(np.divide(a, b))) for a, b in zip(one, two, strict=True))
+    return f"{wall:8.2f} ({2.0 * cpu:.2f})"
 
 
 def end_to_end(folder: Path, more: bool) -> None:
     """Run a scene in a process of its own and print how long it took and how much memory."""
     word = "true" if more else "false"
     (folder / "scene.yaml").write_text(SCENE % (word, word))
+    run(folder, "1000")  # machine code, and Python's own code of every library, are then kept
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = time.perf_counter()
-    subprocess.run(
-        [sys.executable, "-m", "rpf3d_core.cli", "run", "scene.yaml", "--out", "out"], cwd=folder, check=True,
-        stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
-    )  # fmt: skip
+    run(folder, "100000")
     wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
     facts = json.loads((folder / "out" / "summary.json").read_text())
     parts = ", ".join(f"{name} {facts[f'{name}_s']:.1f}" for name in ("read", "index", "compile", "fly", "write"))
@@ -103,25 +163,46 @@ def end_to_end(folder: Path, more: bool) -> None:
     print(f"{what}: {wall:.1f} s wall ({parts}), {cpu:.1f} CPU s, peak of memory so far {after.ru_maxrss / 1e6:.2f} GB")
 
 
+def run(folder: Path, rocks: str) -> None:
+    """`rpf3d run` of so many rocks, as it is where Python may keep what it has compiled of its libraries."""
+    home = {"PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache")}
+    subprocess.run(
+        [sys.executable, "-m", "rpf3d_core.cli", "run", "scene.yaml", "--out", "out", "--rocks", rocks], cwd=folder,
+        check=True, stdout=subprocess.DEVNULL, env=os.environ | home | {"PYTHONDONTWRITEBYTECODE": ""},
+    )  # fmt: skip
+
+
 def main(rocks: int) -> None:
-    """Print the tables."""
-    short, long = (Mapped(Case(falls, TRIANGLES, n)) for falls, n in ((BENCH, rocks), (CONE, rocks // LONG)))
-    short.tallies().warm()
-    for _ in range(PASSES):
-        for mapped in (short, long):
-            for maps in (False, True):
-                kind = "maps" if maps else "bare"
-                mapped.fly(kind, 1, maps)
-                mapped.fly(f"{kind}, two", 2, maps)
-    print(f"{platform.node()}, {platform.machine()}, load {os.getloadavg()[0]:.1f}; million m of path per CPU second")
-    print(f"{'':12} {'final states':>12} {'every map':>12} {'times':>8} {'two threads':>12} {'with maps':>12}")
-    short.report("short falls")
-    long.report("long falls")
+    """Print the tables: whole runs first, for a process is told to have had the memory of the one that began it."""
     with tempfile.TemporaryDirectory() as name:
         write_mesh(Path(name) / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))
         print("100,000 rocks from the west wall, end to end:")
         end_to_end(Path(name), more=False)
         end_to_end(Path(name), more=True)
+    short, long = (Mapped(Case(falls, TRIANGLES, n)) for falls, n in ((BENCH, rocks), (CONE, rocks // LONG)))
+    short.tallies().warm()
+    links = chain(BYTES_A_FACET * TRIANGLES)
+    half = len(links) // LINE * (LINE // 2)  # the first number of a line in the middle
+    controls = {
+        "arithmetic": Control(_shift, 100_000_000),  # type: ignore[arg-type]
+        "reads": Control(lambda n, k: _follow_links(links, n, (k - 1) * half), 2_000_000),
+    }
+    for _ in range(PASSES):
+        for control in controls.values():
+            for threads in (1, 2):
+                control.go(threads)
+        for mapped in (short, long):
+            for maps in (False, True):
+                kind = "maps" if maps else "bare"
+                mapped.fly(kind, 1, maps)
+                mapped.fly(f"{kind}, two", 2, maps)
+    print(f"{platform.node()}, {platform.machine()}, load {os.getloadavg()[0]:.1f}; million m of path per CPU second;")
+    print("what two threads gain of wall time (in brackets: alone on the machine, by the CPU time that they take)")
+    print(f"{'':12} {'final states':>12} {'every map':>12} {'times':>8} {'two threads':>12} {'with maps':>12}")
+    short.report("short falls")
+    long.report("long falls")
+    for name, control in controls.items():
+        print(f"{name:46} {gains(*((control.wall[n], control.cpu[n]) for n in (1, 2)))}")
 
 
 if __name__ == "__main__":

@@ -104,6 +104,11 @@ def compile_apart(digest: str) -> None:
                 each.enable_caching()
 
 
+def compiled_apart() -> list[str]:
+    """The digests that `compile_apart` was told of, for another process that is to keep things in the same folder."""
+    return sorted(_foreign)
+
+
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
     """Turn a stub `f(model, *args)` into a dispatch on the class of `model`.
 
@@ -242,6 +247,12 @@ def is_cached(function: str, *classes: type) -> bool:
     return False
 
 
+def keeps_compiled() -> bool:
+    """Whether what is compiled is kept on disk."""
+    with _cache_folder() as usable:
+        return usable
+
+
 @contextmanager
 def _cache_folder() -> Iterator[bool]:
     """Point numba's cache at a folder named after the sources; yields whether it can be used.
@@ -264,7 +275,7 @@ def _cache_folder() -> Iterator[bool]:
 
 NO_KERNELS = (
     "accuracy", "builders", "commands", "io", "recordings",
-    "check.py", "check_effects.py", "choices.py", "cli.py", "prepared.py", "run.py", "series.py",
+    "check.py", "check_effects.py", "choices.py", "compiling_beside.py", "cli.py", "prepared.py", "run.py", "series.py",
     "__init__.py",
 )  # fmt: skip
 """Folders and files that hold no compiled code: an edit there need not compile anything again."""

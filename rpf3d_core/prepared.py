@@ -129,10 +129,15 @@ def engine_for(scene: Scene, rocks: int) -> str:
     return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == SPHERE)
 
 
+def engine_name(scene: Scene) -> str:
+    """The name of the engine that flies the rocks of a scene."""
+    rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
+    return engine_for(scene, rocks)
+
+
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
     """The scene's engine, with its index over the terrain, and the method that the scene names."""
-    rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
-    engine, steps = engine_of(engine_for(scene, rocks), facets_of(terrain)), scene.method.stepping
+    engine, steps = engine_of(engine_name(scene), facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 

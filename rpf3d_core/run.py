@@ -2,11 +2,13 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rpf3d_core.choices import Rocks, Round, chosen_scene, rounds_of
+from rpf3d_core.compiling_beside import ALONE, Beside, compiling_beside
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import Progress
 from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
@@ -14,6 +16,8 @@ from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.hazard.visiting import visit_all
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.results import result_folder, write_all_tables, write_findings
 from rpf3d_core.io.scene_model import Scene
@@ -22,12 +26,13 @@ from rpf3d_core.prepared import (
     Prepared,
     check_releases,
     empty_tallies,
+    engine_name,
     places_of,
     position_of_stops,
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import warm
+from rpf3d_core.simulation.engines import Compiled, warm
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
@@ -87,7 +92,9 @@ def simulate(
     InputError
         The scene, one of its files or a source is refused; says which, and what would be right.
     """
-    return _fly(prepare(chosen_scene(scene, rocks, engine, seed)), None, progress=progress, threads=threads)
+    chosen = chosen_scene(scene, rocks, engine, seed)
+    with _second_compiler(chosen) as beside:
+        return _fly(prepare(chosen), None, progress=progress, threads=threads, beside=beside)
 
 
 def run_scene(
@@ -116,14 +123,15 @@ def run_scene(
     InputError
         As `simulate`; or the folder holds something else, or cannot be written to.
     """
-    with result_folder(folder) as part:
-        prepared = prepare(chosen_scene(scene, rocks, engine, seed))
+    chosen = chosen_scene(scene, rocks, engine, seed)
+    with result_folder(folder) as part, _second_compiler(chosen) as beside:
+        prepared = prepare(chosen)
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(
             part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles
         ) as sink:
-            run = _fly(prepared, SHOWN, sink, progress, stop)
+            run = _fly(prepared, SHOWN, sink, progress, stop, beside=beside)
         if writing:
             writing()
         write_findings(part, findings_of(run), _recorder(run) if recording and outputs.recording else None)
@@ -189,13 +197,13 @@ def _fly(
     stop: Stop | None = None,
     threads: int | None = None,
     rounds: Sequence[Round] | None = None,
+    beside: Beside = ALONE,
 ) -> Run:
     """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
     scene, flight = prepared.scene, prepared.flight
     tallies, totals = empty_tallies(prepared), Totals(position_of_stops(prepared))
     plan = list(rounds_of(scene, places_of(prepared))) if rounds is None else list(rounds)
-    _check_all(prepared, plan[0])
-    compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
+    compile_s = _checked_and_compiled(prepared, tallies, plan[0], beside)
     # What stays in memory keeps all impacts; a table that is not written needs none.
     impacts = scene.outputs.impacts or shown is None
     kept, take = _shown(scene, plan, shown), _both(totals, sink)
@@ -220,6 +228,19 @@ def _fly(
         scene, prepared.terrain, prepared.faults, flights, totals, maps, planned + totals.pieces, tuple(steps),
         prepared.read_s, prepared.index_s, prepared.began, prepared.obstacles,
     )  # fmt: skip
+
+
+def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: Beside) -> float:
+    """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took."""
+    beside.compile(tallies.longest_to_compile())
+    _check_all(prepared, rocks)
+    flight = prepared.flight
+    return warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm(beside.wait)
+
+
+def _second_compiler(scene: Scene) -> AbstractContextManager[Beside]:
+    """A second process to compile what takes longest, where a scene's rocks need compiled code."""
+    return compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else []))
 
 
 def _check_all(prepared: Prepared, rocks: Round) -> None:

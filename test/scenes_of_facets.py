@@ -190,10 +190,6 @@ def fly(
 
     how : more for `fly_ensemble`
     """
-    places = np.atleast_2d(np.array(x, dtype=float))
-    speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
-    rocks = np.arange(len(places))
-    ones = np.ones(len(places))
     zones = len(physics.materials.R_n)
     needed = int(np.max(engine.facets.zone)) + 1
     if zones == 1 < needed:
@@ -202,9 +198,15 @@ def fly(
             physics.settings,
             physics.models,
         )
-    return fly_ensemble(
-        engine, physics, Releases(np.zeros_like(rocks), rocks, places, speeds, 1000.0 * ones, 0.5 * ones), **how
-    )
+    return fly_ensemble(engine, physics, released(x, v), **how)
+
+
+def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST) -> Releases:
+    """Releases of R rocks of 1 t from positions (3,) or (R, 3) with velocities of either shape."""
+    places = np.atleast_2d(np.array(x, dtype=float))
+    speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
+    rocks, ones = np.arange(len(places)), np.ones(len(places))
+    return Releases(np.zeros_like(rocks), rocks, places, speeds, 1000.0 * ones, 0.5 * ones)
 
 
 def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,7 @@ LAYERS = (
     {"errors", "values", "series", "memory"},
     {"inlining"},
     {"compiling"},
+    {"compiling_beside"},
     {"vectors", "arc"},
     {"terrain", "materials", "kinetics", "detection", "effects"},
     {"simulation"},

@@ -15,6 +15,7 @@ from scenes_of_facets import (
     gully,
     incline,
     joined,
+    released,
     rough_grid,
     same_bits,
     strip,
@@ -149,3 +150,34 @@ def test_a_smooth_scene_turned_by_33_degrees_gives_the_turned_answer_to_a_nanome
     np.testing.assert_array_equal(ends[0].impacts, ends[1].impacts)
     np.testing.assert_allclose(turned(ends[1].x, -33.0), ends[0].x, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(ends[1].t, ends[0].t, rtol=1e-9)
+
+
+@pytest.mark.parametrize("batches_until_stop", [1, 2, 5])
+def test_a_flight_that_is_stopped_has_flown_whole_groups(monkeypatch, batches_until_stop):
+    """A group stands for all releases, a batch of it for a part of the ground only."""
+    monkeypatch.setattr(batches, "LARGEST_BATCH", 4)
+    over = engine_over("compiled", HARD_PLACES["rough slope"])
+    physics = flight(surface(0.5, 0.9, 15.0), "sliding")
+    x, v = rocks_over("rough slope", 100)
+    asked = iter(range(100))
+    flown = batches.fly_batches(
+        over, physics, released(x, v), batches.Keep(*np.zeros((2, 100), dtype=bool)), threads=2,
+        stop=lambda: next(asked) >= batches_until_stop - 1,
+    )  # fmt: skip
+    groups = [set(np.concatenate(group).tolist()) for group in batches._dealt(released(x, v), 2, 4)]
+    taken = [group for group in groups if group & set(flown.rows.tolist())]
+    assert set(flown.rows.tolist()) == set().union(*taken) and 0 < len(taken) < len(groups)
+
+
+def test_the_batches_of_a_group_lie_side_by_side_and_groups_all_over():
+    x = np.zeros((20_000, 3))
+    x[:, 1] = np.linspace(0.0, 100.0, 20_000)
+    releases = released(x, np.zeros((20_000, 3)))
+    groups = list(batches._dealt(releases, 2, batches.LARGEST_BATCH))
+    rows = np.concatenate([rows for group in groups for rows in group])
+    assert np.array_equal(np.sort(rows), np.arange(20_000))
+    for group in groups:
+        places = x[np.concatenate(group), 1]
+        assert np.ptp(places) > 99.0, "a group stands for all"
+        gaps = [np.ptp(x[rows, 1]) / 100.0 - len(rows) / len(places) for rows in group]
+        assert np.abs(gaps).max() < 0.01, "each batch has a stretch of its own"

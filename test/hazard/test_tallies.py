@@ -336,3 +336,12 @@ def test_bins_hold_their_values_and_no_bin_is_wider_than_promised():
         b = bin_of(as_bits(value / top), bins, 8)
         assert edges[b] * (1 - 1e-12) <= value <= edges[b + 1] * (1 + 1e-12)
     assert [bin_of(as_bits(v), bins, 8) for v in (0.0, edges[0] / top / 2, 10.0)] == [0, 0, bins - 1]
+
+
+def test_what_is_compiled_ahead_is_what_is_called():
+    numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+    terrain = rough()
+    tallies = over(terrain)
+    flown(terrain, tallies)
+    loop, arguments = tallies.longest_to_compile()
+    assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"

@@ -1,0 +1,164 @@
+"""A second process compiles for the first one, and nothing but time is lost where it cannot."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import LONGEST, environment
+
+from rpf3d_core import compiling_beside
+
+pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+
+LOOP = """\
+import time
+from rpf3d_core.compiling import loop
+
+
+@loop
+def total(n):
+    s = 0
+    for i in range(n):
+        s += i
+    return s
+
+
+@loop
+def product(n):
+    s = 1
+    for i in range(n):
+        s *= i + 1
+    return s
+
+
+class Slow:
+    \"\"\"Takes longer to compile than anyone waits.\"\"\"
+
+    __name__, typeof_pyval = "slow", None
+
+    def compile(self, types):
+        time.sleep(600)
+
+
+slow = Slow()
+"""
+BEGIN = """\
+import os, signal, subprocess, sys
+from rpf3d_core import compiling_beside
+from rpf3d_core.terrain.sums import product, slow, total
+compiling_beside.has_spare_core = lambda: True
+{before}
+with compiling_beside.compiling_beside(total) as beside:
+    process = beside._process
+    {then}
+    product(3)
+    beside.wait()
+    print(total(10), len(total.stats.cache_hits), process is not None)
+"""
+TOLD = "beside.compile((total, (10,)))"
+AT_WORK = 3.0
+"""Seconds in which a second process has begun to work, on a machine that is not very busy."""
+END_SOON = 20.0
+"""Seconds in which a process that has been told to end must have ended, on a busy machine."""
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    """A folder whose package `rpf3d_core` is the project's, with two loops more."""
+    (tmp_path / "rpf3d_core" / "terrain").mkdir(parents=True)
+    core = Path(compiling_beside.__file__).parent
+    for name in ("compiling.py", "compiling_beside.py", "inlining.py"):
+        (tmp_path / "rpf3d_core" / name).write_bytes((core / name).read_bytes())
+    (tmp_path / "rpf3d_core" / "terrain" / "sums.py").write_text(LOOP)
+    return tmp_path
+
+
+def started(sources: Path, before: str = "", then: str = TOLD, **changes: str) -> "subprocess.Popen[str]":
+    """A process that has a second one compile for it; `before` comes before that is begun, `then` once it is."""
+    home = {"PYTHONPATH": str(sources), "XDG_CACHE_HOME": str(sources / "cache"), **changes}
+    program = BEGIN.format(before=before, then=then)
+    return subprocess.Popen(
+        [sys.executable, "-c", program], env=environment(**home), cwd=sources, stdout=subprocess.PIPE, text=True
+    )  # fmt: skip
+
+
+def printed(sources: Path, before: str = "", then: str = TOLD, **changes: str) -> str:
+    """The answer of such a process, how much of it came from the cache, and whether there was a second process."""
+    with started(sources, before, then, **changes) as process:
+        said, _ = process.communicate(timeout=LONGEST)
+        assert process.returncode == 0
+    return said.strip()
+
+
+def other_in_place_of_it(program: str) -> str:
+    """Have another program run instead of the second process."""
+    return (
+        "compiling_beside._started = lambda loops: "
+        f"subprocess.Popen([sys.executable, '-c', {program!r}], stdin=subprocess.PIPE)"
+    )
+
+
+def test_what_the_second_process_compiled_the_first_finds_in_the_cache(sources: Path) -> None:
+    assert printed(sources) == "45 1 True"
+
+
+def test_there_is_no_second_process_for_what_the_cache_holds(sources: Path) -> None:
+    printed(sources)
+    assert printed(sources) == "45 1 False"
+
+
+def test_there_is_no_second_process_where_no_core_is_to_spare(sources: Path) -> None:
+    assert printed(sources, before="compiling_beside.has_spare_core = lambda: False") == "45 0 False"
+
+
+@pytest.mark.parametrize(
+    ("cores", "load", "spare"), [(1, 0.0, False), (2, 0.4, True), (2, 1.9, True), (2, 2.0, False), (8, 7.2, True)]
+)
+def test_a_core_is_to_spare_where_fewer_programs_run_than_there_are_cores(
+    monkeypatch: pytest.MonkeyPatch, cores: int, load: float, spare: bool
+) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 9.0, 9.0), raising=False)
+    assert compiling_beside.has_spare_core() is spare
+
+
+def test_there_is_no_second_process_where_nothing_can_be_kept(sources: Path) -> None:
+    assert printed(sources, HOME="/dev/null", XDG_CACHE_HOME="") == "45 0 False"
+
+
+@pytest.mark.parametrize(
+    "program", ["import sys; sys.exit(3)", "import os; os.kill(os.getpid(), 9)", "import sys; sys.stdin.buffer.read(9)"]
+)
+def test_a_second_process_that_breaks_down_costs_nothing_but_time(sources: Path, program: str) -> None:
+    assert printed(sources, before=other_in_place_of_it(program)) == "45 0 True"
+
+
+def test_a_second_process_that_is_killed_at_work_costs_nothing_but_time(sources: Path) -> None:
+    assert printed(sources, then=f"{TOLD}; process.kill()") == "45 0 True"
+
+
+def test_a_second_process_that_hangs_is_ended(sources: Path) -> None:
+    hangs = other_in_place_of_it("import time; time.sleep(600)") + "; compiling_beside.PATIENCE = 0.2"
+    assert printed(sources, before=hangs) == "45 0 True"
+
+
+def test_a_second_process_that_cannot_be_started_costs_nothing(sources: Path) -> None:
+    assert printed(sources, before="sys.executable = '/no/such/python'") == "45 0 False"
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="the system cannot tell when another's child ends")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
+@pytest.mark.parametrize("at_work", [False, True], ids=["idle", "at work"])
+def test_the_second_process_never_outlives_the_first(sources: Path, number: int, at_work: bool) -> None:
+    told = "beside.compile((slow, ())); " if at_work else ""
+    with started(sources, then=f"{told}print(process.pid, flush=True); signal.pause()") as first:
+        assert first.stdout is not None
+        second = os.pidfd_open(int(first.stdout.readline()))
+        assert not select.select([second], [], [], AT_WORK)[0], "it ends before it should"
+        first.send_signal(number)
+        assert select.select([second], [], [], END_SOON)[0], "it goes on"
+        os.close(second)
