@@ -1,0 +1,92 @@
+"""Rounds of a live benchmark as lines of a table: medians against goals, and where the time goes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.serialization import deserialize_message
+
+MS = 1e6
+BLOCKED = 0.05
+"""Seconds that the executor of the node may be blocked at most (the goal)."""
+
+
+@dataclass
+class Row:
+    """name : what was published; goal : seconds to the last of what must come; the rest: each round."""
+
+    name: str
+    goal: float
+    seconds: list[dict[str, float]] = field(default_factory=list)
+    results: list[bytes] = field(default_factory=list)
+
+    def add(self, began_ns: int, came_ns: dict[str, int], result: bytes) -> None:
+        """A round: when publishing began, when the first of each topic came."""
+        self.seconds.append({topic: (at - began_ns) / 1e9 for topic, at in came_ns.items()})
+        self.results.append(result)
+
+    def of(self, topic: str) -> "np.ndarray":
+        """Seconds until a topic came, each round."""
+        return np.array([each[topic] for each in self.seconds])
+
+    def stages(self) -> dict[str, float]:
+        """Medians of the figures that the node tells with its results, those that are seconds."""
+        values = [figures_of(result) for result in self.results]
+        names = [name for name in values[0] if name.endswith(("seconds", "_s"))] if values else []
+        return {name: float(np.median([float(v[name]) for v in values if name in v])) for name in names}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A row, and the heartbeats meanwhile: due, sent, answered (ns)."""
+
+    row: Row
+    beats: list[tuple[int, int, int]]
+
+    @property
+    def longest_gap(self) -> float:
+        """Seconds of the longest call of the service; NaN where none was answered."""
+        return max((answered - sent for _, sent, answered in self.beats), default=float("nan")) / 1e9
+
+    @property
+    def longest_delay(self) -> float:
+        """Seconds that the heartbeat itself woke too late: what the machine adds to any gap."""
+        return max((sent - due for due, sent, _ in self.beats), default=float("nan")) / 1e9
+
+    @property
+    def usual_gap(self) -> float:
+        """Seconds that 99 % of the calls take at most."""
+        gaps = [answered - sent for _, sent, answered in self.beats]
+        return float(np.percentile(gaps, 99)) / 1e9 if gaps else float("nan")
+
+
+def figures_of(result: bytes) -> dict[str, str]:
+    """Key -> value of a message of `results`."""
+    array = deserialize_message(result, DiagnosticArray)
+    return {pair.key: pair.value for status in array.status for pair in status.values}
+
+
+def print_table(rows: list[Rows]) -> int:
+    """Print everything; 1 where a goal is missed."""
+    if not rows:
+        return 0
+    print(f"\n{'milliseconds':52} {'goal':>6} {'median':>7} {'least':>7} {'most':>7}   {'trajectories':>12} "
+          f"{'rounds':>6}")  # fmt: skip
+    missed = False
+    for each in rows:
+        row, grid = each.row, each.row.of("hazard/grid")
+        last = np.maximum(grid, row.of("trajectories"))
+        missed |= float(np.median(last)) > row.goal
+        figures = f"{1e3 * np.median(last):7.0f} {1e3 * last.min():7.0f} {1e3 * last.max():7.0f}"
+        print(f"{row.name:52} {1e3 * row.goal:6.0f} {figures}   {1e3 * np.median(row.of('trajectories')):12.0f} "
+              f"{len(grid):6}")  # fmt: skip
+    print(f"\n{'executor of the node, milliseconds':52} {'goal':>6} {'longest':>7} {'99 %':>7} {'calls':>7}   "
+          f"{'own delay':>12}")  # fmt: skip
+    for each in rows:
+        missed |= not each.longest_gap <= BLOCKED
+        print(f"{each.row.name:52} {1e3 * BLOCKED:6.0f} {1e3 * each.longest_gap:7.0f} {1e3 * each.usual_gap:7.1f} "
+              f"{len(each.beats):7}   {1e3 * each.longest_delay:12.0f}")  # fmt: skip
+    print("\nwhere the time goes, as the node tells it with its results (s, medians)")
+    for each in rows:
+        print(f"{each.row.name:52} {', '.join(f'{k} {v:.3f}' for k, v in each.row.stages().items()) or 'not told'}")
+    return int(missed)
