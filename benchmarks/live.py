@@ -61,7 +61,7 @@ class Bench:
         self.came: dict[str, list[tuple[int, bytes]]] = {topic: [] for topic in HEARD}
         for topic, kept in self.came.items():
             self.stand_in.hear(topic, lambda data, at, kept=kept: kept.append((at, data)))  # type: ignore[misc]
-        if not self.stand_in.wait_for_listeners(START):
+        if not self.stand_in.wait_for_listeners(START, alive=lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the simulator does not listen\n{stack.tails()}")
         self.stand_in.publish("terrain/mesh", terrain)
         self.until_answered(lambda: self.stand_in.publish("sources", self.burst()), START)

@@ -102,10 +102,15 @@ class StandIn:
             self.spin_once()
         return answer
 
-    def wait_for_listeners(self, seconds: float, count: int = 1) -> bool:
-        """Spin until every topic that is published on has so many subscribers; whether that came."""
+    def wait_for_listeners(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
+        """Spin until every topic that is published on has so many subscribers, or they are dead; whether that came."""
         offered = self._publishers.values()
-        return bool(self.wait(lambda: all(p.get_subscription_count() >= count for p in offered), seconds))
+
+        def heard() -> bool:
+            return all(publisher.get_subscription_count() >= count for publisher in offered)
+
+        self.wait(lambda: heard() or not alive(), seconds)
+        return heard()
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
         """Acknowledge as an operator would: who and why as a parameter, then the service; whether it was taken."""

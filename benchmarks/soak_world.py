@@ -1,0 +1,69 @@
+"""The mine of a soak: its pit, where rocks may come from and which level each place demands, and random new ground.
+
+What a place demands is not taken from the node: a run of the core over the same pit says how many rocks reach the ramp,
+and the level that even the lower end of that interval reaches is what must be told.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.evidence import Evidence, areas_of
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.site import read_site
+from rpf3d_core.run import run_scene
+from rpf3d_ros.shift_content import ShiftContent, shift_content
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENE, SITE = ROOT / "config/scenes/shift.yaml", ROOT / "config/site_shift.yaml"
+SPEED = 4.0
+"""m/s, eastwards, of every source; the scene's own."""
+ROCKS = 2000
+"""Rocks that say what a place demands: shares to 0.02."""
+PLACES = {
+    "crest of the wall": (-606.0, -60.0, 60.0),
+    "bench above the ramp": (-552.0, -60.0, 20.0),
+    "bench edge": (-578.0, -30.0, 20.0),
+    "catch bench": (-560.0, -40.0, 20.0),
+    "far wall": (-606.0, -140.0, -110.0),
+}
+"""Easting (m) and the northings (m) between which rocks leave."""
+PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
+"""Where patches are laid (m): below the ramp, so that they change no demand."""
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """content : the pit as it is published; demands : place -> level"""
+
+    content: ShiftContent
+    demands: dict[str, Level]
+
+
+def world_of(folder: Path) -> World:
+    """The pit, and what each place demands by a run of the core. Writes its scenes into a folder."""
+    return World(shift_content(SCENE, 12), {place: demanded(place, folder) for place in PLACES})
+
+
+def places_of(place: str, sources: int) -> Any:
+    """Positions (S, 3) m of sources along a place; the node puts them on the ground."""
+    x, south, north = PLACES[place]
+    y = np.linspace(south, north, sources)
+    return np.column_stack([np.full(sources, x), y, np.full(sources, 1700.0)])
+
+
+def demanded(place: str, folder: Path) -> Level:
+    """The level that the core's own run from a place reaches even at the lower end of the share's interval."""
+    scene, (x, south, north) = read_scene(SCENE), PLACES[place]
+    line = [[x, south, 1700.0], [x, north, 1700.0]]
+    source = scene.sources[0].model_copy(update={"line": tuple(map(tuple, line)), "rocks": ROCKS})
+    run = run_scene(scene.model_copy(update={"sources": (source,)}), folder / "demanded")
+    areas = tuple(area._replace(high=area.low) for area in areas_of(run.maps))
+    thresholds = read_site(SITE)
+    evidence = Evidence(1, 0, 0, 0, 0, "", "", 1, scene.seed, "", areas)
+    return decide(None, evidence, thresholds, 0).evident
+
