@@ -1,4 +1,4 @@
-"""The thread that makes ground of surveys, beside the ground that is flown over, and keeps the last good one on disk."""
+"""The thread that makes ground of surveys, beside the one that is flown over, and keeps the last good one on disk."""
 
 import threading
 from collections.abc import Callable

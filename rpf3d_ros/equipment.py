@@ -1,5 +1,6 @@
 """What configuring makes ready: scene, thresholds, log, workshop, the last good terrain, and everything compiled."""
 
+import importlib.metadata
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core import __version__
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.io.scene_model import Scene
@@ -92,10 +92,18 @@ def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
     """The log of decisions, or why there is none: alerts go on without it."""
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
-        log = DecisionLog(folder, __version__)
+        log = DecisionLog(folder, version())
     except NotLogged as fault:
         return None, str(fault)
     return log, "; ".join(log.said)
+
+
+def version() -> str:
+    """The version of rpf3d that is installed, as decisions tell it."""
+    try:
+        return importlib.metadata.version("rpf3d")
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:

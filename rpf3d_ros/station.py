@@ -10,7 +10,6 @@ from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.task import Future
 
-from rpf3d_core import __version__
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.live.answers import Answer
@@ -22,7 +21,7 @@ from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
 from rpf3d_ros.builder import Arrival, Builder
 from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
-from rpf3d_ros.equipment import Equipment, around_of
+from rpf3d_ros.equipment import Equipment, around_of, version
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import SECOND, WaitingSources, WaitingTerrain
@@ -203,5 +202,5 @@ class Station:
             terrain_stamp_ns=0 if standing is None else standing.ground.stamp_ns,
             terrain_digest="" if standing is None else standing.ground.digest,
             sources_digest=trigger.digest, sources=len(trigger.positions), seed=self._equipment.scene.seed,
-            version=__version__, areas=(), faults=(why,) if why else (),
+            version=version(), areas=(), faults=(why,) if why else (),
         )  # fmt: skip
