@@ -20,6 +20,7 @@ from pathlib import Path
 from rpf3d_core.errors import InputError
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
 from rpf3d_ros.recording_content import rows_by_entity, verify
+from rpf3d_ros.shift_content import ShiftContent, shift_content
 
 SOURCE_TREE = Path(__file__).resolve().parent.parent
 INSTALLED = Path(sysconfig.get_path("data")) / "share" / "rpf3d"
@@ -85,7 +86,7 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--params-file", type=Path, default=shipped("config/frames.yaml"), help="ROS parameter file")
     parser.add_argument("--speed", type=float, default=SPEED, help="of the clock while no answer is awaited")
     parser.add_argument("--real-time", dest="speed", action="store_const", const=1.0, help="take the five minutes")
-    parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start, and to record")
+    parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start and to record")
     return parser.parse_args(args)
 
 
@@ -118,22 +119,26 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
     return missing or [name for name, code in codes.items() if code]
 
 
-def _play(options: argparse.Namespace, content: "ShiftContent", processes: list[subprocess.Popen[bytes]]) -> list[str]:
+def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
     """Play the shift to the nodes; what they have not recorded or said of it in time."""
-    from rpf3d_ros.shift import Shift
-    from rpf3d_ros.simulated_clock import SimulatedClock  # starts DDS threads: after the children
-    from rpf3d_ros.stand_in import StandIn
+    from rpf3d_ros.shift import LENGTH, Shift
+    from rpf3d_ros.simulated_clock import SimulatedClock
+    from rpf3d_ros.stand_in import StandIn  # starts DDS threads: after the children
 
-    with StandIn(("terrain/mesh", "terrain/update", "sources")) as stand_in:
-        with SimulatedClock(stand_in.node, BEGINS_NS) as clock:
-            if not stand_in.wait_for_listeners(options.timeout, len(processes)):
-                return ["the nodes"]
-            shift = Shift(content, stand_in, clock, options.speed)
-            print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
-            shift.play(lambda sentence: print(sentence, flush=True))
-            print(f"  levels of the alert: {', '.join(shift.levels)}")
-            untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
-            return untold + _wait_for_topics(options.timeout, processes)
+    spoken = ("terrain/mesh", "terrain/update", "sources")
+    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
+        if not stand_in.wait_for_listeners(options.timeout, len(processes), lambda: _all_run(processes)):
+            return ["the nodes"]
+        shift = Shift(content, stand_in, clock, options.speed)
+        print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
+        shift.play(lambda sentence: print(sentence, flush=True))
+        print(f"  levels of the alert: {', '.join(shift.levels)}")
+        untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
+        return untold + _wait_for_topics(options.timeout, processes)
+
+
+def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
+    return all(process.poll() is None for process in processes)
 
 
 def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
@@ -150,7 +155,7 @@ def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -
     deadline = time.monotonic() + timeout
     missing = list(EXPECTED)
     with DiagnosticListener() as listener:
-        while missing and time.monotonic() < deadline and all(process.poll() is None for process in processes):
+        while missing and time.monotonic() < deadline and _all_run(processes):
             recorded = listener.spin_once().get(COUNT_OF_RECORDED)
             missing = [topic for topic in EXPECTED if recorded is None or topic not in recorded.values]
         for health in listener.healths.values():
