@@ -54,7 +54,7 @@ def mesh_bytes(terrain: Terrain) -> bytearray:
     return bytearray(cdr_of_mesh(MeshSurvey(vertices, terrain.triangles)))
 
 
-def raise_mesh(data: bytearray, number: int) -> bytes:
+def raise_mesh(data: bytes | bytearray, number: int) -> bytes:
     """The mesh with its first vertex a little higher each time."""
     (triangles,) = struct.unpack_from("<I", data, HEADER)
     after = COUNT + 12 * triangles + COUNT

@@ -26,20 +26,30 @@ class Stack:
         assert self.folder is not None
         self.processes: dict[str, subprocess.Popen[bytes]] = {}
         self.began: dict[str, int] = {}
+        self.killed: set[str] = set()
         os.environ.update(isolated_environment(self.folder))
 
     def start(self, module: str, parameters: dict[str, Any]) -> int:
         """Start a node of the package (`simulator_node`); its process id."""
         given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_written(value)}")]
         earlier = self.folder / f"{module}.out"
-        if earlier.is_file():  # what a node said before it was killed is wanted most of all
+        if earlier.is_file() and module in self.began:  # what a node said before it was killed is wanted most of all
             earlier.rename(self.folder / f"{module}.{self.began[module]}.out")
         self.processes[module] = node_process(module, given, self.folder)
         self.began[module] = self.began.get(module, 0) + 1
         return self.processes[module].pid
 
+    def start_script(self, script: Path) -> int:
+        """Start a program that is no node of the package; its process id."""
+        self.processes[script.stem] = subprocess.Popen(
+            [sys.executable, str(script)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )  # fmt: skip
+        return self.processes[script.stem].pid
+
     def kill(self, module: str) -> None:
         """End a node at once, by SIGKILL."""
+        self.killed.add(module)
         self.processes[module].kill()
         self.processes[module].wait()
 
@@ -90,7 +100,7 @@ class Heartbeat:
     def __init__(self, service: str) -> None:
         self._process = subprocess.Popen(
             [sys.executable, str(HEARTBEAT), service], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )  # fmt: skip
         self.beats: list[tuple[int, int, int]] = []
 

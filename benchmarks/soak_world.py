@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from live_messages import Heights
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence, areas_of
@@ -16,12 +17,13 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.site import read_site
 from rpf3d_core.run import run_scene
+from rpf3d_core.terrain.pit import Pit, pit_terrain
 from rpf3d_ros.shift_content import ShiftContent, shift_content
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE, SITE = ROOT / "config/scenes/shift.yaml", ROOT / "config/site_shift.yaml"
 SPEED = 4.0
-"""m/s, eastwards, of every source; the scene's own."""
+"""m/s, eastwards, of every source."""
 ROCKS = 2000
 """Rocks that say what a place demands: shares to 0.02."""
 PLACES = {
@@ -38,15 +40,17 @@ PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """content : the pit as it is published; demands : place -> level"""
+    """content : the pit as it is published; heights : its ground; demands : place -> level"""
 
     content: ShiftContent
+    heights: Heights
     demands: dict[str, Level]
 
 
 def world_of(folder: Path) -> World:
     """The pit, and what each place demands by a run of the core. Writes its scenes into a folder."""
-    return World(shift_content(SCENE, 12), {place: demanded(place, folder) for place in PLACES})
+    terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as the scene says
+    return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})
 
 
 def places_of(place: str, sources: int) -> Any:
@@ -60,7 +64,8 @@ def demanded(place: str, folder: Path) -> Level:
     """The level that the core's own run from a place reaches even at the lower end of the share's interval."""
     scene, (x, south, north) = read_scene(SCENE), PLACES[place]
     line = [[x, south, 1700.0], [x, north, 1700.0]]
-    source = scene.sources[0].model_copy(update={"line": tuple(map(tuple, line)), "rocks": ROCKS})
+    changed = {"line": tuple(map(tuple, line)), "rocks": ROCKS, "velocity": (SPEED, 0.0, 0.0)}
+    source = scene.sources[0].model_copy(update=changed)
     run = run_scene(scene.model_copy(update={"sources": (source,)}), folder / "demanded")
     areas = tuple(area._replace(high=area.low) for area in areas_of(run.maps))
     thresholds = read_site(SITE)
