@@ -75,8 +75,7 @@ class Soak:
         self.seen = np.empty((0, 3))
         self.spoken, self.spoken_at, self.sampled = 0.0, {}, 0.0  # type: ignore[var-annotated]
         self.due: list[tuple[float, Callable[[], None]]] = []
-        self.next_chaos = time.monotonic() + CHAOS
-        self.calm_from = float("inf")
+        self.next_chaos, self.calm_from = float("inf"), float("inf")
         self.open: Demand | None = None
         self.surveyed = 0
         for topic, note in (("alerts", self._note_alert), ("results", self._note_result), ("alarm", self._note_alarm),
@@ -149,7 +148,7 @@ class Soak:
                 self.ledger.memory.append((name, self.stack.began[name], now - self.ledger.began, size))
         for name, process in self.stack.processes.items():
             if process.poll() is not None and name not in self.stack.killed:
-                self.ledger.fail(f"{name} ended by itself with {process.returncode}\n{self.stack.tails()}")
+                self.ledger.fail(f"{name} ended by itself with {process.returncode}", self.stack.tails())
                 self.stack.killed.add(name)
 
     def _do_what_is_due(self, now: float) -> None:
@@ -248,7 +247,7 @@ class Soak:
         while demand.met is None and time.monotonic() < demand.until:
             self.live(lambda: demand.met is not None, 0.2)
         if demand.met is None:
-            self.ledger.fail(f"lost alert: {demand.what}, held is {self.told.held}\n{self.stack.tails()}")
+            self.ledger.fail(f"lost alert: {demand.what}, held is {self.told.held}", self.stack.tails())
         self.rest(float(self.random.uniform(2.0, 8.0)))
         self.open = None
         self.seen = np.empty((0, 3))
@@ -269,11 +268,13 @@ class Soak:
 
     def run(self, minutes: float) -> None:
         """Everything, until time is up."""
-        end = time.monotonic() + 60.0 * minutes
-        self.calm_from = end - min(CALM, 12.0 * minutes)
         self.stand_in.publish("terrain/mesh", self.world.content.mesh)
-        self.live(lambda: self.told.held is not None and self.told.shown == Level.NORMAL, RECOVERY)
-        self.ledger.began = time.monotonic()
+        if not self.live(lambda: self.told.shown == Level.NORMAL, RECOVERY):
+            self.ledger.fail("normal was never told of a quiet wall", self.stack.tails())
+            return
+        self.ledger.began, self.next_chaos = time.monotonic(), time.monotonic() + CHAOS
+        end = self.ledger.began + 60.0 * minutes
+        self.calm_from = end - min(CALM, 12.0 * minutes)
         while time.monotonic() < end:
             self.burst()
             self.step_down()
@@ -327,7 +328,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             codes = {node: stack.end(node) for node in (SIMULATOR, RECORDER)}
         for node, code in codes.items():
             if code:
-                soak.ledger.fail(f"{node} ended with {code} after SIGINT\n{stack.tails()}")
+                soak.ledger.fail(f"{node} ended with {code} after SIGINT", stack.tails())
         sound, said = audited(stack.folder / "decisions")
         return print_report(soak.ledger, began, options, world.demands, sound, said)
 

@@ -4,6 +4,7 @@ A demand is a level that has to be told by a time. What takes the node away from
 clock) moves that time, and is counted, so that the report says how often that was so.
 """
 
+import sys
 import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
@@ -56,10 +57,10 @@ class Ledger:
             demand.met = time.monotonic()
         return demand.met is not None
 
-    def fail(self, sentence: str) -> None:
-        """Note what must not be."""
+    def fail(self, sentence: str, seen: str = "") -> None:
+        """Note what must not be; what was seen is printed at once, and not in the report."""
         self.failures.append(f"after {time.monotonic() - self.began:.0f} s: {sentence}")
-        print(f"FAILURE {self.failures[-1]}", flush=True)
+        print(f"FAILURE {self.failures[-1]}\n{seen}", file=sys.stderr, flush=True)
 
     @property
     def lost(self) -> list[Demand]:
