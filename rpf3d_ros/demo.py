@@ -18,8 +18,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
-from rpf3d_ros.recording_content import rows_by_entity, verify
 from rpf3d_ros.shift_content import ShiftContent, shift_content
 
 SOURCE_TREE = Path(__file__).resolve().parent.parent
@@ -83,7 +83,6 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--scene", type=Path, default=shipped("config/scenes/shift.yaml"), help="scene file")
     parser.add_argument("--site", type=Path, default=shipped("config/site_shift.yaml"), help="thresholds of the alerts")
     parser.add_argument("--out", type=Path, default=Path("out/demo-ros"), help="folder for demo.rrd")
-    parser.add_argument("--params-file", type=Path, default=shipped("config/frames.yaml"), help="ROS parameter file")
     parser.add_argument("--speed", type=float, default=SPEED, help="of the clock while no answer is awaited")
     parser.add_argument("--real-time", dest="speed", action="store_const", const=1.0, help="take the five minutes")
     parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start and to record")
@@ -99,7 +98,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
         "recorder": {"file": recording},
         "simulator": {
             "scene": options.scene, "site_file": options.site, "decision_log": logs / "decisions",
-            "above_ground": 0.5, "release_speed": content.speed,
+            "above_ground": 0.5, "release_speed": content.speed, "position_spread": 1.0, "velocity_spread": 0.3,
         },
     }  # fmt: skip
     processes: dict[str, subprocess.Popen[bytes]] = {}

@@ -83,9 +83,9 @@ class Standing:
     ) -> Tallies:
         """Tallies in the memory of the last ones.
 
-        live_areas : rings, map frame; they come after the scene's own
+        live_areas : rings (P, 2) m, map frame; they come after the scene's own
         fastest, highest : bounds of what is released, m/s and m, local
-        diameters : m, of rocks beside the scene's own; None for none
+        diameters : (S,) m, of rocks beside the scene's own; None for none
         """
         frame, facets, scene = self.ground.terrain.frame, self.ground.facets, self.scene
         shift = np.array(frame.origin[:2])
