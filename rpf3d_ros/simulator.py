@@ -6,6 +6,7 @@ threads of the `Station`, which is there from configuring to cleaning up.
 
 from typing import TYPE_CHECKING, Any
 
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import Executor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -63,7 +64,9 @@ class SimulatorNode(LifecycleNode):
         self.broken = ""
         self.abandoned = False
         self.heartbeat = Heartbeat(self, self.health)
-        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
+        # In a group of its own: what waits for the desk would keep everything else in its group from being called.
+        apart = MutuallyExclusiveCallbackGroup()
+        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge, callback_group=apart)
         self.create_timer(TICK, self._tick)
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
