@@ -27,7 +27,7 @@ from soak_world import PATCHED, PLACES, SCENE, SITE, SPEED, World, places_of, wo
 from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.diagnostic_messages import healths_of
+from rpf3d_ros.health import healths_of
 from rpf3d_ros.qos import LATCHED
 from rpf3d_ros.shift_content import patch_message
 from rpf3d_ros.simulated_clock import SimulatedClock

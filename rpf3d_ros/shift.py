@@ -15,11 +15,12 @@ from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.diagnostic_messages import healths_of
+from rpf3d_ros.health import healths_of
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.shift_content import ShiftContent, patch_message
-from rpf3d_ros.simulated_clock import SECOND, SimulatedClock, stamp_of
+from rpf3d_ros.simulated_clock import SimulatedClock
 from rpf3d_ros.source_messages import poses_of_sources
+from rpf3d_ros.stamps import SECOND, stamp_of
 from rpf3d_ros.stand_in import StandIn
 
 LENGTH = 300.0

@@ -14,7 +14,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.scene_content import scene_content
-from rpf3d_ros.simulated_clock import stamp_of
+from rpf3d_ros.stamps import stamp_of
 from rpf3d_ros.terrain_messages import cdr_of_mesh
 
 CORNER, STEP, COLUMNS, ROWS = (-586.0, -92.0), 1.5, 52, 112

@@ -8,8 +8,7 @@ from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-SECOND = 1_000_000_000
-"""Nanoseconds."""
+from rpf3d_ros.stamps import SECOND, stamp_of
 
 TICKS = 100.0
 """Messages on /clock a second of the machine's time."""
@@ -60,8 +59,3 @@ class SimulatedClock:
     def __exit__(self, *error: object) -> None:
         self._ended.set()
         self._thread.join()
-
-
-def stamp_of(ns: int) -> Time:
-    """A time (ns) as a stamp."""
-    return Time(sec=ns // SECOND, nanosec=ns % SECOND)
