@@ -23,7 +23,7 @@ from live_stack import Stack, machine
 from rclpy.serialization import deserialize_message, serialize_message
 from soak_ledger import Demand, Ledger
 from soak_report import print_report
-from soak_world import PATCHED, PLACES, SCENE, SITE, SPEED, World, places_of, world_of
+from soak_world import PATCHED, PLACES, SCENE, SITE, SPEED, SPREAD_V, SPREAD_X, World, places_of, world_of
 from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
@@ -237,7 +237,7 @@ class Soak:
         place = str(self.random.choice(list(PLACES)))
         level = self.world.demands[place]
         self.ledger.counts[f"bursts from {place} ({level.word})"] += 1
-        self.seen = places_of(place, int(self.random.integers(3, 21)))
+        self.seen = places_of(place)
         self.open = self.ledger.demand(f"{place}: {level.word}", level, WITHIN)
         if not self.stack.alive(SIMULATOR) or self.told.held is None:
             self.ledger.disturb(self.open, RECOVERY)
@@ -292,6 +292,7 @@ def start(stack: Stack, name: str) -> None:
         stack.start(name, {
             "use_sim_time": True, "scene": SCENE, "site_file": SITE, "decision_log": stack.folder / "decisions",
             "store": stack.folder / "store", "above_ground": 0.5, "release_speed": SPEED,
+            "position_spread": SPREAD_X, "velocity_spread": SPREAD_V,
         })  # fmt: skip
 
 
@@ -321,7 +322,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for node in (SIMULATOR, RECORDER, LISTENER):
                 start(stack, node)
             soak = Soak(stack, world, stand_in, clock, options.seed)
-            if not stand_in.wait_for_listeners(2 * RECOVERY, 2, lambda: stack.alive(SIMULATOR)):
+            if not stand_in.wait_for_listeners(2 * RECOVERY, 3, lambda: stack.alive(SIMULATOR)):
                 print(f"the nodes do not listen\n{stack.tails()}", file=sys.stderr)
                 return 1
             soak.run(options.minutes)

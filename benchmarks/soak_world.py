@@ -26,6 +26,11 @@ SPEED = 4.0
 """m/s, eastwards, of every source."""
 ROCKS = 2000
 """Rocks that say what a place demands: shares to 0.02."""
+SOURCES = 12
+SPREAD_X, SPREAD_V = 0.3, 0.2
+"""Half-widths (m, m/s) that the node spreads rocks by; in plan it is too little to matter for what is demanded."""
+CERTAIN = 0.7
+"""Part of the share that a level is demanded at: patches and the spread in plan change a little of it."""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
@@ -53,21 +58,21 @@ def world_of(folder: Path) -> World:
     return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})
 
 
-def places_of(place: str, sources: int) -> Any:
-    """Positions (S, 3) m of sources along a place; the node puts them on the ground."""
+def places_of(place: str) -> Any:
+    """Positions (SOURCES, 3) m of sources along a place; the node puts them on the ground."""
     x, south, north = PLACES[place]
-    y = np.linspace(south, north, sources)
-    return np.column_stack([np.full(sources, x), y, np.full(sources, 1700.0)])
+    y = np.linspace(south, north, SOURCES)
+    return np.column_stack([np.full(SOURCES, x), y, np.full(SOURCES, 1700.0)])
 
 
 def demanded(place: str, folder: Path) -> Level:
     """The level that the core's own run from a place reaches even at the lower end of the share's interval."""
-    scene, (x, south, north) = read_scene(SCENE), PLACES[place]
-    line = [[x, south, 1700.0], [x, north, 1700.0]]
-    changed = {"line": tuple(map(tuple, line)), "rocks": ROCKS, "velocity": (SPEED, 0.0, 0.0)}
+    scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
+    changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
+               "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip
     source = scene.sources[0].model_copy(update=changed)
     run = run_scene(scene.model_copy(update={"sources": (source,)}), folder / "demanded")
-    areas = tuple(area._replace(high=area.low) for area in areas_of(run.maps))
+    areas = tuple(area._replace(high=CERTAIN * area.low) for area in areas_of(run.maps))
     thresholds = read_site(SITE)
     evidence = Evidence(1, 0, 0, 0, 0, "", "", 1, scene.seed, "", areas)
     return decide(None, evidence, thresholds, 0).evident
