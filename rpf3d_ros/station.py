@@ -136,7 +136,8 @@ class Station:
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._equipment.parameters, made)
         warnings = warnings_of(answer)
-        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, "every rock has an outcome")
+        well = "every rock has an outcome" if answer.sources else "watched, nothing seen"
+        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:

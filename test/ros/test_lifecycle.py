@@ -18,8 +18,8 @@ from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_ros.answer_publishers import TOPICS
+from rpf3d_ros.cloud_messages import cloud_of_grid
 from rpf3d_ros.result_messages import facts_of
-from rpf3d_ros.terrain_messages import cloud_of_grid
 
 NODE = "rpf3d_simulator"
 QUIET = {

@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.survey import GridSurvey
+from rpf3d_ros.cloud_messages import cloud_of_grid
 from rpf3d_ros.health import healths_of
-from rpf3d_ros.terrain_messages import cloud_of_grid
 
 NODE = "rpf3d_simulator"
 SITE = """\
