@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from live_messages import Heights, cloud_bytes, mesh_bytes, poses, raise_mesh, stamped
 from live_stack import Heartbeat, Stack, machine
-from live_table import Row, Rows, print_table
+from live_table import Row, Rows, gaps_of, print_table
 from rclpy.serialization import serialize_message
 
 from rpf3d_core.compiling import HAS_NUMBA
@@ -33,8 +33,9 @@ MANY, FEW = 10_000, 200
 """Rocks of the first answer: those that the goals for terrain ask for; the node's own default for a burst."""
 FINEST = 20_000
 """Rocks at which an answer is good enough, so that rounds do not run into each other; but for `busy`."""
-START, ANSWER, QUIET = 120.0, 60.0, 0.4
-"""Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest."""
+START, ANSWER, QUIET, BEATING = 120.0, 60.0, 0.4, 1.0
+"""Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest; until the
+heartbeat has found its service."""
 HEARD = ("hazard/grid", "trajectories", "results")
 SIMULATOR = "simulator_node"
 SERVICE = "rpf3d_simulator/get_parameter_types"
@@ -61,6 +62,8 @@ class Bench:
         self.came: dict[str, list[tuple[int, bytes]]] = {topic: [] for topic in HEARD}
         for topic, kept in self.came.items():
             self.stand_in.hear(topic, lambda data, at, kept=kept: kept.append((at, data)))  # type: ignore[misc]
+        self.told: list[bytes] = []
+        self.stand_in.hear("/diagnostics", lambda data, at: self.told.append(data))
         if not self.stand_in.wait_for_listeners(START, alive=lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the simulator does not listen\n{stack.tails()}")
         self.stand_in.publish("terrain/mesh", terrain)
@@ -93,16 +96,23 @@ class Bench:
     def rounds(self, name: str, goal: float, count: int, send: Callable[[int], Callable[[], int]]) -> Rows:
         """Rows of `count` rounds: to trajectories and grid, the node's own seconds, and the heartbeat meanwhile."""
         row = Row(name, goal)
+        began, came = self.until_answered(send(0), START)  # compiles what is called for the first time
+        row.first = (max(came.values()) - began) / 1e9
+        self.rest(3.0)
         with Heartbeat(SERVICE) as heartbeat:
-            time.sleep(1.0)  # until it beats
+            time.sleep(BEATING)
             begins = time.monotonic_ns()
+            self.told.clear()
             for number in range(count):
-                publish = send(number)  # laid out before the time is taken
+                publish = send(number + 1)  # laid out before the time is taken
+                cpu = self.stack.cpu(SIMULATOR)
                 began, came = self.until_answered(publish)
                 row.add(began, came, self.came["results"][0][1])
+                row.cpu.append(self.stack.cpu(SIMULATOR) - cpu)
                 self.rest(3.0)
+            self.stand_in.wait(lambda: False, 1.5)  # the gaps of the last second are told then
             beats = [beat for beat in heartbeat.stop() if beat[1] >= begins]
-        return Rows(row, beats)
+        return Rows(row, beats, gaps_of(self.told))
 
     def close(self) -> None:
         """End the simulator."""

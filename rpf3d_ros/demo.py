@@ -42,7 +42,10 @@ SPEED = 20.0
 """Seconds of the shift in a second of the machine's time, while no answer is awaited."""
 
 BEGINS_NS = 1_767_250_800_000_000_000
-"""The shift's clock starts on 2026-01-01 at 07:00 UTC."""
+"""The shift begins on 2026-01-01 at 07:00 UTC."""
+
+EARLIER_NS = 600_000_000_000
+"""So much (ns) earlier the nodes start; what is left of it when they have is skipped."""
 
 SOURCES = 12
 
@@ -125,9 +128,10 @@ def _play(options: argparse.Namespace, content: ShiftContent, processes: list[su
     from rpf3d_ros.stand_in import StandIn  # starts DDS threads: after the children
 
     spoken = ("terrain/mesh", "terrain/update", "sources")
-    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
+    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:
         if not stand_in.wait_for_listeners(options.timeout, len(processes), lambda: _all_run(processes)):
             return ["the nodes"]
+        clock.skip_to(BEGINS_NS)
         shift = Shift(content, stand_in, clock, options.speed)
         print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
         shift.play(lambda sentence: print(sentence, flush=True))

@@ -39,6 +39,11 @@ class SimulatedClock:
         with self._lock:
             self._base_ns += round(seconds * SECOND)
 
+    def skip_to(self, ns: int) -> None:
+        """Go on at a later time (ns); nothing where it is that late already."""
+        with self._lock:
+            self._base_ns += max(ns - self._now_ns(), 0)
+
     def run_at(self, speed: float) -> None:
         """Go on at another speed; 0 stands still."""
         with self._lock:

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 from rerun.experimental import ViewerClient
 
 from rpf3d_ros.demo import BEGINS_NS
@@ -18,6 +19,8 @@ SECOND = 158.0
 """s of the shift that is shown: the ramp is evacuated."""
 PORT = 19_877
 RERUN = Path(sys.executable).parent / "rerun"
+SIZE = (1440, 810)
+"""Pixels of the picture."""
 LOADING, DRAWING = 12.0, 6.0
 """Seconds that a software renderer needs to load the recording, and to draw it."""
 
@@ -33,6 +36,8 @@ def take(recording: Path, picture: Path, second: float) -> None:
         time.sleep(DRAWING)
         viewer.save_screenshot(str(picture.resolve()))
         time.sleep(DRAWING)
+    smaller = Image.open(picture).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
+    smaller.quantize(256).save(picture, optimize=True)
 
 
 if __name__ == "__main__":
