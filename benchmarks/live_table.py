@@ -35,10 +35,14 @@ class Row:
         return np.array([each[topic] for each in self.seconds])
 
     def stages(self) -> dict[str, float]:
-        """Medians of the figures that the node tells with its results, those that are seconds."""
-        values = [figures_of(result) for result in self.results]
-        names = [name for name in values[0] if name.endswith(("seconds", "_s"))] if values else []
-        return {name: float(np.median([float(v[name]) for v in values if name in v])) for name in names}
+        """Medians (s): until the flight of the answer began, of the flight as the node tells it, from the grid to all.
+
+        The first is the way of the message, the ground that is made of it and what waits for the thread that flies.
+        """
+        flown = np.array([float(figures_of(result)["seconds"]) for result in self.results])
+        grid = self.of("hazard/grid")
+        parts = {"until it flies": grid - flown, "flying and tallies": flown, "publishing": self.of("results") - grid}
+        return {name: float(np.median(seconds)) for name, seconds in parts.items()}
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ def print_table(rows: list[Rows]) -> int:
         calls = f"{len(each.beats):6} {1e3 * each.usual_call:7.1f} {1e3 * each.longest_call:7.0f}"
         print(f"{each.row.name:52} {1e3 * BLOCKED:6.0f} {1e3 * each.longest_gap:7.0f}   {calls}   "
               f"{1e3 * each.longest_delay:9.0f}")  # fmt: skip
-    print("\nwhere the time goes, as the node tells it with its results (s, medians)")
+    print("\nwhere the time goes, milliseconds, medians")
     for each in rows:
-        print(f"{each.row.name:52} {', '.join(f'{k} {v:.3f}' for k, v in each.row.stages().items()) or 'not told'}")
+        print(f"{each.row.name:52} {', '.join(f'{k} {1e3 * v:.0f}' for k, v in each.row.stages().items())}")
     return int(missed)

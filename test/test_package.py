@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[1]
-ROS_TYPES = re.compile(r"[a-z_]+(_msgs|_interfaces)")
+ROS_TYPES = re.compile(r"[a-z_]+(_msgs|_interfaces|_srvs)")
 
 FROM_THE_SAME_PROJECT = {
     "affine": "rasterio",

@@ -19,7 +19,7 @@ SECOND = 158.0
 """s of the shift that is shown: the ramp is evacuated."""
 PORT = 19_877
 RERUN = Path(sys.executable).parent / "rerun"
-SIZE = (1440, 810)
+SIZE = (1280, 720)
 """Pixels of the picture."""
 LOADING, DRAWING = 12.0, 6.0
 """Seconds that a software renderer needs to load the recording, and to draw it."""
@@ -37,7 +37,7 @@ def take(recording: Path, picture: Path, second: float) -> None:
         viewer.save_screenshot(str(picture.resolve()))
         time.sleep(DRAWING)
     smaller = Image.open(picture).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-    smaller.quantize(256).save(picture, optimize=True)
+    smaller.quantize(256, Image.Quantize.FASTOCTREE).save(picture, optimize=True)
 
 
 if __name__ == "__main__":

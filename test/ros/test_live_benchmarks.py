@@ -89,4 +89,4 @@ def test_a_table_tells_a_missed_goal_by_its_exit_code(capsys, took, gap, code):
     for _ in range(3):
         row.add(0, {topic: round(took * 1e9) for topic in ("hazard/grid", "trajectories", "results")}, result(0.03))
     assert print_table([Rows(row, [(0, 0, 1_000_000)], [gap])]) == code
-    assert "seconds 0.030" in capsys.readouterr().out
+    assert "flying and tallies 30" in capsys.readouterr().out
