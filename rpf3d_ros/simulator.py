@@ -6,8 +6,6 @@ threads of the `Station`, which is there from configuring to cleaning up.
 
 from typing import TYPE_CHECKING, Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.executors import Executor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger as TriggerService
@@ -64,9 +62,7 @@ class SimulatorNode(LifecycleNode):
         self.broken = ""
         self.abandoned = False
         self.heartbeat = Heartbeat(self, self.health)
-        # In a group of its own: what waits for the desk would keep everything else in its group from being called.
-        apart = MutuallyExclusiveCallbackGroup()
-        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge, callback_group=apart)
+        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick)
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
@@ -159,17 +155,16 @@ class SimulatorNode(LifecycleNode):
             self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
             self.health.set("clock", WARN, f"went back by {seconds:.3f} s; waiting for new sources")
 
-    async def on_acknowledge(
+    def on_acknowledge(
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
         """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
         said = self.get_parameter("acknowledged_by").value
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
-        executor = self.executor
-        if self.station is None or self.inputs is None or not isinstance(executor, Executor):
+        if self.station is None or self.inputs is None:
             response.success, response.message = False, "the node is not active"
         else:
-            response.success, response.message = await self.station.acknowledged(said, executor)
+            response.success, response.message = self.station.acknowledged(said)
         return response
 
     def destroy_node(self) -> None:
