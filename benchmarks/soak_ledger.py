@@ -67,6 +67,11 @@ class Ledger:
         """Demands that were never met."""
         return [demand for demand in self.demands if demand.met is None]
 
+    @property
+    def summary(self) -> str:
+        """How it goes, in a few words."""
+        return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
+
     def took(self, disturbed: bool) -> list[float]:
         """Seconds until each demand was met, of those that were disturbed, or of the others."""
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
