@@ -79,7 +79,7 @@ class Soak:
         """Wait until what is demanded has been told, or its time is up."""
         mine = self._mine
         while (demand := mine.open) and demand.met is None and time.monotonic() < demand.until:
-            mine.live(lambda: demand.met is not None or mine.open is not demand, 0.2)  # noqa: B023
+            mine.live(lambda: demand.met is not None or mine.open is not demand, 0.2)
         if demand is not None and demand.met is None:
             mine.ledger.fail(f"lost alert: {demand.what}, held is {mine.told.held}", mine.stack.tails())
 

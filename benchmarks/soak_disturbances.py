@@ -49,7 +49,7 @@ class Disturbances:
         mine.disturb = self._disturb
 
     def begin(self, unkilled: float, calm: float) -> None:
-        """Begin now; kill neither simulator nor recorder from a time (s, monotonic) on, and disturb nothing from calm."""
+        """Begin now; from one time (s, monotonic) on kill neither simulator nor recorder, from the other do nothing."""
         self._next, self._unkilled, self.calm = time.monotonic() + BETWEEN, unkilled, calm
 
     def _disturb(self, now: float) -> None:

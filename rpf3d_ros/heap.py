@@ -10,8 +10,8 @@ LARGE = 1_000_000
 """Bytes from which an array has pages of its own, which go back to the system when it is freed.
 
 Left alone, glibc raises its threshold to the largest that was freed, at most 32 MB, and the arrays of a survey go into
-the heap, which they leave in pieces: a node that took a terrain of 2.33 million triangles again and again grew by 3.8 MB
-each time; with this it stays where it is (docs/live.md).
+the heap, which they leave in pieces: a node that took a terrain of 2.33 million triangles again and again grew by
+3.8 MB each time; with this it stays where it is (docs/live.md).
 """
 
 
