@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+pytest.importorskip("live_stack", reason="the benchmarks are not part of an installed package")
 
 import live_messages
 import soak_ledger
