@@ -9,16 +9,18 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros test guards campaign combinations lint bench accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros test guards campaign combinations lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
-	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
+	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make lint      ruff, and mypy on the core"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
+	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
+	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
 	@echo "make accuracy  measure what accuracy costs, and write docs/accuracy.md; takes about four minutes"
 	@echo "make effects   measure what each model and effect costs, and write docs/effects.md; takes some minutes"
 	@echo "make validation  calibrate on field data, and write docs/validation.md; takes some minutes, and needs that data"
@@ -73,6 +75,13 @@ bench: venv
 	$(BIN)/python benchmarks/flight.py
 	$(BIN)/python benchmarks/ensemble.py
 	$(BIN)/python benchmarks/live_ground.py
+
+bench-ros: venv
+	$(BIN)/python benchmarks/live.py
+
+soak: venv
+	@mkdir -p out
+	$(BIN)/python benchmarks/soak.py --json out/soak.json
 
 accuracy: venv
 	$(BIN)/python docs/accuracy.py

@@ -1,8 +1,9 @@
-"""The three nodes on one scene, each in a process of its own, until the results are recorded.
+"""Five minutes of a shift, in time lapse: simulator and recorder on a simulated clock, each in a process of its own.
 
-`python -m rpf3d_ros.demo --scene config/scenes/demo.yaml --out out/demo-ros` leaves a .rrd that
-`rerun rrd verify` accepts; exit code 0 where it does and nothing is missing in it, 1 otherwise,
-128 + its number after a signal.
+`python -m rpf3d_ros.demo --out out/demo-ros` plays what survey, radar and operator do (`shift.py`), while the nodes
+answer, decide and record, and leaves a .rrd that `rerun rrd verify` accepts; exit code 0 where it does and nothing is
+missing in it, 1 otherwise, 128 + its number after a signal. The clock runs at its true rate while an answer is
+awaited and fast through the quiet between; `--real-time` takes the five minutes.
 """
 
 import argparse
@@ -19,16 +20,34 @@ from pathlib import Path
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
+from rpf3d_ros.shift_content import ShiftContent, shift_content
 
 SOURCE_TREE = Path(__file__).resolve().parent.parent
 INSTALLED = Path(sysconfig.get_path("data")) / "share" / "rpf3d"
 """Where pip puts the files that are no code."""
 
-EXPECTED = ("terrain/mesh", "sources", "trajectories", "trajectories/points", "impacts", "deposits", "hazard/zones")
+EXPECTED = (
+    "terrain/mesh", "terrain/update", "sources", "trajectories", "trajectories/points", "impacts", "deposits",
+    "hazard/grid", "hazard/points", "hazard/zones", "results", "alerts", "alarm",
+)  # fmt: skip
 """Topics that must have been recorded."""
 
-ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/hazard/passed")
-"""What the recording must hold; /deposits and /hazard/stopped depend on whether a rock stays."""
+ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/alerts", "/alert_level")
+"""What the recording must hold; /deposits depends on whether a rock stays."""
+
+LEVELS = ("evacuate", "normal")
+"""What must have been told after each other: one alert, up and down."""
+
+SPEED = 20.0
+"""Seconds of the shift in a second of the machine's time, while no answer is awaited."""
+
+BEGINS_NS = 1_767_250_800_000_000_000
+"""The shift begins on 2026-01-01 at 07:00 UTC."""
+
+EARLIER_NS = 600_000_000_000
+"""So much (ns) earlier the nodes start; what is left of it when they have is skipped."""
+
+SOURCES = 12
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -44,7 +63,7 @@ def main(args: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="rpf3d_ros_") as logs:
         missing = _record(options, recording, Path(logs))
     if missing:
-        print(f"after {options.timeout:g} s nothing was recorded from: {', '.join(missing)}", file=sys.stderr)
+        print(f"after {options.timeout:g} s there was nothing of: {', '.join(missing)}", file=sys.stderr)
         return 1
     print(f"recorded in {time.monotonic() - began:.1f} s")
     return _report(recording, finished)
@@ -64,34 +83,71 @@ def _end(number: int, frame: object) -> None:
 
 def _options(args: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scene", type=Path, default=shipped("config/scenes/demo.yaml"), help="scene file")
+    parser.add_argument("--scene", type=Path, default=shipped("config/scenes/shift.yaml"), help="scene file")
+    parser.add_argument("--site", type=Path, default=shipped("config/site_shift.yaml"), help="thresholds of the alerts")
     parser.add_argument("--out", type=Path, default=Path("out/demo-ros"), help="folder for demo.rrd")
-    parser.add_argument("--params-file", type=Path, default=shipped("config/rpf3d.yaml"), help="ROS parameter file")
-    parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for the results")
+    parser.add_argument("--speed", type=float, default=SPEED, help="of the clock while no answer is awaited")
+    parser.add_argument("--real-time", dest="speed", action="store_const", const=1.0, help="take the five minutes")
+    parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start and to record")
     return parser.parse_args(args)
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
-    """Run the nodes until every expected topic was recorded, or time is up; the topics that are missing."""
+    """Run the nodes while the shift is played and until everything is recorded; what is missing."""
     # The environment is this process' own: it listens in the same domain. Children start before rclpy does.
     os.environ.update(isolated_environment(logs))
-    common = ["--params-file", str(options.params_file)]
+    content = shift_content(options.scene, SOURCES)
     nodes = {
-        "recorder": ["-p", f"file:={recording}"],
-        "simulator": [],
-        "scene_publisher": ["-p", f"scene:={options.scene}", "-p", "subscribers:=2"],
-    }
+        "recorder": {"file": recording},
+        "simulator": {
+            "scene": options.scene, "site_file": options.site, "decision_log": logs / "decisions",
+            "above_ground": 0.5, "release_speed": content.speed, "position_spread": 1.0, "velocity_spread": 0.3,
+        },
+    }  # fmt: skip
     processes: dict[str, subprocess.Popen[bytes]] = {}
     try:
         for name, own in nodes.items():
-            processes[name] = node_process(f"{name}_node", [*common, *own], logs)
-        missing = _wait_for_topics(options.timeout, list(processes.values()))
+            given = [word for key, value in own.items() for word in ("-p", f"{key}:={value}")]
+            processes[name] = node_process(f"{name}_node", ["-p", "use_sim_time:=true", *given], logs)
+        missing = _play(options, content, list(processes.values()))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        missing = ["an answer"]
     finally:
         codes = {name: ended(process) for name, process in reversed(list(processes.items()))}
     if missing or any(codes.values()):
         print(f"exit codes: {codes}", file=sys.stderr)
         print(tails(logs), file=sys.stderr)
     return missing or [name for name, code in codes.items() if code]
+
+
+def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
+    """Play the shift to the nodes; what they have not recorded or said of it in time."""
+    from rpf3d_ros.shift import LENGTH, Shift
+    from rpf3d_ros.simulated_clock import SimulatedClock
+    from rpf3d_ros.stand_in import StandIn  # starts DDS threads: after the children
+
+    spoken = ("terrain/mesh", "terrain/update", "sources")
+    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:
+        if not stand_in.wait_for_listeners(options.timeout, len(processes), lambda: _all_run(processes)):
+            return ["the nodes"]
+        clock.skip_to(BEGINS_NS)
+        shift = Shift(content, stand_in, clock, options.speed)
+        print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
+        shift.play(lambda sentence: print(sentence, flush=True))
+        print(f"  levels of the alert: {', '.join(shift.levels)}")
+        untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
+        return untold + _wait_for_topics(options.timeout, processes)
+
+
+def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
+    return all(process.poll() is None for process in processes)
+
+
+def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
+    """Whether all that is wanted was told, one after the other."""
+    rest = iter(told)
+    return all(level in rest for level in wanted)
 
 
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
@@ -102,7 +158,7 @@ def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -
     deadline = time.monotonic() + timeout
     missing = list(EXPECTED)
     with DiagnosticListener() as listener:
-        while missing and time.monotonic() < deadline and all(process.poll() is None for process in processes):
+        while missing and time.monotonic() < deadline and _all_run(processes):
             recorded = listener.spin_once().get(COUNT_OF_RECORDED)
             missing = [topic for topic in EXPECTED if recorded is None or topic not in recorded.values]
         for health in listener.healths.values():

@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from rpf3d_ros.heap import give_large_arrays_back
+
 if TYPE_CHECKING:
     from rclpy.executors import Executor
     from rclpy.node import Node
@@ -25,6 +27,7 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
     """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses its parameters."""
     listening = _leave_on_signals()
+    give_large_arrays_back()
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
 

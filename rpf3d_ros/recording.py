@@ -18,7 +18,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.health import OK, WARN, Health
 from rpf3d_ros.marker_reading import Colour, Strip
 from rpf3d_ros.moving_rocks import FRAME, Motion
-from rpf3d_ros.recording_views import STATE_COLOURS, blueprint
+from rpf3d_ros.recording_views import STATE_COLOURS, blueprint, extent_of
 
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
@@ -30,6 +30,9 @@ ARROW_LENGTH, LIFT = 3.0, 0.15
 
 UNKNOWN = (0, 0, 0, 0)
 """Colour of the cells of a grid that say nothing."""
+
+FARTHER = 1.5
+"""Trajectories that reach so many times farther than all before move the eye: the first may be short ones."""
 
 FLUSH_TIMEOUT = 60.0
 """Seconds; the terrain of 2.3 million triangles takes 1.3 s to write."""
@@ -47,7 +50,7 @@ class Recording:
     def __init__(self, stream: Any) -> None:
         """stream : a rerun.RecordingStream that has its sink already."""
         self._rerun, self._stream = import_rerun(), stream
-        self._eye_is_set = False
+        self._looked_at = 0.0
         self._stamp_ns, self._event = 0, 0
         self._frames, self._lanes = 0, set[str]()
         self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -103,9 +106,9 @@ class Recording:
             colors=np.concatenate([np.empty((0, 4), dtype=np.uint8), *colours]),
         )
         self._log("trajectories", lines)
-        if strips and not self._eye_is_set:
+        if (extent := extent_of(strips)) > FARTHER * self._looked_at:
             self._stream.send_blueprint(blueprint(strips))
-            self._eye_is_set = True
+            self._looked_at = extent
 
     def motion(self, motion: Motion) -> None:
         """Log rocks that move, a row a frame, over simulated time and from the event's stamp on.

@@ -32,18 +32,24 @@ COVERING = ("trajectories/points", "hazard/points")
 """Entities that would cover the others: hidden until they are asked for."""
 
 
+BEFORE, AFTER = -300.0, 150.0
+"""Seconds around the moment looked at that the courses of levels and energies show."""
+
+
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
     """The layout, at the newest moment; the eye is put in front of trajectories where there are some."""
     rrb = import_rerun().blueprint
+    around = _around()
     series = (
         rrb.TimeSeriesView(
             origin="alert_level",
             name=f"Alert level: {', '.join(f'{i} {level}' for i, level in enumerate(LEVELS))}",
+            axis_x=around,
             axis_y=rrb.ScalarAxis(range=(-0.25, len(LEVELS) - 0.75), zoom_lock=True),
             plot_legend=rrb.PlotLegend(visible=False),
         ),
-        rrb.StateTimelineView(origin="alert_state", name="Alert by area"),
-        rrb.TimeSeriesView(origin="energy", name="Energy at impacts (kJ)"),
+        rrb.StateTimelineView(origin="alert_state", name="Alert by area", time_view=around),
+        rrb.TimeSeriesView(origin="energy", name="Energy at impacts (kJ)", axis_x=around),
     )
     columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     texts = rrb.Tabs(
@@ -59,6 +65,21 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
     )
     right = rrb.Vertical(*series, texts, row_shares=[2, 2, 2, 3])
     return rrb.Blueprint(rrb.Horizontal(_places(strips), right, column_shares=[3, 2]), *panels)
+
+
+def _around() -> Any:
+    """The time axis of the courses."""
+    rerun = import_rerun()
+    boundary = rerun.blueprint.TimeRangeBoundary.cursor_relative
+    return rerun.blueprint.TimeAxis(
+        view_range=rerun.TimeRange(start=boundary(seconds=BEFORE), end=boundary(seconds=AFTER))
+    )
+
+
+def extent_of(strips: Sequence[Strip]) -> float:
+    """Diagonal (m) of the box around strips; 0 without points."""
+    points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def _places(strips: Sequence[Strip]) -> Any:

@@ -1,0 +1,55 @@
+"""Call a service of a node every few milliseconds until SIGINT; then print what came of each call, as JSON.
+
+    python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
+
+A process of its own: the one that publishes 56 MB would measure itself.
+"""
+
+import json
+import signal
+import sys
+import time
+
+from rcl_interfaces.srv import GetParameterTypes
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+PERIOD = 0.005
+"""Seconds between an answer and the next call."""
+
+PATIENCE = 30.0
+"""Seconds until a call is given up."""
+
+
+def main(service: str) -> None:
+    """Beat until the signal, print the beats."""
+    ended: list[bool] = []
+    signal.signal(signal.SIGINT, lambda number, frame: ended.append(True))
+    context = Context()
+    context.init()
+    node = Node("rpf3d_heartbeat", context=context)
+    client = node.create_client(GetParameterTypes, service)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    beats: list[tuple[int, int, int]] = []
+    while not ended and not client.service_is_ready():
+        time.sleep(PERIOD)
+    while not ended:
+        due = time.monotonic_ns() + round(PERIOD * 1e9)
+        time.sleep(PERIOD)
+        sent = time.monotonic_ns()
+        future = client.call_async(GetParameterTypes.Request(names=["use_sim_time"]))
+        deadline = time.monotonic() + PATIENCE
+        while not future.done() and not ended and time.monotonic() < deadline:
+            executor.spin_once(timeout_sec=0.1)
+        if future.done():
+            beats.append((due, sent, time.monotonic_ns()))
+    print(json.dumps(beats))
+    executor.shutdown()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

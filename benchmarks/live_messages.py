@@ -1,0 +1,91 @@
+"""What a survey and a radar publish in a benchmark: laid out once, as bytes, so that publishing costs a copy.
+
+CDR puts a cloud's stamp at bytes 4 to 12 (the encapsulation header comes first), so that a message that has been laid
+out gets a new stamp without being laid out again.
+"""
+
+import struct
+import time
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
+from numpy.typing import NDArray
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header
+
+from rpf3d_core.simulation.engines import Engine, engine_of
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.terrain_messages import COUNT, HEADER, MeshSurvey, cdr_of_mesh
+
+Floats = NDArray[np.float64]
+SECOND = 1_000_000_000
+STAMP = slice(4, 12)
+FRAME = "map"
+HIGHER = 0.02
+"""m by which one point of a survey differs from that of the survey before: a repetition would be ignored."""
+
+
+class Heights:
+    """The ground of a terrain as heights over the plan, map frame."""
+
+    def __init__(self, terrain: Terrain) -> None:
+        self._terrain = terrain
+        self._engine: Engine = engine_of("compiled", facets_of(terrain))
+
+    def at(self, plan: Floats) -> Floats:
+        """z (N,) m of the ground at places (N, 2) m; NaN where there is none."""
+        top = float(self._terrain.vertices[:, 2].max()) + 1.0
+        x = np.column_stack([plan - np.array(self._terrain.frame.origin[:2]), np.full(len(plan), top)])
+        below = self._engine.ground_below(x)
+        return np.where(below[:, 1] < 0, np.nan, top - below[:, 0]) + self._terrain.frame.origin[2]
+
+    def grid(self, west: float, south: float, step: float, columns: int, rows: int) -> Floats:
+        """Points (rows, columns, 3) m of a grid from its south-western corner."""
+        x, y = np.meshgrid(west + step * np.arange(columns), south + step * np.arange(rows))
+        return np.stack([x, y, self.at(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)], axis=-1)
+
+
+def mesh_bytes(terrain: Terrain) -> bytearray:
+    """shape_msgs/Mesh of a terrain, in the map frame."""
+    vertices = terrain.frame.points_to_input(terrain.vertices)
+    return bytearray(cdr_of_mesh(MeshSurvey(vertices, terrain.triangles)))
+
+
+def raise_mesh(data: bytes | bytearray, number: int) -> bytes:
+    """The mesh with its first vertex a little higher each time."""
+    (triangles,) = struct.unpack_from("<I", data, HEADER)
+    after = COUNT + 12 * triangles + COUNT
+    z = HEADER + after + (-after % 8) + 16
+    (height,) = struct.unpack_from("<d", data, z)
+    changed = bytearray(data)
+    struct.pack_into("<d", changed, z, height + HIGHER * number)
+    return bytes(changed)
+
+
+def cloud_bytes(points: Floats) -> bytes:
+    """PointCloud2 of points (H, W, 3) or (N, 3) m, float32, not stamped yet."""
+    header = Header(frame_id=FRAME)
+    cloud = cloud_of_columns(header, {name: points[..., i] for i, name in enumerate("xyz")})
+    return bytes(serialize_message(cloud))
+
+
+def stamped(data: bytes, at_ns: int | None = None) -> bytes:
+    """A message that begins with a header, stamped at a time (ns); now where None."""
+    at = time.time_ns() if at_ns is None else at_ns
+    return data[: STAMP.start] + struct.pack("<iI", at // SECOND, at % SECOND) + data[STAMP.stop :]
+
+
+def stamp_of(data: bytes) -> int:
+    """The stamp (ns) of a message that begins with a header."""
+    sec, nanosec = struct.unpack_from("<iI", data, STAMP.start)
+    return int(sec) * SECOND + int(nanosec)
+
+
+def poses(places: Floats, at_ns: int = 0) -> Any:
+    """Sources at places (S, 3) m, thrown eastwards."""
+    each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places.tolist()]
+    stamp = Time(sec=at_ns // SECOND, nanosec=at_ns % SECOND)
+    return PoseArray(header=Header(stamp=stamp, frame_id=FRAME), poses=each)

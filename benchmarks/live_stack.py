@@ -1,0 +1,134 @@
+"""Nodes as real processes over DDS for benchmarks and soaks: started, watched and ended by process id."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, Self
+
+from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
+
+KB = 1024
+MB = 1e6
+HEARTBEAT = Path(__file__).parent / "live_heartbeat.py"
+
+
+class Stack:
+    """A context manager: a folder, a DDS domain on loopback, and the processes that were started in it."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """folder : where nodes write; None for one that is removed at the end."""
+        self._temporary = tempfile.TemporaryDirectory(prefix="rpf3d_live_") if folder is None else None
+        self.folder = Path(self._temporary.name) if self._temporary else folder
+        assert self.folder is not None
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.began: dict[str, int] = {}
+        self.killed: set[str] = set()
+        os.environ.update(isolated_environment(self.folder))
+
+    def start(self, module: str, parameters: dict[str, Any]) -> int:
+        """Start a node of the package (`simulator_node`); its process id."""
+        given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_written(value)}")]
+        earlier = self.folder / f"{module}.out"
+        if earlier.is_file() and module in self.began:  # what a node said before it was killed is wanted most of all
+            earlier.rename(self.folder / f"{module}.{self.began[module]}.out")
+        self.processes[module] = node_process(module, given, self.folder)
+        self.began[module] = self.began.get(module, 0) + 1
+        return self.processes[module].pid
+
+    def start_script(self, script: Path) -> int:
+        """Start a program that is no node of the package; its process id."""
+        self.processes[script.stem] = subprocess.Popen(
+            [sys.executable, str(script)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )  # fmt: skip
+        return self.processes[script.stem].pid
+
+    def kill(self, module: str) -> None:
+        """End a node at once, by SIGKILL."""
+        self.killed.add(module)
+        self.processes[module].kill()
+        self.processes[module].wait()
+
+    def end(self, module: str) -> int:
+        """End a node as an operator does; its exit code."""
+        return ended(self.processes[module])
+
+    def alive(self, module: str) -> bool:
+        """Whether a node runs."""
+        return module in self.processes and self.processes[module].poll() is None
+
+    def memory(self, module: str) -> tuple[float, float]:
+        """Resident memory of a node now, and the most it ever had (MB); NaN where it does not run."""
+        try:
+            status = Path(f"/proc/{self.processes[module].pid}/status").read_text()
+        except OSError:
+            return float("nan"), float("nan")
+        fields = dict(line.split(":", 1) for line in status.splitlines() if ":" in line)
+        if "VmRSS" not in fields:
+            return float("nan"), float("nan")
+        return tuple(int(fields[name].split()[0]) * KB / MB for name in ("VmRSS", "VmHWM"))  # type: ignore[return-value]
+
+    def cpu(self, module: str) -> float:
+        """CPU seconds that a node has taken."""
+        try:
+            words = Path(f"/proc/{self.processes[module].pid}/stat").read_text().rpartition(")")[2].split()
+        except OSError:
+            return float("nan")
+        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+    def tails(self) -> str:
+        """The last lines that each node has printed."""
+        return tails(self.folder)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for process in reversed(list(self.processes.values())):
+            ended(process)
+        if self._temporary:
+            self._temporary.cleanup()
+
+
+class Heartbeat:
+    """A context manager: a process that calls a service of a node again and again, and tells how long that took."""
+
+    def __init__(self, service: str) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, str(HEARTBEAT), service], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        )  # fmt: skip
+        self.beats: list[tuple[int, int, int]] = []
+
+    def stop(self) -> list[tuple[int, int, int]]:
+        """End it; of each call when it was to go out, when it did, and when its answer came (ns, monotonic)."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            out, _ = self._process.communicate(timeout=20)
+            self.beats = [tuple(beat) for beat in json.loads(out or "[]")]
+        return self.beats
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.stop()
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) and not value else str(value)
+
+
+def machine() -> str:
+    """What the figures were measured on, and under what load."""
+    cores = len(os.sched_getaffinity(0))
+    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
+                  if line.startswith("model name")), "unknown processor")  # fmt: skip
+    one, five, _ = os.getloadavg()
+    return f"{cores} cores of {model}; load {one:.1f} (1 min), {five:.1f} (5 min) at the start"

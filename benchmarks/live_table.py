@@ -1,0 +1,120 @@
+"""Rounds of a live benchmark as lines of a table: medians against goals, and where the time goes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.serialization import deserialize_message
+
+MS = 1e6
+BLOCKED = 0.05
+"""Seconds that the executor of the node may be blocked at most (the goal)."""
+
+
+@dataclass
+class Row:
+    """name : what was published; goal : seconds to the last of what must come; the rest: each round.
+
+    first : seconds of a round before all others, which is not counted; cpu : seconds that the node has computed
+    """
+
+    name: str
+    goal: float
+    first: float = float("nan")
+    cpu: list[float] = field(default_factory=list)
+    seconds: list[dict[str, float]] = field(default_factory=list)
+    results: list[bytes] = field(default_factory=list)
+
+    def add(self, began_ns: int, came_ns: dict[str, int], result: bytes) -> None:
+        """A round: when publishing began, when the first of each topic came."""
+        self.seconds.append({topic: (at - began_ns) / 1e9 for topic, at in came_ns.items()})
+        self.results.append(result)
+
+    def of(self, topic: str) -> "np.ndarray":
+        """Seconds until a topic came, each round."""
+        return np.array([each[topic] for each in self.seconds])
+
+    def stages(self) -> dict[str, float]:
+        """Medians (s): until the flight of the answer began, of the flight as the node tells it, from the grid to all.
+
+        The first is the way of the message, the ground that is made of it and what waits for the thread that flies.
+        """
+        flown = np.array([float(figures_of(result)["seconds"]) for result in self.results])
+        grid = self.of("hazard/grid")
+        parts = {"until it flies": grid - flown, "flying and tallies": flown, "publishing": self.of("results") - grid}
+        return {name: float(np.median(seconds)) for name, seconds in parts.items()}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A row; beats : calls of a service meanwhile: due, sent, answered (ns); gaps : s, one a second, told by the node.
+
+    What the goal is about is `gaps`: how late the executor of the node came to its own timer. The calls tell the same
+    as somebody else sees it, with two ways through the network and the scheduling of two processes.
+    """
+
+    row: Row
+    beats: list[tuple[int, int, int]]
+    gaps: list[float]
+
+    @property
+    def longest_gap(self) -> float:
+        """Seconds of the longest gap that the node has told; NaN where it told none."""
+        return max(self.gaps, default=float("nan"))
+
+    @property
+    def longest_call(self) -> float:
+        """Seconds of the longest call of the service; NaN where none was answered."""
+        return max((answered - sent for _, sent, answered in self.beats), default=float("nan")) / 1e9
+
+    @property
+    def longest_delay(self) -> float:
+        """Seconds that the heartbeat itself woke too late: what the machine adds to any gap."""
+        return max((sent - due for due, sent, _ in self.beats), default=float("nan")) / 1e9
+
+    @property
+    def usual_call(self) -> float:
+        """Seconds that 99 % of the calls take at most."""
+        gaps = [answered - sent for _, sent, answered in self.beats]
+        return float(np.percentile(gaps, 99)) / 1e9 if gaps else float("nan")
+
+
+def figures_of(result: bytes) -> dict[str, str]:
+    """Key -> value of a message of `results`."""
+    array = deserialize_message(result, DiagnosticArray)
+    return {pair.key: pair.value for status in array.status for pair in status.values}
+
+
+def gaps_of(diagnostics: list[bytes]) -> list[float]:
+    """Longest gaps (s) of the executor that messages of /diagnostics tell, one a second."""
+    told = [pair.value for data in diagnostics for status in deserialize_message(data, DiagnosticArray).status
+            if status.name.endswith(": executor") for pair in status.values if pair.key == "gap_ms"]  # fmt: skip
+    return [float(value) / 1e3 for value in told]
+
+
+def print_table(rows: list[Rows]) -> int:
+    """Print everything; 1 where a goal is missed."""
+    if not rows:
+        return 0
+    print(f"\n{'milliseconds':52} {'goal':>6} {'median':>7} {'least':>7} {'most':>7} {'first':>7} "
+          f"{'CPU':>6} {'trajectories':>12} {'rounds':>6}")  # fmt: skip
+    missed = False
+    for each in rows:
+        row, grid = each.row, each.row.of("hazard/grid")
+        last = np.maximum(grid, row.of("trajectories"))
+        missed |= float(np.median(last)) > row.goal
+        figures = f"{1e3 * np.median(last):7.0f} {1e3 * last.min():7.0f} {1e3 * last.max():7.0f}"
+        cpu = 1e3 * float(np.median(row.cpu)) if row.cpu else float("nan")
+        print(f"{row.name:52} {1e3 * row.goal:6.0f} {figures} {1e3 * row.first:7.0f} {cpu:6.0f} "
+              f"{1e3 * np.median(row.of('trajectories')):12.0f} {len(grid):6}")  # fmt: skip
+    print(f"\n{'executor of the node, milliseconds':52} {'goal':>6} {'longest':>7}   {'calls':>6} {'99 %':>7} "
+          f"{'longest':>7}   {'own delay':>9}")  # fmt: skip
+    for each in rows:
+        missed |= not each.longest_gap <= BLOCKED
+        calls = f"{len(each.beats):6} {1e3 * each.usual_call:7.1f} {1e3 * each.longest_call:7.0f}"
+        print(f"{each.row.name:52} {1e3 * BLOCKED:6.0f} {1e3 * each.longest_gap:7.0f}   {calls}   "
+              f"{1e3 * each.longest_delay:9.0f}")  # fmt: skip
+    print("\nwhere the time goes, milliseconds, medians")
+    for each in rows:
+        print(f"{each.row.name:52} {', '.join(f'{k} {1e3 * v:.0f}' for k, v in each.row.stages().items())}")
+    return int(missed)

@@ -1,0 +1,128 @@
+"""What goes wrong in a soak: new ground, kills, jumps of the clock, and somebody who joins late."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from live_messages import raise_mesh
+from rclpy.serialization import deserialize_message
+from soak_mine import LISTENER, RECORDER, SIMULATOR, Mine, Told, start
+from soak_world import PATCHED, World
+from std_msgs.msg import Bool
+
+from rpf3d_ros.qos import LATCHED
+from rpf3d_ros.shift_content import patch_message
+from rpf3d_ros.stand_in import StandIn
+
+CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
+           "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip
+"""What goes wrong, and how often against each other."""
+KILLS = ("recorder", "simulator", "simulator in an update")
+"""What ends a life whose memory is to be looked at: the second half of a soak does without."""
+BETWEEN = 6.0
+"""Seconds between disturbances, on average."""
+RECOVERY = 60.0
+"""Seconds that a simulator may take after a kill until it tells what the radar still says: imports, its cache, its
+terrain from the store; on two busy cores."""
+RELEARNING = 10.0
+"""Seconds after a jump of the clock: the radar speaks every 2 s."""
+JOINING, SETTLED = 5.0, 1.0
+"""Seconds until a late joiner must have the alarm; that the alarm must have been the same for it to be compared."""
+DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
+"""Seconds that a process stays away; from new ground to the kill that comes in the middle of it."""
+JUMP = (2.0, 20.0)
+"""Seconds that the clock jumps by."""
+HEAP, RADIUS, SPACING = 21, 8.0, 1.5
+"""Points a side of a patch; points from the middle of its heap to the foot; m between points."""
+
+
+class Disturbances:
+    """Disturbs a mine at random from `begin` on, until it is `calm`."""
+
+    def __init__(self, mine: Mine, world: World, seed: int) -> None:
+        self._mine, self._world = mine, world
+        self.random = np.random.default_rng(seed)
+        self._due: list[tuple[float, Callable[[], None]]] = []
+        self._next = self._unkilled = self.calm = float("inf")
+        self._surveyed = 0
+        mine.disturb = self._disturb
+
+    def begin(self, unkilled: float, calm: float) -> None:
+        """Begin now; from one time (s, monotonic) on kill neither simulator nor recorder, from the other do nothing."""
+        self._next, self._unkilled, self.calm = time.monotonic() + BETWEEN, unkilled, calm
+
+    def _disturb(self, now: float) -> None:
+        for each in [each for each in self._due if each[0] <= now]:
+            self._due.remove(each)
+            each[1]()
+        if self._next <= now < self.calm:
+            self._next = now + float(self.random.exponential(BETWEEN))
+            weights = np.array(list(CHOICES.values()), dtype=float)
+            if now >= self._unkilled:
+                weights[[name in KILLS for name in CHOICES]] = 0.0
+            self.do(str(self.random.choice(list(CHOICES), p=weights / weights.sum())))
+
+    def do(self, what: str) -> None:
+        """Do one of CHOICES."""
+        self._mine.ledger.counts[what] += 1
+        if what in ("patch", "terrain"):
+            self._survey(whole=what == "terrain")
+        elif what in ("recorder", "listener"):
+            self._kill(RECORDER if what == "recorder" else LISTENER)
+        elif what == "late joiner":
+            self._join_late()
+        elif what in ("clock back", "clock forward"):
+            self._mine.jump(float(self.random.uniform(*JUMP)) * (-1.0 if what == "clock back" else 1.0))
+            self._mine.ledger.disturb(self._mine.open, RELEARNING)
+        else:
+            if what == "simulator in an update":
+                self._survey(whole=True)
+                self._mine.stand_in.wait(lambda: False, float(self.random.uniform(*UPDATING)))
+            self._kill(SIMULATOR)
+
+    def _kill(self, name: str) -> None:
+        """By SIGKILL; it comes back in a moment."""
+        mine = self._mine
+        if not mine.stack.alive(name):
+            return
+        mine.stack.kill(name)
+        down = float(self.random.uniform(*DOWN))
+        if name == SIMULATOR:
+            mine.told = Told()
+            mine.demand_again(down + RECOVERY)
+        self._due.append((time.monotonic() + down, lambda: start(mine.stack, name)))
+
+    def _survey(self, whole: bool) -> None:
+        """New ground: the pit with one point a little higher, or a heap somewhere."""
+        self._surveyed += 1
+        if whole:
+            self._mine.stand_in.publish("terrain/mesh", raise_mesh(self._world.content.mesh, self._surveyed % 50))
+        else:
+            self._mine.stand_in.publish("terrain/update", self._heap())
+
+    def _heap(self) -> Any:
+        """A patch of 30 by 30 m with a heap on it, somewhere below the ramp."""
+        (west, east), (south, north) = PATCHED
+        corner = self.random.uniform((west, south), (east, north))
+        grid = self._world.heights.grid(*corner.tolist(), SPACING, HEAP, HEAP)
+        i, j = np.ogrid[:HEAP, :HEAP]
+        distance = np.hypot(i - HEAP // 2, j - HEAP // 2)
+        grid[..., 2] += self.random.uniform(0.2, 2.0) * np.clip(1.0 - distance / RADIUS, 0.0, None)
+        return patch_message(grid, self._mine.clock.now_ns())
+
+    def _join_late(self) -> None:
+        """Somebody joins and must be told the alarm of the moment, if it stands."""
+        mine, began = self._mine, time.monotonic()
+        expected, heard = mine.told.alarm, []  # type: ignore[var-annotated]
+        if expected is None or began - mine.told.alarm_since < SETTLED:
+            return
+        with StandIn(name="rpf3d_late_joiner") as joiner:
+            joiner.hear("alarm", lambda data, at: heard.append(bool(deserialize_message(data, Bool).data)), LATCHED)
+            joiner.wait(lambda: heard, JOINING)
+        mine.ledger.counts["late joiners compared"] += 1
+        if heard:
+            mine.ledger.delays["late joiner to alarm"].append(time.monotonic() - began)
+        mine.stand_in.wait(lambda: False, 0.1)  # what came to us meanwhile
+        if mine.told.alarm == expected and heard[-1:] != [expected] and mine.stack.alive(SIMULATOR):
+            mine.ledger.fail(f"a late joiner heard the alarm as {heard or 'nothing'}, but it was {expected}")

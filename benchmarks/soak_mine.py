@@ -1,0 +1,145 @@
+"""The stand-in of a soak and the nodes around it: what is heard, what the radar says, and how time passes."""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from live_messages import poses, stamp_of
+from live_stack import Stack
+from rclpy.serialization import deserialize_message, serialize_message
+from soak_ledger import Demand, Ledger
+from soak_world import SCENE, SITE, SPEED, SPREAD_V, SPREAD_X
+from std_msgs.msg import Bool
+
+from rpf3d_core.alerts.levels import Level
+from rpf3d_ros.health import healths_of
+from rpf3d_ros.simulated_clock import SimulatedClock
+from rpf3d_ros.stand_in import StandIn
+
+RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
+"""Seconds between messages of the radar, between looks at memory, between sentences on how it goes."""
+REMEMBERED = 50
+"""Messages of the radar whose answers are still waited for."""
+SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listener"
+
+
+@dataclass
+class Told:
+    """What the node says now: the level held, the one shown, whether the alarm sounds, and since when (s)."""
+
+    held: Level | None = None
+    shown: Level | None = None
+    alarm: bool | None = None
+    alarm_since: float = 0.0
+
+
+class Mine:
+    """Speaks as the radar, hears what the nodes say, and notes both in the ledger."""
+
+    def __init__(self, stack: Stack, stand_in: StandIn, clock: SimulatedClock) -> None:
+        self.stack, self.stand_in, self.clock = stack, stand_in, clock
+        self.ledger, self.told = Ledger(), Told()
+        self.open: Demand | None = None
+        self.seen = np.empty((0, 3))
+        self.disturb: Callable[[float], None] = lambda now: None
+        self._spoken, self._sampled, self._said = 0.0, 0.0, time.monotonic()
+        self._waiting: dict[int, tuple[int, set[str]]] = {}
+        stand_in.hear("alerts", self._note_alert)
+        stand_in.hear("alarm", self._note_alarm)
+        stand_in.hear("results", self._note_result)
+        stand_in.hear("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
+
+    def live(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Let the world go on until the condition holds or time is up; whether it holds."""
+        deadline = time.monotonic() + seconds
+        while not condition():
+            now = time.monotonic()
+            if now >= deadline:
+                return False
+            if now - self._spoken >= RADAR:
+                self.speak()
+            if now - self._sampled >= SAMPLING:
+                self._sample(now)
+            self.disturb(now)
+            self.stand_in.spin_once()
+        return True
+
+    def speak(self) -> None:
+        """Say what the radar sees now."""
+        self._spoken, stamp = time.monotonic(), self.clock.now_ns()
+        data = bytes(serialize_message(poses(self.seen, stamp)))
+        self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
+        self._waiting[stamp] = (self.stand_in.publish("sources", data), set())
+
+    def demand_again(self, within: float) -> None:
+        """The node has been killed: what is demanded now must be told anew within a time (s), also if it was before."""
+        if self.open is not None and self.open.met is None:
+            self.ledger.disturb(self.open, within)
+        elif self.open is not None:
+            self.open = self.ledger.demand(f"{self.open.what}, again after a kill", self.open.level, within)
+            self.open.disturbed = 1
+
+    def jump(self, seconds: float) -> None:
+        """Let the clock jump; what was said before it is not waited for."""
+        self.clock.jump(seconds)
+        self._waiting.clear()
+
+    def _note_alert(self, data: bytes, at_ns: int) -> None:
+        for health in healths_of(deserialize_message(data, DiagnosticArray)):
+            if "held" in health.values:
+                self.told.held = Level[health.values["held"].upper()]
+                self.told.shown = Level[health.values["level"].upper()]
+                self.ledger.counts[f"alerts told: {health.values['level']}"] += 1
+        if self.open is not None:
+            self.ledger.settle(self.open, self.told.held)
+
+    def _note_alarm(self, data: bytes, at_ns: int) -> None:
+        alarm = bool(deserialize_message(data, Bool).data)
+        if alarm != self.told.alarm:
+            self.told.alarm, self.told.alarm_since = alarm, time.monotonic()
+
+    def _note_result(self, data: bytes, at_ns: int) -> None:
+        self.ledger.counts["results"] += 1
+        self._delay("sources to all of an answer", data, at_ns)
+
+    def _delay(self, what: str, data: bytes, at_ns: int) -> None:
+        """Time from publishing sources to the first message stamped as they are."""
+        began, came = self._waiting.get(stamp_of(data), (0, {what}))
+        if what not in came:
+            came.add(what)
+            self.ledger.delays[what].append((at_ns - began) / 1e9)
+
+    def _sample(self, now: float) -> None:
+        self._sampled = now
+        for name in (SIMULATOR, RECORDER):
+            if self.stack.alive(name):
+                size = self.stack.memory(name)[0]
+                self.ledger.memory.append((name, self.stack.began[name], now - self.ledger.began, size))
+        for name, process in self.stack.processes.items():
+            if process.poll() is not None and name not in self.stack.killed:
+                self.ledger.fail(f"{name} ended by itself with {process.returncode}", self.stack.tails())
+                self.stack.killed.add(name)
+        if now - self._said >= SAYING:
+            self._said = now
+            print(f"{(now - self.ledger.began) / 60:.0f} min: {self.ledger.summary}", file=sys.stderr, flush=True)
+
+
+def start(stack: Stack, name: str) -> None:
+    """Start one of the processes, again or for the first time."""
+    stack.killed.discard(name)
+    if name == LISTENER:
+        stack.start_script(Path(__file__).parent / f"{LISTENER}.py")
+    elif name == RECORDER:
+        number = stack.began.get(name, 0)
+        stack.start(name, {"use_sim_time": True, "file": stack.folder / f"soak_{number}.rrd"})
+    else:
+        stack.start(name, {
+            "use_sim_time": True, "scene": SCENE, "site_file": SITE, "decision_log": stack.folder / "decisions",
+            "store": stack.folder / "store", "above_ground": 0.5, "release_speed": SPEED,
+            "position_spread": SPREAD_X, "velocity_spread": SPREAD_V,
+        })  # fmt: skip

@@ -1,0 +1,88 @@
+"""The demo's shift: what it sends is what its story says, and its clock goes as it is told."""
+
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rclpy.context import Context
+from rclpy.node import Node
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.evidence import Evidence, areas_of
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.site import read_site
+from rpf3d_core.run import run_scene
+from rpf3d_ros import demo
+from rpf3d_ros.shift import EVENTS, LENGTH, Shift
+from rpf3d_ros.shift_content import EDGE, with_muck
+from rpf3d_ros.simulated_clock import SimulatedClock
+
+SLACK_NS = 50_000_000
+"""ns that a busy machine may take between two looks at a clock."""
+
+
+@pytest.fixture
+def clock():
+    context = Context()
+    context.init()
+    node = Node("clock_test", context=context)
+    with SimulatedClock(node, 1_000) as made:
+        yield made
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def test_a_clock_stands_still_jumps_both_ways_and_skips_only_forward(clock):
+    clock.run_at(0.0)
+    stood = clock.now_ns()
+    time.sleep(0.02)
+    assert clock.now_ns() == stood
+    clock.jump(-3.0)
+    assert clock.now_ns() == stood - 3_000_000_000
+    clock.skip_to(stood - 4_000_000_000)
+    assert clock.now_ns() == stood - 3_000_000_000
+    clock.skip_to(stood)
+    assert clock.now_ns() == stood
+
+
+def test_a_clock_at_twenty_times_the_rate_goes_on_from_where_it_was(clock):
+    clock.run_at(0.0)
+    stood, began = clock.now_ns(), time.monotonic_ns()
+    clock.run_at(20.0)
+    time.sleep(0.05)
+    passed = clock.now_ns() - stood
+    assert 20 * 50_000_000 <= passed <= 20 * (time.monotonic_ns() - began) + SLACK_NS
+
+
+def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_minutes():
+    done = [event.what for event in EVENTS]
+    assert done.count("falls") == 3 and done.count("acknowledge") == 1
+    assert done.count("fails") + done.count("cleaned") == 2
+    assert [event.at for event in EVENTS] == sorted(event.at for event in EVENTS) and EVENTS[-1].at < LENGTH == 300.0
+    assert all(callable(getattr(Shift, what)) for what in done)
+
+
+def test_muck_only_fills_and_lies_at_its_slope_where_it_lies():
+    x, y = np.meshgrid(EDGE + np.arange(-3.0, 30.0), np.arange(-80.0, 80.0))
+    bench = np.stack([x, y, np.where(x < EDGE + 1.0, 1664.0, 1652.0)], axis=-1)
+    muck = with_muck(bench)
+    raised = muck[..., 2] - bench[..., 2]
+    assert (raised >= 0.0).all() and raised.max() > 8.0 and (raised[x <= EDGE] == 0.0).all()
+    assert (muck[..., :2] == bench[..., :2]).all() and (raised[np.abs(y) > 75.0] == 0.0).all()
+
+
+def test_the_bench_as_it_was_in_the_morning_demands_nothing_of_the_site(tmp_path):
+    scene = read_scene(demo.shipped("config/scenes/shift.yaml"))
+    areas = areas_of(run_scene(scene, tmp_path / "out", engine="reference").maps)
+    site = read_site(demo.shipped("config/site_shift.yaml"))
+    alert = decide(None, Evidence(1, 0, 0, 0, 0, "", "", 1, 1, "", areas), site, 0)
+    assert alert.evident == Level.NORMAL and [area.name for area in areas] == ["haul_ramp"]
+
+
+def test_levels_must_have_been_told_in_their_order():
+    assert demo._in_order(("evacuate", "normal"), ["fault", "normal", "evacuate", "fault", "normal"])
+    assert not demo._in_order(("evacuate", "normal"), ["normal", "evacuate"])
