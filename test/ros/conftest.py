@@ -11,6 +11,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray
+from live_peer import LivePeer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -116,6 +117,11 @@ class Stage:
     def peer(self, publishes=(), hears=()):
         """Join as a peer."""
         self.peers.append(Peer(publishes, hears))
+        return self.peers[-1]
+
+    def live_peer(self, clock=False):
+        """Join as the mine around a live simulator."""
+        self.peers.append(LivePeer(clock))
         return self.peers[-1]
 
     def output(self, module):
