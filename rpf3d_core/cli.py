@@ -1,4 +1,4 @@
-"""The command line: `rpf3d run | check | cost | effects | pit | replay | compare | study | import`.
+"""The command line: `rpf3d run | check | cost | effects | pit | replay | compare | study | audit | import`.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130. The commands
 import what they need when they run: `rpf3d --help` loads neither VTK nor numba.
@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from rpf3d_core.commands.audit import audit
 from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
@@ -22,7 +23,7 @@ from rpf3d_core.commands.screen import INTERRUPTED, Interrupted, complaints, scr
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
-COMMANDS = (run, check, cost, effects, pit, replay, compare, study)
+COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit)
 """In the order of `rpf3d --help`."""
 
 app = typer.Typer(

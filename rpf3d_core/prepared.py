@@ -36,7 +36,7 @@ from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.named import models_of, obstacles_of
 from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import Rock
@@ -223,25 +223,30 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(facets)
     ground = ground_over(facets, locator, prepared.raster)
     zones = len(prepared.terrain.zones)
-    cells = len(facets.zone) + prepared.raster.nx * prepared.raster.ny
-    allowed = scene.hazard.memory_gb * GIGABYTE
-    limit = max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
+    limit = memory_of_bins(scene, prepared.raster, facets)
     scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
     tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
-    return replace(tallies, barriers=_empty_barriers(prepared, compiled))
+    return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
 
 
-def _empty_barriers(prepared: Prepared, compiled: bool) -> Any:
-    """A tally of the scene's barriers, None where it names none."""
-    spec = prepared.scene.effects.barriers
+def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
+    """Bytes that the bins of a scene's maps may take: what it allows, less what all cells and facets take."""
+    allowed = scene.hazard.memory_gb * GIGABYTE
+    cells = len(facets.zone) + raster.nx * raster.ny
+    return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
+
+
+def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
+    """A tally of a scene's barriers, None where it names none."""
+    spec = scene.effects.barriers
     if spec is None:
         return None
     from rpf3d_core.effects.barriers import Barriers  # for scenes that name them only
     from rpf3d_core.hazard.barriers import BarrierTally
 
-    barriers = next(link for link in links_of(prepared.flight.models.effects) if isinstance(link, Barriers))
+    barriers = next(link for link in links_of(flight.models.effects) if isinstance(link, Barriers))
     names = tuple(panel.name for panel in spec.panels)
-    return BarrierTally(barriers, names, prepared.scene.gravity, compiled)
+    return BarrierTally(barriers, names, scene.gravity, compiled)
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
@@ -249,10 +254,19 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
+    return scales_over(facets, prepared.scene.gravity, fastest, highest, mass_range(prepared.rock), per_octave)
+
+
+def scales_over(
+    facets: Facets, gravity: float, fastest: float, highest: float, masses: tuple[float, float], per_octave: int
+) -> Scales:
+    """Scales of rocks released over facets no higher than `highest` (m, local) and no faster than `fastest` (m/s).
+
+    masses : least and greatest (kg)
+    """
     drop = max(highest, facets.high[2]) - facets.low[2]
-    lightest, heaviest = mass_range(prepared.rock)
     least = LEAST_DROP * math.dist(facets.low, facets.high)
-    return scales_of(max(drop, least), prepared.scene.gravity, fastest, lightest, heaviest, per_octave)
+    return scales_of(max(drop, least), gravity, fastest, *masses, per_octave)
 
 
 def _highest(source: Source, top: float) -> float:

@@ -13,6 +13,9 @@ from rpf3d_ros.qos import EVENTS, OVERRIDABLE
 PERIOD = 1.0
 """Seconds between repetitions, as diagnostic_aggregator expects (REP 107)."""
 
+SPACING = 0.005
+"""Seconds between publications at least, but for the repetitions: a flood of messages makes no flood of diagnostics."""
+
 QUIET = 5.0
 """Seconds in which a part logs the same warning once only; /diagnostics carries every one."""
 
@@ -29,27 +32,39 @@ class HealthReport:
             DiagnosticArray, "/diagnostics", EVENTS, qos_overriding_options=OVERRIDABLE
         )
         node.create_timer(PERIOD, self.publish)
+        self._published = -SPACING
         self.closed = False
 
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
-        """Set the state of a part, log it where it is not OK, and publish it where it is new."""
+        """Set the state of a part, log it where it is not OK, and publish it where it says something new."""
         if self.closed:
             return
         health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
         with self._lock:
-            changed = self._parts.get(part) != health
+            before = self._parts.get(part)
             self._parts = {**self._parts, part: health}
             if level != OK:
                 self._log(part, level, message)
-            if changed:
-                self._publish()
+            if before is None or (before.level, before.message) != (level, message):
+                self._publish_soon()
+
+    def clear(self, *parts: str) -> None:
+        """Say nothing of some parts any more."""
+        with self._lock:
+            self._parts = {part: health for part, health in self._parts.items() if part not in parts}
 
     def publish(self) -> None:
         """Publish the state of every part."""
         with self._lock:
             self._publish()
 
+    def _publish_soon(self) -> None:
+        """Publish at once, but not in a flood: what comes too soon after the last waits for the timer."""
+        if time.monotonic() - self._published >= SPACING:
+            self._publish()
+
     def _publish(self) -> None:
+        self._published = time.monotonic()
         if not self.closed and self._node.context.ok():
             now = self._node.get_clock().now().to_msg()
             self._publisher.publish(diagnostics_of(now, self._parts.values()))

@@ -1,28 +1,30 @@
-"""Parameters of the nodes: frozen dataclasses whose defaults are the core's, each declared once, from here.
+"""Parameters of the nodes that no scene has: frozen dataclasses, each field declared once, from here.
 
-They are read when a node starts and are read-only from then on: a run is described by one set of them.
+They are read when a node starts and are read-only from then on; those of the simulator, which is configured again and
+again, may be set while it is not configured (`ParameterLock`).
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene_model import Material, RockSpec, Scene
-from rpf3d_core.io.scene_models import OneOf
+from rpf3d_core.io.scene_model import FASTEST
+from rpf3d_core.live.survey import MOST_POINTS
 from rpf3d_ros.map_frame import MapFrame
 
 ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
 
 LARGEST_COUNT = 2**31 - 1
-LARGEST_NUMBER = 1.0e12
-"""Upper ends of ranges that have none in the physics; a descriptor must have both ends."""
+"""Upper end of a range that has none; a descriptor must have both ends."""
 
 P = TypeVar("P")
 
@@ -33,15 +35,6 @@ def parameter(
     """A field with the default, description and closed range or choices that its ROS parameter has."""
     about = {"description": description, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=about)
-
-
-def _scene_default(name: str) -> Any:
-    default = Scene.model_fields[name].get_default(call_default_factory=True)
-    return default.name if isinstance(default, OneOf) else default
-
-
-def _material_default(name: str) -> Any:
-    return Material.model_fields[name].default
 
 
 @dataclass(frozen=True)
@@ -77,32 +70,31 @@ class InputParameters(FrameParameters):
 
 @dataclass(frozen=True)
 class SimulatorParameters(InputParameters):
-    """What `rpf3d_simulator` does with a source; the same words, units and defaults as a scene file."""
+    """How `rpf3d_simulator` works; what it simulates is a scene (`scene_parameters`)."""
 
-    normal_restitution: float = parameter(0.5, "R_n (-) of the ground; thesis table 5-1", 0.0, 1.0)
-    tangential_restitution: float = parameter(0.8, "R_t (-) of the ground; thesis table 5-1", 0.0, 1.0)
-    friction_angle_deg: float = parameter(
-        _material_default("friction_angle_deg"), "friction angle of the ground (degrees)", 0.0, 89.9
-    )
-    stop_speed: float = parameter(
-        _scene_default("stop_speed"), "speed below which a rock on the ground stops (m/s)", 0.0, LARGEST_NUMBER
-    )
-    rebound: str = parameter(_scene_default("rebound"), "rebound model", choices=("constant", "thesis_literal"))
-    ground: str = parameter(_scene_default("ground"), "what follows bouncing", choices=("none", "sliding"))
-    gravity: float = parameter(_scene_default("gravity"), "gravity (m/s^2)", 1e-3, LARGEST_NUMBER)
-    smallest_bounce: float = parameter(
-        _scene_default("smallest_bounce"), "rise (m) below which the rest of bouncing is summed", 1e-9, LARGEST_NUMBER
-    )
-    max_time: float = parameter(_scene_default("max_time"), "longest flight of a rock (s)", 1e-3, LARGEST_NUMBER)
-    max_impacts: int = parameter(_scene_default("max_impacts"), "most impacts of a rock", 1, LARGEST_COUNT)
-    engine: str = parameter(_scene_default("engine"), "engine", choices=("auto", "reference", "compiled"))
-    weld: float = parameter(1e-4, "vertices of terrain/mesh nearer than this are one (m)", 0.0, LARGEST_NUMBER)
-    density: float = parameter(RockSpec.model_fields["density"].default, "of the rocks (kg/m^3)", 1.0, LARGEST_NUMBER)
-    diameter: float = parameter(1.0, "of the sphere of the same volume (m)", 1e-3, 1e3)
-    release_speed: float = parameter(0.0, "speed along the x axis of each source's pose (m/s)", 0.0, 1e3)
+    autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
+    first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
+    release_speed: float = parameter(0.0, "speed along the x axis of each source's pose (m/s)", 0.0, FASTEST)
     above_ground: float = parameter(
         -1.0, "height of each source above the terrain, in place of its pose's (m); negative: the pose's", -1.0, 1e3
     )
+    position_spread: float = parameter(
+        2.0, "half-width in plan of the square around a source in which its rocks start (m)", 0.0, 1e3
+    )
+    velocity_spread: float = parameter(
+        0.5, "half-width in each direction of the velocities around a source's own (m/s)", 0.0, FASTEST
+    )
+    region_size: float = parameter(
+        50.0, "side of the squares (m) of which the newest sources come first and push out older ones", 1.0, 1e5
+    )
+    waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
+    waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
+    most_points: int = parameter(MOST_POINTS, "points or vertices of the largest terrain accepted", 4, LARGEST_COUNT)
+    equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
+    store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
+    site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
+    decision_log: str = parameter("", "file that every decision on alerts is written to; empty: beside the site file")
+    acknowledged_by: str = parameter("", "who acknowledges the alert: why; set before ~/acknowledge is called")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
     points_per_trajectory: int = parameter(50, "most points of each of them", 2, 10_000)
@@ -125,21 +117,45 @@ class ScenePublisherParameters(FrameParameters):
     repetitions: int = parameter(0, "how often the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
 
 
-def declare(node: Node, kind: type[P]) -> P:
+def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:
     """Declare a dataclass' fields as parameters of the node and return them with the values in force.
 
+    fixed : whether they are read-only from now on; others : names that are declared elsewhere, and therefore known
     Raises InputError, naming the parameter, for a wrong type, a value outside its range, or none of the choices.
     A parameter that was given and is not declared is warned of, with the nearest name.
     """
-    values = {each.name: _declared(node, each) for each in fields(kind)}  # type: ignore[arg-type]
-    _warn_of_unknown(node, list(values))
-    return kind(**values)
+    for each in fields(kind):  # type: ignore[arg-type]
+        _declare(node, each, fixed)
+    _warn_of_unknown(node, [*(each.name for each in fields(kind)), *others])  # type: ignore[arg-type]
+    return values_of(node, kind)
 
 
-def descriptor(about: Field[Any]) -> ParameterDescriptor:
+def values_of(node: Node, kind: type[P]) -> P:
+    """The values in force of parameters that have been declared. Raises InputError for none of a field's choices."""
+    return kind(**{each.name: _value(node, each) for each in fields(kind)})  # type: ignore[arg-type]
+
+
+class ParameterLock:
+    """Refuses to change parameters while it is closed: one configuration is described by one set of them."""
+
+    def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
+        """free : parameters that may be set at any time."""
+        self.closed = False
+        self._free = frozenset(free)
+        node.add_on_set_parameters_callback(self._check)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        kept = [each.name for each in parameters if each.name not in self._free and not _is_ros_own(each.name)]
+        if not self.closed or not kept:
+            return SetParametersResult(successful=True)
+        sentence = f"{', '.join(kept)} cannot change while the node is configured; clean it up, set and configure it"
+        return SetParametersResult(successful=False, reason=sentence)
+
+
+def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
     """The description and range of a field as ROS tools show them."""
     meta = about.metadata
-    described = ParameterDescriptor(description=meta["description"], read_only=True)
+    described = ParameterDescriptor(description=meta["description"], read_only=fixed)
     if meta["choices"]:
         described.additional_constraints = "one of " + ", ".join(meta["choices"])
     if meta["low"] is None:
@@ -151,13 +167,16 @@ def descriptor(about: Field[Any]) -> ParameterDescriptor:
     return described
 
 
-def _declared(node: Node, about: Field[Any]) -> Any:
+def _declare(node: Node, about: Field[Any], fixed: bool) -> None:
     assert about.default is not MISSING, about.name
     try:
-        value = node.declare_parameter(about.name, _as_ros(about.default), descriptor(about)).value
+        node.declare_parameter(about.name, _as_ros(about.default), descriptor(about, fixed))
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
         raise InputError(f"parameter {about.name}: {error}") from error
-    choices = about.metadata["choices"]
+
+
+def _value(node: Node, about: Field[Any]) -> Any:
+    value, choices = node.get_parameter(about.name).value, about.metadata["choices"]
     if choices and value not in choices:
         raise InputError(f"parameter {about.name} is '{value}'; it must be one of {', '.join(choices)}")
     return tuple(value) if isinstance(about.default, tuple) else value
@@ -170,7 +189,11 @@ def _as_ros(default: Any) -> Any:
 def _warn_of_unknown(node: Node, known: list[str]) -> None:
     given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for what the command line gave
     for name in given:
-        if name not in known and name.split(".")[0] not in ROS_OWN:
+        if name not in known and not _is_ros_own(name):
             near = get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             node.get_logger().warning(f"parameter {name} is not one of this node's and has no effect{hint}")
+
+
+def _is_ros_own(name: str) -> bool:
+    return name.split(".")[0] in ROS_OWN

@@ -3,27 +3,24 @@
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import radians, tan
 
 import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
-from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, on_ground
 from rpf3d_core.ensemble.fly import choose_engine, fly_ensemble
 from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_of
+from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.hazard.passed import hazard_facets
-from rpf3d_core.io.scene_model import RockSpec
+from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.named import models_called
+from rpf3d_core.prepared import scene_flight
 from rpf3d_core.simulation.engines import Engine, engine_of
-from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
-from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome, Rock
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.results import Columns, Results
 from rpf3d_ros.source_messages import Sources
@@ -61,8 +58,8 @@ class Ground:
 class Simulator:
     """Flies sources over the last survey that is a terrain, and keeps what was built over it."""
 
-    def __init__(self, parameters: SimulatorParameters) -> None:
-        self._parameters = parameters
+    def __init__(self, parameters: SimulatorParameters, scene: Scene) -> None:
+        self._parameters, self._scene = parameters, scene
         self._survey: Survey | None = None
         self._engines: dict[str, Engine] = {}
         self.ground: Ground | None = None
@@ -75,7 +72,7 @@ class Simulator:
         if survey is self._survey:
             return
         try:
-            self.ground, self._engines = ground_of(survey, self._parameters.weld), {}
+            self.ground, self._engines = ground_of(survey, self._scene.terrain.weld), {}
         except TerrainError:
             self._survey = survey
             raise
@@ -83,8 +80,8 @@ class Simulator:
 
     def fly(self, sources: Sources) -> Answer:
         """Fly one rock from every source. Raises InputError for a source under the ground or off the terrain."""
-        engine = self.engine(choose_engine(self._parameters.engine, len(sources.positions), HAS_NUMBA))
-        return simulate(self.ground, engine, sources, self._parameters)
+        engine = self.engine(choose_engine(self._scene.engine, len(sources.positions), HAS_NUMBA))
+        return simulate(self.ground, engine, sources, self._parameters, self._scene)
 
     def engine(self, name: str) -> Engine:
         """The engine with its index over the ground, built once for each ground. Raises InputError without numba."""
@@ -98,12 +95,15 @@ class Simulator:
         return self._engines[name]
 
 
-def simulate(ground: Ground, engine: Engine, sources: Sources, parameters: SimulatorParameters) -> Answer:
+def simulate(
+    ground: Ground, engine: Engine, sources: Sources, parameters: SimulatorParameters, scene: Scene
+) -> Answer:
     """Fly one rock from every source over the ground. Raises InputError for a source under it or off it."""
-    releases = releases_over(engine, sources, ground.terrain, parameters)
+    releases = releases_over(engine, sources, ground.terrain, parameters, rock_of(scene.rock))
     check_above_ground(releases, [SOURCE], engine, ground.terrain.frame)
-    flights = fly_ensemble(engine, flight_of(parameters), releases)
-    return Answer(results_of(ground, flights, parameters), figures_of(ground, flights), warnings_of(flights))
+    flights = fly_ensemble(engine, scene_flight(scene, ground.terrain), releases)
+    results = results_of(ground, flights, parameters, scene.gravity)
+    return Answer(results, figures_of(ground, flights), warnings_of(flights))
 
 
 def ground_of(survey: Survey, weld: float) -> Ground:
@@ -113,37 +113,25 @@ def ground_of(survey: Survey, weld: float) -> Ground:
     return Ground(terrain, facets, bucket_locator(facets))
 
 
-def flight_of(parameters: SimulatorParameters) -> Flight:
-    """The physics that the parameters describe: one material, one size of rock, the named models."""
-    mu = tan(radians(parameters.friction_angle_deg))
-    surface = Surface(parameters.normal_restitution, parameters.tangential_restitution, mu, parameters.stop_speed)
-    settings = Settings(
-        gravity=parameters.gravity,
-        smallest_bounce=parameters.smallest_bounce,
-        max_time=parameters.max_time,
-        max_impacts=parameters.max_impacts,
-    )
-    return Flight(materials_of([surface]), settings, models_called(parameters.rebound, parameters.ground))
-
-
-def releases_over(engine: Engine, sources: Sources, terrain: Terrain, parameters: SimulatorParameters) -> Releases:
+def releases_over(
+    engine: Engine, sources: Sources, terrain: Terrain, parameters: SimulatorParameters, rock: Rock | DrawnRock
+) -> Releases:
     """One rock a source, thrown along the pose's x axis with release_speed; heights as above_ground says."""
     points = terrain.frame.points_to_local(sources.positions)
     above_ground = parameters.above_ground if parameters.above_ground >= 0.0 else None
     source = Source(SOURCE, points, rocks=len(points), above_ground=above_ground)
-    rock = rock_of(RockSpec(density=parameters.density, diameter=parameters.diameter))
     drawn = releases_of([source], rock, NO_DRAW, engine, terrain.frame)
     return replace(drawn, v=parameters.release_speed * sources.directions)
 
 
-def results_of(ground: Ground, flights: Flights, parameters: SimulatorParameters) -> Results:
+def results_of(ground: Ground, flights: Flights, parameters: SimulatorParameters, gravity: float) -> Results:
     """What is published of flights, in the map frame."""
-    samples = sample_paths(flights.paths, max_step=parameters.trajectory_step, gravity=parameters.gravity)
+    samples = sample_paths(flights.paths, max_step=parameters.trajectory_step, gravity=gravity)
     return Results(
         trajectories=_trajectory_columns(ground.terrain, samples, flights.deposits),
         impacts=_impact_columns(ground.terrain, flights.impacts, flights.deposits),
         deposits=_deposit_columns(ground.terrain, flights.deposits),
-        hazard=hazard_of(ground, flights, parameters.gravity),
+        hazard=hazard_of(ground, flights, gravity),
     )
 
 

@@ -1,163 +1,199 @@
-"""The node rpf3d_simulator: terrain and sources in; trajectories, impacts, deposits and hazard zones out."""
+"""The node rpf3d_simulator: terrain, sources and areas in; answers and alerts out. A lifecycle node.
 
-import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, TypeVar
+The executor's thread only receives, converts what is small, and puts it in line; what takes long is done by the
+threads of the `Station`, which is there from configuring to cleaning up.
+"""
 
-from geometry_msgs.msg import PoseArray
-from rclpy.node import Node
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
+from typing import TYPE_CHECKING, Any
 
-from rpf3d_core.errors import InputError, TerrainError
+from rclpy.executors import Executor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger as TriggerService
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.alert_publishers import AlertPublishers
+from rpf3d_ros.answer_publishers import AnswerPublishers
+from rpf3d_ros.configuring import (
+    Interrupted,
+    noting_errors,
+    on_a_thread,
+    refuse_impossible_transitions,
+    watch_clock,
+)
 from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
-from rpf3d_ros.latest_request import LatestRequest
-from rpf3d_ros.parameters import SimulatorParameters, declare
-from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
-from rpf3d_ros.refusals import MessageRefused
-from rpf3d_ros.result_publishers import ResultPublishers
-from rpf3d_ros.simulation import Answer, Ground, Simulator
+from rpf3d_ros.heartbeat import Heartbeat
+from rpf3d_ros.inputs import Inputs
+from rpf3d_ros.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.scene_parameters import SceneParameters
 from rpf3d_ros.simulator_node import NAME
-from rpf3d_ros.source_messages import Sources, sources_of_poses
-from rpf3d_ros.terrain_messages import Survey, grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.station import Outlets, Station
 
-CLOSING_TIME = 2.0
-"""Seconds that a run may still take when the node ends; it is abandoned after that."""
+if TYPE_CHECKING:
+    from rpf3d_ros.equipment import Equipment
 
-V = TypeVar("V")
+CLOSING_TIME = 1.0
+"""Seconds that the threads may still take when the node ends; they are abandoned after that."""
 
+TICK = 0.25
+"""Seconds between looks whether a decision is over."""
 
-UNTRIED = 3
-"""Surveys that may wait to be tried as terrain: a bad one must not push out a good one, nor many fill the memory."""
-
-
-@dataclass(frozen=True)
-class Request:
-    """surveys : the last received first, then those that it overtook before they were tried; sources : the last."""
-
-    surveys: tuple[Survey, ...]
-    sources: Sources | None
+DONE, FAILED = (
+    TransitionCallbackReturn.SUCCESS,
+    TransitionCallbackReturn.FAILURE,
+)
 
 
-def merged(overtaken: Request, newer: Request) -> Request:
-    """The newer request, with the overtaken one's surveys to fall back on."""
-    distinct = {id(survey): survey for survey in (*newer.surveys, *overtaken.surveys)}
-    return Request(tuple(distinct.values())[:UNTRIED], newer.sources)
-
-
-class SimulatorNode(Node):
-    """Receives, converts, hands over to a worker thread, publishes; the executor never waits for a run."""
+class SimulatorNode(LifecycleNode):
+    """Lifecycle: configure reads and compiles, activate listens and answers, deactivate forgets, cleanup frees."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
-        self.parameters = declare(self, SimulatorParameters)
-        self.frame = self.parameters.frame
-        self.survey: Survey | None = None
-        self.sources: Sources | None = None
-        self.last_mesh = b""
-        self.simulator = Simulator(self.parameters)
-        self.flown: tuple[Ground, Sources] | None = None
-        self.results = ResultPublishers(self, self.parameters)
+        self.scene_parameters = SceneParameters(self)
+        parameters = declare(self, SimulatorParameters, fixed=False, others=self.scene_parameters.names)
+        _ = parameters.frame  # refused here, if at all
+        self.lock = ParameterLock(self, free=("acknowledged_by",))
         self.health = HealthReport(self)
-        self.health.set("terrain", WARN, "no terrain yet")
-        self.health.set("sources", OK, "no sources yet")
-        self.worker = LatestRequest(self.serve, merged)
+        self.outlets = Outlets(
+            AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now
+        )
+        self.station: Station | None = None
+        self.inputs: Inputs | None = None
+        self.broken = ""
         self.abandoned = False
-        self._subscribe()
+        self.heartbeat = Heartbeat(self, self.health)
+        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
+        self.create_timer(TICK, self._tick)
+        refuse_impossible_transitions(self)
+        watch_clock(self, self._clock_went_back)
+        self._say("unconfigured", OK)
+        if parameters.autostart:
+            self._starting = self.create_timer(0.0, self._start)
 
-    def _subscribe(self) -> None:
-        terrain = terrain_qos(self.parameters.terrain_durability)
-        overridable: dict[str, Any] = {"qos_overriding_options": OVERRIDABLE}
-        self.create_subscription(PointCloud2, "terrain/points", self.on_points, terrain, **overridable)
-        self.create_subscription(Mesh, "terrain/mesh", self.on_mesh, terrain, raw=True, **overridable)
-        self.create_subscription(PoseArray, "sources", self.on_sources, EVENTS, **overridable)
+    # --- transitions
 
-    def on_points(self, cloud: PointCloud2) -> None:
-        """Take a grid of heights as the terrain."""
-        if self._take_terrain(lambda: grid_of_cloud(cloud, self.frame)):
-            self.last_mesh = b""
-
-    def on_mesh(self, data: bytes) -> None:
-        """Take a mesh as the terrain; a latched publisher's repetition of the last one changes nothing."""
-        if data == self.last_mesh:
-            self.health.set("terrain", OK, "received")
-        elif self._take_terrain(lambda: mesh_of_cdr(data, self.frame, self.parameters.mesh_frame)):
-            self.last_mesh = data
-
-    def on_sources(self, poses: PoseArray) -> None:
-        """Fly one rock from each pose."""
-        sources = self._accept("sources", lambda: sources_of_poses(poses, self.frame))
-        if sources is not None:
-            self.sources = sources
-            self.health.set("sources", OK, "received", {"rocks": str(len(sources.positions))})
-            self._request()
-
-    def _take_terrain(self, convert: Callable[[], Survey]) -> bool:
-        survey = self._accept("terrain", convert)
-        if survey is None:
-            return False
-        self.survey = survey
-        self.health.set("terrain", OK, "received")
-        self._request()
-        return True
-
-    def _accept(self, part: str, convert: Callable[[], V]) -> V | None:
+    @noting_errors
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read parameters, scene and site file, compile, restore the last good terrain."""
+        self.broken = ""
+        self._say("configuring: reading, and compiling what the scene names", OK)
         try:
-            return convert()
-        except MessageRefused as refusal:
-            self.health.set(part, WARN, f"message refused: {refusal}")
-            return None
+            parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
+            now = self._now()
+            equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
+            self.station = Station(equipment, self.outlets)
+        except Interrupted:
+            self.abandoned = True
+            return FAILED
+        except InputError as refusal:
+            self._say(f"not configured: {refusal}", ERROR)
+            return FAILED
+        self.lock.closed = True
+        self._say(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
+        return super().on_configure(state)
 
-    def _request(self) -> None:
-        if self.sources is None:
-            self.health.set("run", OK, "waiting for sources")
-        if self.survey is None:
-            self.health.set("run", WARN, "waiting for terrain")
-        elif self.worker.submit(Request((self.survey,), self.sources)):
-            self.get_logger().info("a newer request replaced one that had not begun")
+    @noting_errors
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen, answer and decide."""
+        assert self.station is not None
+        done = super().on_activate(state)
+        self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health)
+        self.station.activate()
+        self.heartbeat.reset()
+        self._say("active", OK)
+        return done
 
-    def serve(self, request: Request) -> None:
-        """Build the terrain, fly, publish; called on the worker's thread, where no error may escape."""
-        try:
-            self._stand_on(request.surveys)
-            if request.sources is not None:
-                self._fly(request.sources)
-        except Exception as error:
-            self.get_logger().error(traceback.format_exc())
-            self.health.set("run", ERROR, f"{type(error).__name__}: {error}")
+    @noting_errors
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen to nothing, forget what waits, publish nothing."""
+        self._stop_listening()
+        if self.station is not None:
+            self.station.deactivate()
+        self._say("inactive", OK)
+        self.health.set("run", OK, "inactive")
+        return super().on_deactivate(state)
 
-    def _stand_on(self, surveys: tuple[Survey, ...]) -> None:
-        for survey in surveys:
-            try:
-                self.simulator.stand_on(survey)
-                return
-            except TerrainError as refusal:
-                self.last_mesh = b""  # its repetition is refused again
-                self.health.set("terrain", WARN, f"message refused: {refusal}")
+    @noting_errors
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Free the ground and everything that was built."""
+        self._close_station()
+        self.lock.closed = False
+        self.health.clear("terrain", "sources", "run", "queues", "areas", "decision log", "store")
+        self._say("unconfigured", OK)
+        return super().on_cleanup(state)
 
-    def _fly(self, sources: Sources) -> None:
-        ground = self.simulator.ground
-        if ground is None:
-            self.health.set("run", WARN, "waiting for terrain")
-        elif self.flown != (ground, sources):  # a refused terrain has changed nothing
-            self.flown = (ground, sources)
-            try:
-                answer = self.simulator.fly(sources)
-            except InputError as refusal:
-                self.health.set("run", WARN, f"sources refused: {refusal}")
-                return
-            self.results.publish(sources.header, answer.results)
-            self._report(answer)
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End for good."""
+        self._stop_listening()
+        self._close_station()
+        self._say("shut down", OK)
+        return super().on_shutdown(state)
 
-    def _report(self, answer: Answer) -> None:
-        level = WARN if answer.warnings else OK
-        self.health.set("run", level, "; ".join(answer.warnings) or "every rock has an outcome", answer.figures)
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Something went wrong in a transition: let go of everything, say why, and be ready to be configured again."""
+        self._stop_listening()
+        self._close_station()
+        self.lock.closed = False
+        self._say(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
+        return DONE
+
+    # --- what the executor calls
+
+    def _start(self) -> None:
+        """Configure and activate once, where autostart says so."""
+        self._starting.cancel()
+        if self.trigger_configure() == DONE and self.context.ok():
+            self.trigger_activate()
+
+    def _tick(self) -> None:
+        if self.station is not None and self.inputs is not None:
+            self.station.beat()
+
+    def _clock_went_back(self, seconds: float) -> None:
+        if self.inputs is not None and self.station is not None:
+            self.inputs.guards.reset()
+            self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
+            self.health.set("clock", WARN, f"went back by {seconds:.3f} s; waiting for new sources")
+
+    async def on_acknowledge(
+        self, request: TriggerService.Request, response: TriggerService.Response
+    ) -> TriggerService.Response:
+        """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
+        said = self.get_parameter("acknowledged_by").value
+        self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
+        executor = self.executor
+        if self.station is None or self.inputs is None or not isinstance(executor, Executor):
+            response.success, response.message = False, "the node is not active"
+        else:
+            response.success, response.message = await self.station.acknowledged(said, executor)
+        return response
 
     def destroy_node(self) -> None:
-        """Let the running request end, or abandon it, before what it publishes on is gone."""
-        self.results.closed = True
-        self.health.closed = True
-        self.abandoned = not self.worker.close(CLOSING_TIME)
+        """Let the threads end, or abandon them, before what they publish on is gone."""
+        for each in (self.outlets.answers, self.outlets.alerts, self.health):
+            each.closed = True
+        self._close_station()
         super().destroy_node()
+
+    def _close_station(self) -> None:
+        if self.station is not None:
+            self.abandoned = not self.station.close(CLOSING_TIME) or self.abandoned
+            self.station = None
+
+    def _stop_listening(self) -> None:
+        if self.inputs is not None:
+            self.inputs.close()
+            self.inputs = None
+
+    def _say(self, what: str, level: int) -> None:
+        self.health.set("lifecycle", level, what)
+
+    def _now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+
+def _equipment(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "Equipment":
+    from rpf3d_ros.equipment import equipment_of  # imports all that flies: on the thread that may take its time
+
+    return equipment_of(parameters, given, now_ns)

@@ -24,7 +24,7 @@ RESULTS = {
 }  # fmt: skip
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
 
-COMMANDS = ("run", "check", "cost", "pit", "replay", "compare", "study")
+COMMANDS = ("run", "check", "cost", "pit", "replay", "compare", "study", "audit")
 
 HELP_S = 2.0
 """Seconds for help: it takes 0.3 s by itself; VTK and numba would add more than 1 s, a busy machine as much again."""

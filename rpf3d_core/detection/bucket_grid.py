@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.detection.plan_boxes import packed_box, part_of
+from rpf3d_core.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray
@@ -24,6 +25,8 @@ FAR = 0.005
 """Share of the facets that the box of most of them leaves out on each side."""
 COARSER = 1.4
 """By how much cells grow, at least, where there are too many (-)."""
+BAND = 64
+"""Rows of buckets that the widest cells of the slabs over them span."""
 MARGIN = 0.1
 """How far the grid reaches beyond that box, over its width (-)."""
 
@@ -41,7 +44,7 @@ class Grid(NamedTuple):
 class Buckets(NamedTuple):
     """Entries of the facets in each cell of a grid: those of cell k are ids[starts[k] : starts[k + 1]].
 
-    starts : (nx ny + 1,); ids : (E,) facets, in order of number within a bucket
+    starts : (nx ny + 1,); ids : (E,) facets; in order of number within a bucket, until a patch comes
     boxes : (E,) uint32, the part of the cell that each facet may lie over (`packed_box`)
     """
 
@@ -50,20 +53,29 @@ class Buckets(NamedTuple):
     boxes: NDArray[np.uint32]
 
 
-def sorted_into_buckets(facets: Facets) -> tuple[Grid, Buckets]:
+def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
     """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches.
 
-    The boxes are widened by REACH tolerances. Cells at the rim reach outwards without end.
+    The boxes are widened by REACH tolerances. Cells at the rim reach outwards without end. Where the arrays come from,
+    and who does the work, changes nothing in them.
     """
-    grid, starts = _counted(facets)
+    grid, starts = _counted(facets, memory, share)
     np.cumsum(starts, out=starts)
-    ids = np.empty(starts[-1], dtype=np.int32)
-    boxes = np.empty(starts[-1], dtype=np.uint32)
-    _fill(facets.corners, REACH * facets.tolerance, *grid, starts[:-1].copy(), ids, boxes)
+    ids, boxes = memory("ids", int(starts[-1]), np.int32), memory("boxes", int(starts[-1]), np.uint32)
+    cursor = memory("cursor", len(starts), np.int64)
+    cursor[:] = starts
+    slack = REACH * facets.tolerance
+    share([lambda a=a, b=b: _fill(facets.corners, slack, *grid, a, b, cursor, ids, boxes) for a, b in bands(grid.ny)])  # type: ignore[misc]
     return grid, Buckets(starts, ids, boxes)
 
 
-def _counted(facets: Facets) -> tuple[Grid, NDArray[np.int64]]:
+def bands(rows: int) -> list[tuple[int, int]]:
+    """The rows of cells in two bands that share no cell of any size: first row, and the one after the last."""
+    middle = (rows // 2 + BAND // 2) // BAND * BAND
+    return [(a, b) for a, b in ((0, middle), (middle, rows)) if a < b] if middle < rows else [(0, rows)]
+
+
+def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
     """The grid for some facets, and the number of entries of bucket k at k + 1.
 
     Cells are as wide as the median facet, over the whole terrain or, where that takes too many, over most facets: a
@@ -82,10 +94,19 @@ def _counted(facets: Facets) -> tuple[Grid, NDArray[np.int64]]:
     while True:
         grid = _cells(begin, end, cell)
         if _buckets(grid) <= most:
-            starts = np.zeros(_buckets(grid) + 1, dtype=np.int64)
-            if _count(facets.corners, REACH * facets.tolerance, *grid, ENTRIES_PER_FACET * len(facets.zone), starts):
+            starts = memory("starts", _buckets(grid) + 1, np.int64)
+            starts[:] = 0
+            if _count_all(facets, grid, starts, share):
                 return grid, starts
         cell *= max(math.sqrt(_buckets(grid) / most), COARSER)
+
+
+def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
+    """Count the entries of bucket k into starts[k + 1]; False if all together are too many."""
+    slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
+    rows = bands(grid.ny)
+    counts = share([lambda a=a, b=b: _count(facets.corners, slack, *grid, a, b, most, starts) for a, b in rows])  # type: ignore[misc]
+    return sum(counts) <= most
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
@@ -122,43 +143,55 @@ def span_of(a: float, b: float, c: float, slack: float, origin: float, cell: flo
 
 @loop
 def _count(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, most: int, starts: Any
-) -> bool:
-    """Count the entries of bucket k into starts[k + 1]; False, and no further, if all together are more than most."""
+    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, first: int, end: int, most: int,
+    starts: Any,
+) -> int:  # fmt: skip
+    """Count the entries of bucket k into starts[k + 1], in rows of cells from `first` to `end`; return their number.
+
+    No further than where they are more than most.
+    """
     entries = 0
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        j0, j1 = max(j0, first), min(j1, end - 1)
+        if j0 > j1:
+            continue
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         entries += (i1 - i0 + 1) * (j1 - j0 + 1)
         if entries > most:
-            return False
+            return entries
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 starts[j * nx + i + 1] += 1
-    return True
+    return entries
 
 
 @loop
 def _fill(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int,
+    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, first: int, end: int,
     cursor: Any, ids: Any, boxes: Any,
 ) -> None:  # fmt: skip
-    """Write the entries, in order of facet."""
-    per_cell = 1.0 / cell
+    """Write the entries of rows of cells from `first` to `end`, in order of facet."""
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        low_x = min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack
-        high_x = max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack
-        low_y = min(corners[f, 1], corners[f, 4], corners[f, 7]) - slack
-        high_y = max(corners[f, 1], corners[f, 4], corners[f, 7]) + slack
+        j0, j1 = max(j0, first), min(j1, end - 1)
+        if j0 > j1:
+            continue
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         for j in range(j0, j1 + 1):
             for i in range(i0, i1 + 1):
                 k = j * nx + i
-                entry = cursor[k]
-                ids[entry] = f
-                boxes[entry] = packed_box(
-                    part_of(low_x, x, per_cell, i), part_of(high_x, x, per_cell, i),
-                    part_of(low_y, y, per_cell, j), part_of(high_y, y, per_cell, j),
-                )  # fmt: skip
+                ids[cursor[k]] = f
+                boxes[cursor[k]] = box_over(corners, f, slack, x, y, 1.0 / cell, i, j)
                 cursor[k] += 1
+
+
+@kernel
+def box_over(corners: Any, f: int, slack: float, x: float, y: float, per_cell: float, i: int, j: int) -> int:
+    """The packed box of facet f, widened by the slack (m), over the cell in column i and row j."""
+    return packed_box(
+        part_of(min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack, x, per_cell, i),
+        part_of(max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack, x, per_cell, i),
+        part_of(min(corners[f, 1], corners[f, 4], corners[f, 7]) - slack, y, per_cell, j),
+        part_of(max(corners[f, 1], corners[f, 4], corners[f, 7]) + slack, y, per_cell, j),
+    )

@@ -16,6 +16,7 @@ from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_cont
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
+from rpf3d_core.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
@@ -40,10 +41,10 @@ class BucketLocator(NamedTuple):
     slabs: Slabs
 
 
-def bucket_locator(facets: Facets) -> BucketLocator:
+def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
     """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches."""
-    grid, buckets = sorted_into_buckets(facets)
-    return BucketLocator(*grid, *buckets, slabs_of(facets, grid))
+    grid, buckets = sorted_into_buckets(facets, memory, share)
+    return BucketLocator(*grid, *buckets, slabs_of(facets, grid, memory, share))
 
 
 @kernel

@@ -9,12 +9,14 @@ Level 0 are the buckets themselves; a cell of each level is 4 by 4 of those of t
 a flight crosses one large cell instead of many small ones.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rpf3d_core.compiling import kernel, loop
-from rpf3d_core.detection.bucket_grid import Grid, span_of
+from rpf3d_core.detection.bucket_grid import Grid, bands, span_of
+from rpf3d_core.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
@@ -37,19 +39,21 @@ class Slabs(NamedTuple):
     first: Any
 
 
-def slabs_of(facets: Facets, grid: Grid) -> Slabs:
+def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
     """The slabs over the facets that stand in the buckets of a grid."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
-    first = np.concatenate([[0], np.cumsum(sizes)])
-    planes = np.zeros((first[-1], 4))
-    planes[:, 3] = -np.inf
-    slabs = Slabs(planes.reshape(-1), first[:-1])
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    planes = memory("planes", 4 * int(first[-1]), np.float64).reshape(-1, 4)
     slack = REACH * facets.tolerance
-    _sum_normals(facets.corners, facets.normals, slack, *grid, planes)
-    _sum_over_levels(grid.nx, grid.ny, planes, first)
-    _lean_upwards(planes)
-    _raise_over_facets(facets.corners, slack, *grid, planes, first)
-    return slabs
+
+    def over(begin: int, end: int) -> None:
+        _clear(grid.nx, grid.ny, begin, end, planes, first)
+        _sum_normals(facets.corners, facets.normals, slack, *grid, begin, end, planes)
+        _lean(grid.nx, 0, grid.nx, begin, end, planes, first)
+        _raise_over_facets(facets.corners, slack, *grid, begin, end, planes, first)
+
+    share([lambda a=a, b=b: over(a, b) for a, b in bands(grid.ny)])  # type: ignore[misc]
+    return Slabs(planes.reshape(-1), first[:-1])
 
 
 @kernel
@@ -66,56 +70,105 @@ def slab_row(first: Any, nx: int, level: int, i: int, j: int) -> int:
 
 
 @loop
-def _sum_normals(
-    corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, planes: Any
-) -> None:
-    """Add up the normals of the facets in each bucket. Facet by facet: what is looked at lies side by side then."""
-    for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                for axis in range(3):
-                    planes[j * nx + i, axis] += normals[f, axis]
+def _clear(nx: int, ny: int, begin: int, end: int, planes: Any, first: Any) -> None:
+    """No sums, and no height, in the cells of all levels over the rows of buckets from `begin` to `end`."""
+    clear_block(nx, 0, nx, begin, end, planes, first)
+
+
+@kernel
+def clear_block(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
+    """The same over a block of buckets, columns from `left` to `right`."""
+    for level in range(LEVELS):
+        shift = SHIFT * level
+        for j in range(begin >> shift, ((end - 1) >> shift) + 1):
+            for i in range(left >> shift, ((right - 1) >> shift) + 1):
+                row = slab_row(first, nx, level, i, j)
+                planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3] = 0.0, 0.0, 0.0, -math.inf
 
 
 @loop
-def _sum_over_levels(nx: int, ny: int, planes: Any, first: Any) -> None:
-    """Add up the sums of the buckets in each cell of the levels above them."""
-    for j in range(ny):
-        for i in range(nx):
-            k = j * nx + i
+def _sum_normals(
+    corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
+    planes: Any,
+) -> None:  # fmt: skip
+    """Add up the normals of the facets in each bucket of the rows from `begin` to `end`.
+
+    Facet by facet: what is looked at lies side by side then.
+    """
+    for f in range(corners.shape[0]):
+        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        j0, j1 = max(j0, begin), min(j1, end - 1)
+        if j0 > j1:
+            continue
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                add_normal(normals, f, planes, j * nx + i)
+
+
+@kernel
+def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
+    """Add the normal of one facet to the sum of one bucket."""
+    for axis in range(3):
+        planes[row, axis] += normals[f, axis]
+
+
+@loop
+def _lean(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
+    """Turn the sums over a block of buckets into unit normals of slabs, at all levels."""
+    lean_upwards(nx, left, right, begin, end, planes, first)
+
+
+@kernel
+def lean_upwards(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
+    """Add up the sums of a block's buckets over the levels, and scale all to length 1.
+
+    Where they cancel out, or point downwards, the slab is level.
+    """
+    for j in range(begin, end):
+        for i in range(left, right):
             for level in range(1, LEVELS):
                 row = slab_row(first, nx, level, i >> (SHIFT * level), j >> (SHIFT * level))
                 for axis in range(3):
-                    planes[row, axis] += planes[k, axis]
+                    planes[row, axis] += planes[j * nx + i, axis]
+    for level in range(LEVELS):
+        shift = SHIFT * level
+        for j in range(begin >> shift, ((end - 1) >> shift) + 1):
+            for i in range(left >> shift, ((right - 1) >> shift) + 1):
+                _lean_one(planes, slab_row(first, nx, level, i, j))
 
 
-def _lean_upwards(planes: Any) -> None:
-    """Scale sums of unit normals to length 1; where they cancel out, or point downwards, the slab is level."""
-    length = np.sqrt((planes[:, :3] ** 2).sum(axis=1))
-    level = (planes[:, 2] < 0.0) | ~(length > 0.5)
-    planes[:, :3] /= np.where(level, 1.0, length)[:, None]
-    planes[level, :3] = (0.0, 0.0, 1.0)
+@kernel
+def _lean_one(planes: Any, row: int) -> None:
+    x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
+    length = math.sqrt(x * x + y * y + z * z)
+    if z >= 0.0 and length > 0.5:
+        planes[row, 0], planes[row, 1], planes[row, 2] = x / length, y / length, z / length
+    else:
+        planes[row, 0], planes[row, 1], planes[row, 2] = 0.0, 0.0, 1.0
 
 
 @loop
 def _raise_over_facets(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, planes: Any, first: Any
-) -> None:
-    """Raise the slab of each cell, at all levels, above the corners of its facets."""
+    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
+    planes: Any, first: Any,
+) -> None:  # fmt: skip
+    """Raise the slab of each cell of all levels, over the rows from `begin` to `end`, above its facets' corners."""
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+        j0, j1 = max(j0, begin), min(j1, end - 1)
+        if j0 > j1:
+            continue
+        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         for level in range(LEVELS):
             shift = SHIFT * level
             for j in range(j0 >> shift, (j1 >> shift) + 1):
                 for i in range(i0 >> shift, (i1 >> shift) + 1):
-                    _raise_over(corners, f, planes, slab_row(first, nx, level, i, j))
+                    raise_over(corners, f, planes, slab_row(first, nx, level, i, j))
 
 
 @kernel
-def _raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
+def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
     """Raise one slab above the corners of one facet."""
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rpf3d_core.compiling import loop
 from rpf3d_core.materials.distributions import FEW, Distribution, quantiles
@@ -26,8 +26,10 @@ class DrawnRock:
     size: Distribution
 
 
-def sizes_of(rock: Rock | DrawnRock, seed: int, source: int, rocks: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
-    """Masses (R,) kg and radii (R,) m of a source's rocks of given numbers (R,)."""
+def sizes_of(
+    rock: Rock | DrawnRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray]:
+    """Masses (R,) kg and radii (R,) m of rocks of given numbers (R,) of a source, or of a source each (R,)."""
     if isinstance(rock, Rock):
         return np.full(len(rocks), rock.mass), np.full(len(rocks), rock.radius)
     size = quantiles(rock.size, uniform(seed, source, rocks, Purpose.ROCK_SIZE))

@@ -13,7 +13,7 @@ from rpf3d_core.io.scene_faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.io.scene_model import Scene, SourceSpec
 from rpf3d_core.io.scene_sources import source_points
 from rpf3d_core.io.scene_values import MISSING_FILE
-from rpf3d_core.io.yaml_lines import Fault, read_yaml
+from rpf3d_core.io.yaml_lines import Document, Fault, read_yaml
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -51,6 +51,21 @@ def read_scene(path: str | Path) -> Scene:
     if faults or document.faults:
         raise SceneError(_report(path, [*document.faults, *faults]))
     return _filled_in(scene)
+
+
+def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
+    """Check a scene whose values were not read from a file; `path` stands for that in later messages.
+
+    Raises
+    ------
+    SceneError
+        One line for each fault: parameter, value and what would be right.
+    """
+    try:
+        return Scene.model_validate({**values, "path": path})
+    except ValidationError as error:
+        sentences = {fault.sentence for fault in faults_of(error.errors(), Document(values, {}, []))}
+        raise SceneError("\n".join(f"parameter {sentence}" for sentence in sorted(sentences))) from None
 
 
 def _filled_in(scene: Scene) -> Scene:

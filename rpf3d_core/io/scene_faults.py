@@ -1,4 +1,7 @@
-"""What is wrong with a scene file, in sentences: pydantic's findings with line, key, value and what would be right."""
+"""What is wrong with a scene file, in sentences: pydantic's findings with line, key, value and what would be right.
+
+Other files that a pydantic model checks (`io/site.py`) name that model as the `root`; without one it is the scene.
+"""
 
 import difflib
 import json
@@ -32,12 +35,15 @@ UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
 """Fields of `Scene` that are not written in the file."""
 
+Root = type[BaseModel] | None
+"""The model of the file that is wrong; None for the scene's."""
 
-def faults_of(details: list[ErrorDetails], document: Document) -> Iterator[Fault]:
+
+def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
     """Pydantic's findings, less those that only follow from another, as lines and sentences."""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
-        (*path[:-1], _nearest(path))
+        (*path[:-1], _nearest(path, root))
         for path, detail in zip(paths, details, strict=True)
         if detail["type"] in UNKNOWN_KEY
     }
@@ -45,56 +51,58 @@ def faults_of(details: list[ErrorDetails], document: Document) -> Iterator[Fault
         # A list counts as too short when its items are refused.
         follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
         if not follows and not (detail["type"] == "missing" and path in misspelt):
-            yield _fault(path, detail, document)
+            yield _fault(path, detail, document, root)
 
 
-def unknown_key(path: KeyPath, document: Document) -> Fault:
-    """A key that the scene does not have, with the nearest one that it has."""
-    near = _nearest(path)
+def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
+    """A key that the scene, or another file, does not have, with the nearest one that it has."""
+    near = _nearest(path, root)
+    file = "scene" if root is None else f"{document.kind} file"
     if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
         return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; it belongs in `{place}`")
     if near == path[-1]:
         return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
-    advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path))}"
-    return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; {advice}")
+    advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path, root))}"
+    return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a {file}; {advice}")
 
 
-def _fault(path: KeyPath, detail: ErrorDetails, document: Document) -> Fault:
+def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) -> Fault:
     kind, context = detail["type"], detail.get("ctx", {})
     if kind in UNKNOWN_KEY:
-        return unknown_key(path, document)
+        return unknown_key(path, document, root)
     if kind == "missing" and not isinstance(path[-1], int):
-        sentence = f"`{key_name(path)}` is missing; it must be {_requirement(path)}"
+        sentence = f"`{key_name(path)}` is missing; it must be {_requirement(path, root)}"
         return Fault(_line(path[:-1], document), sentence)
     if "sentence" in context:
         path = (*path, *context["at"])
         sentence = context["sentence"]
     elif kind == "value_error":
-        path = _told_in(str(context["error"]), path)
+        path = _told_in(str(context["error"]), path, root)
         sentence = f"is refused: {context['error']}"
     else:
-        path = path[:-1] if kind == "missing" else _whole(path)  # of a list that is too short, there is no such item
-        sentence = _wrong_value(path, _written(path, document))
+        # Of a list that is too short, there is no such item.
+        path = path[:-1] if kind == "missing" else _whole(path, root)
+        sentence = _wrong_value(path, _written(path, document), root)
     return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
 
 
-def _told_in(message: str, path: KeyPath) -> KeyPath:
+def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
     """The key below a path that a message speaks of, or the path itself."""
     words = re.findall(r"\w+", message)
-    named = [key for key in _keys(_annotation(path)) if key in words]
+    named = [key for key in _keys(_annotation(path, root)) if key in words]
     return (*path, named[0]) if len(named) == 1 else path
 
 
-def _wrong_value(path: KeyPath, value: Any) -> str:
-    must = f"must be {_requirement(path)}"
-    if isinstance(value, dict) and _bare(_annotation(path)) in (float, int):
+def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
+    must = f"must be {_requirement(path, root)}"
+    if isinstance(value, dict) and _bare(_annotation(path, root)) in (float, int):
         return f"is a mapping, but no distribution can stand here; it {must}"
     return f"is {_shown(value)}, but {must}"
 
 
-def _whole(path: KeyPath) -> KeyPath:
+def _whole(path: KeyPath, root: Root) -> KeyPath:
     """The path of the vector that a number stands in, of anything else its own: half a vector tells nobody much."""
-    is_component = isinstance(path[-1], int) and _bare(_annotation(path)) is float
+    is_component = isinstance(path[-1], int) and _bare(_annotation(path, root)) is float
     return path[:-1] if is_component else path
 
 
@@ -105,14 +113,14 @@ def _written(path: KeyPath, document: Document) -> Any:
     return value
 
 
-def _known(path: KeyPath) -> list[str]:
+def _known(path: KeyPath, root: Root) -> list[str]:
     """The keys that could stand where the last of a path stands."""
-    keys = _keys(_annotation(path[:-1]))
+    keys = _keys(_annotation(path[:-1], root))
     return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
 
 
-def _nearest(path: KeyPath) -> str | None:
-    near = difflib.get_close_matches(str(path[-1]), _known(path), n=1)
+def _nearest(path: KeyPath, root: Root) -> str | None:
+    near = difflib.get_close_matches(str(path[-1]), _known(path, root), n=1)
     return near[0] if near else None
 
 
@@ -136,12 +144,12 @@ def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
     return tuple(step for step in location if step not in PYDANTIC_MARKS)
 
 
-def _requirement(path: KeyPath) -> str:
+def _requirement(path: KeyPath, root: Root) -> str:
     """What the nearest described field at or above the path must be."""
-    inner = _bare(_annotation(path))
+    inner = _bare(_annotation(path, root))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
-    described = [text for text in _descriptions(path) if text]
+    described = [text for text in _descriptions(path, root) if text]
     if not described:
         return "left out"
     if isinstance(path[-1], int) and get_origin(inner) is tuple:
@@ -149,19 +157,19 @@ def _requirement(path: KeyPath) -> str:
     return described[-1]
 
 
-def _descriptions(path: KeyPath) -> Iterator[str | None]:
+def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
     for depth, step in enumerate(path):
-        written = _bare(_annotation(path[:depth]))
+        written = _bare(_annotation(path[:depth], root))
         for record in map(_bare, get_args(written)) if _is_union(written) else (written,):
             if isinstance(record, type) and issubclass(record, BaseModel) and step in record.model_fields:
                 yield record.model_fields[str(step)].description
             elif is_dataclass(record):
-                yield _kind_of_number(_annotation(path[: depth + 1]))
+                yield _kind_of_number(_annotation(path[: depth + 1], root))
 
 
-def _annotation(path: KeyPath) -> Any:
-    """The type that the scene model wants at a key path."""
-    annotation: Any = Scene
+def _annotation(path: KeyPath, root: Root) -> Any:
+    """The type that the file's model wants at a key path."""
+    annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)
     return annotation

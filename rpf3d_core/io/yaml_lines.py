@@ -29,11 +29,15 @@ class Fault(NamedTuple):
 
 
 class Document(NamedTuple):
-    """A file's values (mappings as dict, sequences as tuple), the line of every key path, and faults met on the way."""
+    """A file's values (mappings as dict, sequences as tuple), the line of every key path, and faults met on the way.
+
+    kind : what the file is to be, as sentences about it say
+    """
 
     values: Any
     lines: dict[KeyPath, int]
     faults: list[Fault]
+    kind: str = "scene"
 
 
 class _Composer(yaml.BaseLoader):
@@ -47,22 +51,22 @@ class _Composer(yaml.BaseLoader):
         return super().compose_node(parent, index)
 
 
-def read_yaml(path: Path) -> Document:
-    """Read a YAML file of one document.
+def read_yaml(path: Path, kind: str = "scene") -> Document:
+    """Read a YAML file of one document; `kind` is what it is to be, as sentences about it say.
 
     Raises
     ------
     SceneError
         Naming file and line, if it cannot be opened, is not UTF-8 text or is not YAML.
     """
-    document = Document(None, {}, [])
+    document = Document(None, {}, [], kind)
     try:
-        root = yaml.compose(_text(path), Loader=_Composer)
+        root = yaml.compose(_text(path, kind), Loader=_Composer)
         return document if root is None else document._replace(values=_value(root, (), document))
     except yaml.YAMLError as error:
         raise SceneError(_yaml_sentence(path, error)) from None
     except RecursionError:
-        raise SceneError(f"{path}: is nested too deeply to be a scene file") from None
+        raise SceneError(f"{path}: is nested too deeply to be a {kind} file") from None
 
 
 def key_name(path: KeyPath) -> str:
@@ -71,15 +75,15 @@ def key_name(path: KeyPath) -> str:
     return name.removeprefix(".") or "scene"
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, kind: str) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such scene file") from None
+        raise SceneError(f"{path}: there is no such {kind} file") from None
     except OSError as error:
-        raise SceneError(f"{path}: cannot be read as a scene file: {error.strerror}") from None
+        raise SceneError(f"{path}: cannot be read as a {kind} file: {error.strerror}") from None
     except UnicodeDecodeError as error:
-        raise SceneError(f"{path}: byte {error.start} is not UTF-8 text, so this is no scene file") from None
+        raise SceneError(f"{path}: byte {error.start} is not UTF-8 text, so this is no {kind} file") from None
 
 
 def _yaml_sentence(path: Path, error: yaml.YAMLError) -> str:

@@ -97,10 +97,10 @@ def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: i
 
 
 @loop
-def _uniform_all(k0: int, k1: int, source: int, rocks: Any, stream: int, draws: Any) -> None:
-    """Fill draws (R,) for rocks (R,)."""
+def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws: Any) -> None:
+    """Fill draws (R,) for rocks (R,) of sources (R,)."""
     for i in range(len(draws)):
-        draws[i] = _uniform_of(rocks[i], source, stream, 0, k0, k1)
+        draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
@@ -109,15 +109,16 @@ def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint
     return np.stack(philox_words(c0, c1, c2, c3, *key))
 
 
-def uniform(seed: int, source: int, rock: ArrayLike, purpose: Purpose) -> NDArray[np.float64]:
-    """Numbers in [0, 1) of 53 random bits, one for each rock (R,) of a source.
+def uniform(seed: int, source: ArrayLike, rock: ArrayLike, purpose: Purpose) -> NDArray[np.float64]:
+    """Numbers in [0, 1) of 53 random bits, one for each rock (R,) of a source, or of a source each (R,).
 
     seed : 0 <= seed < 2^64; source, rock : 0 <= number < 2^32
     """
     rocks = np.asarray(rock, dtype=np.uint64)
     if HAS_NUMBA and rocks.size >= MANY:
         many = np.empty(rocks.size)
-        _uniform_all(seed & WORD, seed >> 32, source, rocks.astype(np.int64), int(purpose), many)
+        sources = np.full(rocks.size, source, dtype=np.int64)
+        _uniform_all(seed & WORD, seed >> 32, sources, rocks.astype(np.int64), int(purpose), many)
         return many
     counter = np.stack([rocks, np.full_like(rocks, source), np.full_like(rocks, int(purpose)), np.zeros_like(rocks)])
     words = philox(counter, (seed & WORD, seed >> 32))

@@ -100,16 +100,16 @@ class Reference:
 class Compiled:
     """The same functions through numba, candidates from a bucket grid; may be called from several threads at once.
 
-    method : as of `Reference`
+    method : as of `Reference`; locator : the buckets over the facets, sorted here where they are not given
     """
 
     name = "compiled"
 
-    def __init__(self, facets: Facets) -> None:
+    def __init__(self, facets: Facets, locator: Any = None) -> None:
         from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
 
         self.facets = facets
-        self.locator = bucket_locator(facets)
+        self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
 
     def follow(

@@ -70,15 +70,13 @@ class Terrain:
 def facets_of(terrain: Terrain) -> Facets:
     """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
     geometry, (low, high) = _geometry(terrain.vertices, terrain.triangles)
-    return Facets(
-        geometry=geometry.reshape(-1),
-        corners=geometry[:, :9],
-        normals=geometry[:, 9:],
-        zone=np.ascontiguousarray(terrain.zone, dtype=np.int32),
-        low=low,
-        high=high,
-        tolerance=RELATIVE_TOLERANCE * math.dist(low, high),
-    )
+    zone = np.ascontiguousarray(terrain.zone, dtype=np.int32)
+    return facets_from(geometry, zone, low, high, RELATIVE_TOLERANCE * math.dist(low, high))
+
+
+def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
+    """The facets of rows (F, 12) of corners and normal and of zones (F,); nothing is copied."""
+    return Facets(geometry.reshape(-1), geometry[:, :9], geometry[:, 9:], zone, low, high, tolerance)
 
 
 def tolerance_of(terrain: Terrain) -> float:
@@ -103,7 +101,7 @@ def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
     """`Facets.geometry`, a row a facet (F, 12), and the corners of the bounding box."""
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
-    _lay_out(*_as_the_loops_want(vertices, triangles), geometry, box)
+    lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
     return geometry, ((x, y, z), (u, v, w))
 
@@ -114,7 +112,7 @@ def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[Float
 
 
 @kernel
-def _area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
+def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
     """The area of the triangle a b c times its unit normal (m^2)."""
     return scale(0.5, cross(subtract(b, a), subtract(c, a)))
 
@@ -129,7 +127,8 @@ def _unit_normal(area: Vec) -> Vec:
 
 
 @kernel
-def _vertex(vertices: Any, v: int) -> Vec:
+def vertex(vertices: Any, v: int) -> Vec:
+    """Vertex v of (V, 3) m."""
     return vertices[v, 0], vertices[v, 1], vertices[v, 2]
 
 
@@ -137,23 +136,45 @@ def _vertex(vertices: Any, v: int) -> Vec:
 def _measure(vertices: Any, triangles: Any, areas: Any) -> None:
     """Write the area vector of each facet."""
     for f in range(len(triangles)):
-        a, b, c = (_vertex(vertices, triangles[f, 0]), _vertex(vertices, triangles[f, 1]),
-                   _vertex(vertices, triangles[f, 2]))  # fmt: skip
-        areas[f, 0], areas[f, 1], areas[f, 2] = _area_vector(a, b, c)
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        areas[f, 0], areas[f, 1], areas[f, 2] = area_vector(a, b, c)
 
 
 @loop
-def _lay_out(vertices: Any, triangles: Any, geometry: Any, box: Any) -> None:
-    """Write the corners and the unit normal of each facet, and widen the box (2, 3) to hold its corners."""
-    for f in range(len(triangles)):
-        a, b, c = (_vertex(vertices, triangles[f, 0]), _vertex(vertices, triangles[f, 1]),
-                   _vertex(vertices, triangles[f, 2]))  # fmt: skip
-        n = _unit_normal(_area_vector(a, b, c))
+def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, box: Any) -> None:
+    """Write corners and unit normal (F, 12) of the facets from `begin` to `end`; widen the box (2, 3) to hold them."""
+    for f in range(begin, end):
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        n = _unit_normal(area_vector(a, b, c))
         for axis in range(3):
             geometry[f, axis], geometry[f, 3 + axis], geometry[f, 6 + axis] = a[axis], b[axis], c[axis]
             geometry[f, 9 + axis] = n[axis]
             box[0, axis] = min(box[0, axis], a[axis], b[axis], c[axis])
             box[1, axis] = max(box[1, axis], a[axis], b[axis], c[axis])
+
+
+@loop
+def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> None:
+    """Write corners and unit normal (F, 12) of some facets, by their rows."""
+    for n in range(len(rows)):
+        f = rows[n]
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        normal = _unit_normal(area_vector(a, b, c))
+        for axis in range(3):
+            geometry[f, axis], geometry[f, 3 + axis], geometry[f, 6 + axis] = a[axis], b[axis], c[axis]
+            geometry[f, 9 + axis] = normal[axis]
+
+
+@loop
+def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -> None:
+    """Widen the box (2, 3) to hold the corners (F, 9) of the unmarked facets from `begin` to `end`."""
+    for f in range(begin, end):
+        if marks[f] == 0:
+            for k in range(9):
+                box[0, k % 3], box[1, k % 3] = min(box[0, k % 3], corners[f, k]), max(box[1, k % 3], corners[f, k])
 
 
 def plain(value: Any) -> Any:

@@ -11,6 +11,7 @@ import yaml
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from rpf3d_core.live.scene import SCENE, live_parameters
 from rpf3d_ros import recorder_node, scene_publisher_node, simulator_node
 from rpf3d_ros.parameters import FrameParameters, RecorderParameters, ScenePublisherParameters, SimulatorParameters
 
@@ -22,6 +23,23 @@ PARAMETERS = {
     recorder_node.NAME: RecorderParameters,
     scene_publisher_node.NAME: ScenePublisherParameters,
 }
+
+
+def known_to(node):
+    """Parameter -> a value of its type, of a node or of all of them."""
+    known = {field.name: field.default for field in fields(PARAMETERS[node])}
+    if node == simulator_node.NAME:
+        known |= {field.key: field.kind() for field in live_parameters()} | {SCENE: ""}
+    return known
+
+
+def flat(section, above=""):
+    """Parameter -> value of a nested section of a parameter file."""
+    for name, value in section.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{above}{name}.")
+        else:
+            yield f"{above}{name}", value
 
 
 def calls(tree, name):
@@ -113,13 +131,13 @@ def test_a_launched_node_gets_the_parameter_file_and_only_parameters_that_it_has
     for node in described["Node"]:
         given, *own = node.named["parameters"]
         assert given.arguments == ("params_file",)
-        known = {field.name for field in fields(PARAMETERS[node.named["executable"]])}
-        assert {name for section in own for name in section} <= known
+        known = known_to(node.named["executable"])
+        assert {name for section in own for name in section} <= set(known)
 
 
 def test_the_parameter_file_sets_only_parameters_that_exist_and_of_their_type():
     for node, section in yaml.safe_load((ROOT / "config" / "rpf3d.yaml").read_text()).items():
-        known = {field.name: field.default for field in fields(PARAMETERS[node])}
-        for name, value in section["ros__parameters"].items():
+        known = known_to(node)
+        for name, value in flat(section["ros__parameters"]):
             assert name in known, f"{node}: {name}"
             assert isinstance(value, list if isinstance(known[name], tuple) else type(known[name])), f"{node}: {name}"

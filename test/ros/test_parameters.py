@@ -11,7 +11,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.simulation.settings import Settings
 from rpf3d_ros.parameters import (
     RecorderParameters,
     ScenePublisherParameters,
@@ -47,12 +46,6 @@ def test_the_defaults_of_the_dataclass_are_the_defaults_in_ros(kind, node_with):
     assert declare(node_with(), kind) == kind()
 
 
-def test_the_defaults_are_those_of_the_core():
-    ours, core = SimulatorParameters(), Settings()
-    assert (ours.gravity, ours.smallest_bounce) == (core.gravity, core.smallest_bounce)
-    assert (ours.max_time, ours.max_impacts) == (core.max_time, core.max_impacts)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_parameter_has_a_description_and_its_default_lies_in_its_range(kind):
     for each in fields(kind):
@@ -66,15 +59,11 @@ def test_every_parameter_has_a_description_and_its_default_lies_in_its_range(kin
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("normal_restitution", 1.1),
-        ("normal_restitution", -0.1),
-        ("normal_restitution", ".nan"),
-        ("normal_restitution", "soft"),
-        ("diameter", 0.0),
-        ("diameter", 1),
-        ("ground", "rolling"),
-        ("engine", "fast"),
-        ("max_impacts", 0),
+        ("equipment_radius", -0.1),
+        ("equipment_radius", ".nan"),
+        ("equipment_radius", "wide"),
+        ("equipment_radius", 1),
+        ("first_rocks", 0),
         ("displayed_trajectories", 1),
         ("terrain_durability", "latched"),
     ],
@@ -99,12 +88,12 @@ def test_a_map_frame_that_cannot_be_one_is_refused(frame, node_with):
 def test_parameters_cannot_be_changed_while_the_node_runs(node_with):
     node = node_with()
     declare(node, SimulatorParameters)
-    result = node.set_parameters([Parameter("normal_restitution", value=0.3)])[0]
+    result = node.set_parameters([Parameter("first_rocks", value=3)])[0]
     assert not result.successful
 
 
 def test_a_parameter_that_the_node_does_not_know_is_warned_of_with_the_nearest_name(node_with, capfd):
-    declare(node_with(normal_restitutoin=0.3), SimulatorParameters)
-    assert "normal_restitutoin is not one of this node's and has no effect; did you mean normal_restitution?" in (
+    declare(node_with(first_roks=3), SimulatorParameters)
+    assert "first_roks is not one of this node's and has no effect; did you mean first_rocks?" in (
         capfd.readouterr().err
     )

@@ -9,6 +9,7 @@ from std_msgs.msg import Header
 
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.scene import live_scene
 from rpf3d_ros import simulation
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.simulation import Simulator
@@ -37,7 +38,7 @@ def built(monkeypatch):
 
 def test_few_and_many_rocks_in_turn_build_each_index_once(built):
     pytest.importorskip("numba", reason="numba is not installed: there is one engine only")
-    simulator = Simulator(SimulatorParameters())
+    simulator = Simulator(SimulatorParameters(), live_scene({}))
     simulator.stand_on(survey := floor())
     for count in (1, REFERENCE_ROCKS + 1) * 2:
         simulator.stand_on(survey)
@@ -46,7 +47,7 @@ def test_few_and_many_rocks_in_turn_build_each_index_once(built):
 
 
 def test_a_new_ground_builds_a_new_index(built):
-    simulator = Simulator(SimulatorParameters(engine="reference"))
+    simulator = Simulator(SimulatorParameters(), live_scene({"engine": "reference"}))
     for _ in range(2):
         simulator.stand_on(floor())
         simulator.fly(rocks(1))
@@ -54,13 +55,13 @@ def test_a_new_ground_builds_a_new_index(built):
 
 
 def test_two_simulators_share_nothing():
-    one, other = Simulator(SimulatorParameters()), Simulator(SimulatorParameters())
+    one, other = Simulator(SimulatorParameters(), live_scene({})), Simulator(SimulatorParameters(), live_scene({}))
     one.stand_on(floor())
     assert other.ground is None
 
 
 def test_a_survey_that_is_no_terrain_leaves_the_ground_as_it_was_and_is_tried_once():
-    simulator = Simulator(SimulatorParameters())
+    simulator = Simulator(SimulatorParameters(), live_scene({}))
     simulator.stand_on(floor())
     good = simulator.ground
     holes = floor()
@@ -73,7 +74,7 @@ def test_a_survey_that_is_no_terrain_leaves_the_ground_as_it_was_and_is_tried_on
 
 
 def test_an_unforeseen_error_does_not_mark_a_survey_as_tried(monkeypatch):
-    simulator, survey = Simulator(SimulatorParameters()), floor()
+    simulator, survey = Simulator(SimulatorParameters(), live_scene({})), floor()
     monkeypatch.setattr(simulation, "facets_of", lambda terrain: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         simulator.stand_on(survey)
@@ -86,7 +87,8 @@ class Node(SimulatorNode):
     """The simulator node without ROS."""
 
     def __init__(self):
-        self.simulator, self.health, self.last_mesh, self.refused = Simulator(SimulatorParameters()), self, b"", 0
+        self.simulator = Simulator(SimulatorParameters(), live_scene({}))
+        self.health, self.last_mesh, self.refused = self, b"", 0
 
     def set(self, part, level, message, values=None):
         self.refused += 1

@@ -30,7 +30,7 @@ FLOAT32 = 1e-5
 ABANDONED_WITHIN = 8.0
 """Seconds: the 2 s that the node gives the run, and what a busy machine adds; the run itself takes a minute."""
 
-QUIET_PARAMETERS = {"engine": "reference", "ground": "sliding", "normal_restitution": 0.5}
+QUIET_PARAMETERS = {"engine": "reference", "ground": "sliding", "materials.default.normal_restitution": 0.5}
 STAMPS = iter(range(1, 1000))
 
 
@@ -146,7 +146,9 @@ def test_rocks_that_leave_make_an_empty_cloud_of_deposits(stage):
 
 def busy(stage, rocks, normal_restitution):
     """A peer of a node that is flying many rocks of many bounces, slowly, and the message that set it going."""
-    stage.node("simulator_node", engine="reference", normal_restitution=normal_restitution, tangential_restitution=1.0)
+    ground = {"normal_restitution": normal_restitution, "tangential_restitution": 1.0}
+    material = {f"materials.default.{name}": value for name, value in ground.items()}
+    stage.node("simulator_node", engine="reference", **material)
     peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
@@ -318,7 +320,7 @@ def test_an_interrupted_node_ends_with_exit_code_0(stage):
 
 
 def test_a_node_with_a_wrong_parameter_ends_with_exit_code_2_and_a_sentence(stage):
-    process = stage.node("simulator_node", normal_restitution=1.5)
+    process = stage.node("simulator_node", **{"rock.diameter": 0.0})
     assert process.wait(timeout=30.0) == 2
-    assert "parameter normal_restitution" in stage.output("simulator_node")
+    assert "parameter `rock.diameter` is 0.0, but must be a number above 0 (m)" in stage.output("simulator_node")
     assert "Traceback" not in stage.output("simulator_node")

@@ -1,0 +1,242 @@
+"""The audit of a decision log: every decision made again and compared bit for bit, and the chain of lines checked."""
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.lines import (
+    BEGINNING,
+    FORMAT,
+    Decision,
+    Unreadable,
+    alert_content,
+    canonical,
+    content_of,
+    decision_of,
+)
+from rpf3d_core.alerts.log_files import files_in
+from rpf3d_core.errors import InputError, SceneError
+from rpf3d_core.io.site import site_of
+from rpf3d_core.io.site_model import Thresholds
+
+MOST_FINDINGS = 100
+"""Sentences about what is wrong that are kept: a log whose middle is missing would have one for each line."""
+
+
+class Change(NamedTuple):
+    """A decision that changed what is shown or held, or that an acknowledgement came with."""
+
+    line: int
+    alert: Alert
+    before: Alert | None
+    version: str
+
+
+@dataclass
+class Audit:
+    """What the audit of a log found.
+
+    files, lines, decisions : how many were read; reproduced : decisions that came out again bit for bit
+    versions : of rpf3d, that wrote decisions, in their order; refused : acknowledgements that were refused
+    changes : in order; notes : what a reader should know; findings : what is wrong, `hidden` more of them not told
+    head : hash of the last line
+    """
+
+    files: int = 0
+    lines: int = 0
+    decisions: int = 0
+    reproduced: int = 0
+    refused: int = 0
+    versions: list[str] = field(default_factory=list)
+    changes: list[Change] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    findings: list[str] = field(default_factory=list)
+    hidden: int = 0
+    head: str = BEGINNING
+
+    @property
+    def sound(self) -> bool:
+        """Whether every decision was reproduced, and nothing is damaged or missing."""
+        return not self.findings and self.reproduced == self.decisions
+
+
+def audit_log(path: str | Path, head: str | None = None) -> Audit:
+    """Audit a log: its folder, or one file of it.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of a single file, what stands in the files before is not looked at.
+    head : str or None
+        A hash (64 hex digits) that was noted elsewhere: a log that has no line of it has been cut or written anew.
+
+    Raises
+    ------
+    InputError
+        There is no log there, or it cannot be read.
+    """
+    files = _files(Path(path))
+    reading = _Reading(seeking=head)
+    try:
+        for number, file in files:
+            reading.read(number, file)
+    except OSError as error:
+        raise InputError(f"{path}: the log cannot be read: {error.strerror}") from None
+    if head is not None and not reading.found:
+        reading.blame(f"no line of the log has the hash {head}: lines have been taken away, or it was written anew")
+    return reading.audit
+
+
+def _files(path: Path) -> list[tuple[int, Path]]:
+    """The files of a log with their numbers; 0 for one that is looked at alone."""
+    if path.is_file():
+        return [(0, path)]
+    files = files_in(path) if path.is_dir() else []
+    if not files:
+        what = "the folder holds no log of decisions" if path.is_dir() else "there is no such log"
+        raise InputError(f"{path}: {what}")
+    return files
+
+
+class _Reading:
+    """An audit on its way through the lines."""
+
+    def __init__(self, seeking: str | None) -> None:
+        self.audit, self.seeking, self.found = Audit(), seeking, False
+        self.last: dict[str, Any] | None = None
+        self.last_alert: Alert | None = None
+        self.file_number, self.is_part = 0, False
+        self.sites: dict[str, Thresholds] = {}
+
+    def blame(self, sentence: str) -> None:
+        """Note something that is wrong."""
+        if len(self.audit.findings) < MOST_FINDINGS:
+            self.audit.findings.append(sentence)
+        else:
+            self.audit.hidden += 1
+
+    def read(self, number: int, path: Path) -> None:
+        """Look at a file of the log; its number is 0 if it is looked at alone."""
+        if number > self.file_number + 1:
+            self.blame(f"{path.parent}: the files before {path.name} are missing")
+        self.file_number, self.audit.files = number, self.audit.files + 1
+        line = 0
+        for line, raw in enumerate(_lines(path), start=1):
+            self._line(f"{path.name}, line {line}", raw, first=line == 1, alone=number == 0)
+        if line == 0:
+            self.blame(f"{path.name}: holds nothing")
+
+    def _line(self, place: str, raw: bytes, first: bool, alone: bool) -> None:
+        self.audit.lines += 1
+        content = content_of(raw)
+        if content is None:
+            torn = not raw.endswith(b"\n")
+            why = "is torn: its end was never written" if torn else "is not as it was written"
+            self.blame(f"{place}: {why}; what it held cannot be told")
+            return
+        self._chain(place, content, first and alone)
+        self.last, self.audit.head = content, content["sha256"]
+        self.found = self.found or content["sha256"] == self.seeking
+        try:
+            self._kind(place, content)
+        except (Unreadable, SceneError) as error:
+            self.blame(f"{place}: {error}")
+
+    def _chain(self, place: str, content: dict[str, Any], begins_alone: bool) -> None:
+        """Check that a line follows the one before."""
+        before, number = (BEGINNING, 0) if self.last is None else (self.last["sha256"], self.last["n"] + 1)
+        if begins_alone and self.last is None:
+            self.is_part = content["n"] > 0
+            if self.is_part:
+                self.audit.notes.append(f"{place}: is line {content['n']} of the log; earlier files are not looked at")
+            return
+        if content["n"] > number:
+            self.blame(f"{place}: {content['n'] - number} lines before it are missing")
+        elif content["n"] < number:
+            self.blame(f"{place}: is number {content['n']}, but {number} should stand there")
+        elif content["before"] != before:
+            self.blame(f"{place}: does not follow the line before it, which was changed or exchanged")
+
+    def _kind(self, place: str, content: dict[str, Any]) -> None:
+        kind = content["kind"]
+        if kind == "file" and content.get("format") != FORMAT:
+            raise Unreadable(f"is of the format {content.get('format')}, and this version reads {FORMAT}")
+        if kind == "site":
+            self._site(place, content)
+        elif kind == "decision":
+            self._decision(place, content)
+        elif kind == "torn":
+            kept = content.get("kept_as")
+            self.audit.notes.append(f"{place}: a torn line was found when the log was opened again, kept as {kept}")
+        elif kind == "refused":
+            self.audit.refused += 1
+        elif kind != "file":
+            raise Unreadable(f"is of the kind {kind!r}, which this version does not know")
+
+    def _site(self, place: str, content: dict[str, Any]) -> None:
+        text = str(content.get("text"))
+        if hashlib.sha256(text.encode(errors="replace")).hexdigest() != content.get("digest"):
+            self.blame(f"{place}: the digest is not that of the thresholds beside it")
+        self.sites[str(content.get("digest"))] = site_of(text)
+
+    def _decision(self, place: str, content: dict[str, Any]) -> None:
+        """Make a decision again."""
+        self.audit.decisions += 1
+        version = str(content.get("version"))
+        if version not in self.audit.versions:
+            self.audit.versions.append(version)
+        decision = decision_of(content)
+        self._continues(place, decision, content)
+        self.last_alert = decision.alert
+        thresholds = self.sites.get(str(content.get("site")))
+        if thresholds is None:
+            raise Unreadable("the thresholds that it was decided by do not stand in the log before it")
+        again = _decided_again(decision, thresholds)
+        if canonical(alert_content(again)) == canonical(content["alert"]):
+            self.audit.reproduced += 1
+        else:
+            self.blame(f"{place}: {_difference(content['alert'], alert_content(again))}")
+        if _is_change(decision):
+            self.audit.changes.append(Change(content["n"], decision.alert, decision.previous, version))
+
+    def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
+        """Check that a decision goes on from the one before it in the log."""
+        if lost := content.get("lost"):
+            self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
+        elif self.audit.decisions == 1 and self.is_part:
+            return  # the one before it stands in a file that is not looked at
+        elif decision.previous != self.last_alert:
+            self.blame(f"{place}: does not go on from the decision before it in the log, but from another or none")
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        yield from file
+
+
+def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
+    """The decision once more; Unreadable where a forged line holds what is no number."""
+    previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
+    try:
+        return decide(previous, evidence, thresholds, now_ns, given)
+    except (TypeError, AttributeError, ValueError) as error:
+        raise Unreadable(f"nothing can be decided from what it holds: {error}") from None
+
+
+def _is_change(decision: Decision) -> bool:
+    alert, previous = decision.alert, decision.previous
+    if previous is None or alert.acknowledgement is not None:
+        return True
+    return (alert.level, alert.held, alert.alarm) != (previous.level, previous.held, previous.alarm)
+
+
+def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
+    """What of a decision did not come out again."""
+    keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
+    keys += [key for key in written if key not in again]
+    told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but decides to {canonical(again.get(keys[0]))}"
+    return f"the decision is not reproduced: {told}" + (f" (and {len(keys) - 1} more)" if len(keys) > 1 else "")

@@ -1,0 +1,187 @@
+"""The decision: a pure function of what was decided before, the evidence, the site's thresholds and the time.
+
+Up at once, down only by acknowledgement, and never normal unless fresh evidence says so (docs/alerts.md has the rules
+as a table). No clock, no files, no randomness: `rpf3d audit` calls the same function.
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
+from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
+from rpf3d_core.alerts.sound import faults_of, went_back
+from rpf3d_core.alerts.times import ns_of, when
+from rpf3d_core.io.site_model import Thresholds
+
+
+class _Held(NamedTuple):
+    """The level held, the sentences that raised it, since when, and what became of an acknowledgement."""
+
+    level: Level
+    by: tuple[str, ...]
+    since_ns: int
+    void: str = ""
+
+
+def decide(
+    previous: Alert | None,
+    evidence: Evidence | None,
+    thresholds: Thresholds,
+    now_ns: int,
+    acknowledgement: Acknowledgement | None = None,
+) -> Alert:
+    """What the mine is told now.
+
+    Total (whatever numbers the evidence holds), pure and deterministic.
+
+    Parameters
+    ----------
+    previous : Alert or None
+        The decision before; None only where there never was one.
+    evidence : Evidence or None
+        The newest answer; None where there is none.
+    thresholds : Thresholds
+        The site's.
+    now_ns : int
+        Time of the decision (ns), of the same clock as the stamps.
+    acknowledgement : Acknowledgement or None
+        One that was given since the decision before. It counts for this decision only.
+
+    Returns
+    -------
+    Alert
+        `valid_until_ns` is never later than the evidence is fresh.
+    """
+    findings = () if evidence is None else findings_of(evidence, thresholds)
+    evident = max((finding.level for finding in findings), default=Level.NORMAL)
+    small = evidence is not None and _is_small(evidence, thresholds)
+    faults = faults_of(previous, evidence, thresholds, now_ns)
+    if small and not faults and not _stands(previous, now_ns):
+        faults = (_too_small(evidence, thresholds),)
+    trusted = not faults and not small
+    held = _held(previous, evident, findings, trusted, now_ns, acknowledgement)
+    return Alert(
+        level=held.level if held.level == Level.EVACUATE or not faults else Level.FAULT,
+        held=held.level,
+        evident=evident,
+        reasons=_reasons(faults, findings, held, evident, evidence, thresholds),
+        faults=faults,
+        held_by=held.by,
+        held_since_ns=held.since_ns,
+        worse_ns=_worse_ns(previous, evident, now_ns),
+        at_ns=now_ns,
+        valid_until_ns=_valid_until(previous, evidence, thresholds, now_ns, faults, small),
+        evidence_at_ns=_newest(previous, evidence, thresholds, now_ns),
+        alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
+        acknowledgement=acknowledgement,
+        void=held.void,
+    )
+
+
+def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
+    """Whether rocks flew, but too few to lower or clear anything."""
+    return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
+
+
+def _stands(previous: Alert | None, now_ns: int) -> bool:
+    """Whether the decision before is free of faults and still valid: until then it bridges a small answer."""
+    return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
+
+
+def _too_small(evidence: Evidence | None, thresholds: Thresholds) -> str:
+    flown = min((area.flown for area in evidence.areas), default=0) if evidence is not None else 0
+    fewest = thresholds.evidence.fewest_rocks
+    return f"{flown:,} rocks flown are too few to clear anything (the site wants {fewest:,}), and no decision stands"
+
+
+def _held(
+    previous: Alert | None,
+    evident: Level,
+    findings: tuple[Finding, ...],
+    trusted: bool,
+    now_ns: int,
+    acknowledgement: Acknowledgement | None,
+) -> _Held:
+    """The level held after this decision: up at once, down by an acknowledgement that counts."""
+    said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
+    before = Level.NORMAL if previous is None else previous.held
+    void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, now_ns)
+    if evident > before or previous is None:
+        return _Held(evident, said, now_ns, void)
+    if acknowledgement is not None and not void:
+        return _Held(evident, said, now_ns)
+    return _Held(before, previous.held_by, min(previous.held_since_ns, now_ns), void)
+
+
+def _why_void(
+    previous: Alert | None, acknowledgement: Acknowledgement, evident: Level, trusted: bool, now_ns: int
+) -> str:
+    """Why an acknowledgement does not lower the level; empty where it does."""
+    if previous is None or previous.held == Level.NORMAL:
+        return "no level is held that could be lowered"
+    if not acknowledgement.by.strip() or not acknowledgement.why.strip():
+        return "it does not say who acknowledges, or why"
+    if not trusted:
+        return "the evidence is faulty, or of too few rocks, and nothing is lowered on that; acknowledge again"
+    if acknowledgement.at_ns > now_ns:
+        return "it was given later than now"
+    if evident > previous.evident or acknowledgement.at_ns < previous.worse_ns:
+        return "the evidence got worse since it was given; look again"
+    if evident >= previous.held:
+        return f"the evidence still says {evident.word}; acknowledge when it says less"
+    return ""
+
+
+def _worse_ns(previous: Alert | None, evident: Level, now_ns: int) -> int:
+    """When the evidence last got worse; where the clock went back, now, lest no acknowledgement count for long."""
+    if previous is None or evident > previous.evident or went_back(previous, now_ns):
+        return now_ns
+    return previous.worse_ns
+
+
+def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
+    """The stamp of the newest answer seen; one from the future is none, and a clock that went back begins anew."""
+    before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
+    if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
+        return before
+    return evidence.at_ns if before is None else max(before, evidence.at_ns)
+
+
+def _valid_until(
+    previous: Alert | None,
+    evidence: Evidence | None,
+    thresholds: Thresholds,
+    now_ns: int,
+    faults: tuple[str, ...],
+    small: bool,
+) -> int:
+    """Until when the decision stands: as long as its evidence is fresh; a small answer adds nothing to what stood."""
+    until = now_ns + ns_of(thresholds.valid_s)
+    if evidence is None or faults:
+        return until
+    fresh = (
+        evidence.trigger_stamp_ns + ns_of(thresholds.evidence.sources_max_age_s),
+        evidence.terrain_stamp_ns + ns_of(thresholds.evidence.terrain_max_age_s),
+    )
+    until = min(until, *fresh)
+    return min(until, previous.valid_until_ns) if small and previous is not None else until
+
+
+def _reasons(
+    faults: tuple[str, ...],
+    findings: tuple[Finding, ...],
+    held: _Held,
+    evident: Level,
+    evidence: Evidence | None,
+    thresholds: Thresholds,
+) -> tuple[str, ...]:
+    """Faults, what each area says from the worst, what holds the level, and areas that nobody set limits for."""
+    said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
+    holding: tuple[str, ...] = ()
+    if held.level > evident:
+        since = f"{held.level.word} is held since {when(held.since_ns)} and needs an acknowledgement to step down"
+        holding = (f"{since}: {', '.join(held.by)}",)
+    void = (f"the acknowledgement does not count: {held.void}",) if held.void else ()
+    unwatched = () if evidence is None else without_limits(evidence, thresholds)
+    notes = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
+    return (*faults, *said, *holding, *void, *notes)

@@ -1,0 +1,90 @@
+"""Which level the site's limits give an area, and why, in a sentence.
+
+Comparisons are made whatever else is wrong with the numbers: one that is far beyond a limit raises the level even
+where the evidence as a whole is not believed. A NaN reaches no limit; it is a fault (`sound.py`).
+"""
+
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.io.site_model import AreaSpec, EvidenceSpec, LimitsSpec, Thresholds
+
+
+class Finding(NamedTuple):
+    """What an area says: its level, and the sentence that tells why."""
+
+    level: Level
+    sentence: str
+
+
+def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[Finding, ...]:
+    """What each area says that has limits, in the order of the evidence."""
+    return tuple(
+        _finding(area, limits, thresholds.evidence)
+        for area in evidence.areas
+        if (limits := limits_of(thresholds, area.name)) is not None
+    )
+
+
+def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...]:
+    """Areas of the evidence that no limits of the site are for."""
+    return tuple(area.name for area in evidence.areas if limits_of(thresholds, area.name) is None)
+
+
+def limits_of(thresholds: Thresholds, name: str) -> AreaSpec | None:
+    """The limits of an area: its own, else those of the first pattern that fits, else None."""
+    if name in thresholds.areas:
+        return thresholds.areas[name]
+    return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
+
+
+def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
+    """Whether so few rocks flew that they may raise a level but not lower one."""
+    return area.flown < terms.fewest_rocks
+
+
+def _finding(area: AreaEvidence, spec: AreaSpec, terms: EvidenceSpec) -> Finding:
+    for level in (Level.EVACUATE, Level.RESTRICT, Level.WATCH):
+        limits: LimitsSpec | None = getattr(spec, level.word)
+        reached = list(_reached(area, limits, terms)) if limits is not None else []
+        if reached:
+            return Finding(level, f"{area.name}: {level.word}, for {'; '.join(reached)}")
+    return Finding(Level.NORMAL, f"{area.name}: no limit is reached; {_share(area)}")
+
+
+def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
+    """Each limit that is reached, with the number that reaches it."""
+    if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
+        yield f"{_share(area)}, limit {_percent(limit)}"
+    energy = area.largest_energy if area.p95_energy is None else area.p95_energy
+    if (energy_limit := limits.p95_energy_j) is not None and energy is not None and energy >= energy_limit:
+        what = "largest energy, for too few rocks came for a p95," if area.p95_energy is None else "p95 energy"
+        yield f"{what} {energy:.6g} J, limit {energy_limit:g} J"
+    soonest = limits.first_arrival_s
+    if soonest is not None and area.first_arrival_s is not None and area.first_arrival_s <= soonest.seconds:
+        needed = f"{soonest.evacuation:g} s to clear it and {soonest.margin:g} s to spare"
+        yield f"the first rock after {area.first_arrival_s:.1f} s, needed {needed}"
+
+
+def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
+    """Whether the share reaches a limit, or, of answers large enough, the upper end of its interval.
+
+    A small answer is held to what its rocks did: the interval of 64 of which none came reaches up to 5.7 %, which
+    says how few they are and nothing of the slope.
+    """
+    upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
+    share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0
+    return share >= limit or (upper and area.high >= limit)
+
+
+def _share(area: AreaEvidence) -> str:
+    if area.flown == 0 == area.reached:
+        return "no source, so no rock flew"
+    return f"{area.reached:,} of {area.flown:,} rocks came (up to {_percent(area.high)})"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"

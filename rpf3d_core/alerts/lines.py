@@ -1,0 +1,134 @@
+"""Lines of the decision log: a JSON object each, with the hash of the line before and its own.
+
+Numbers come back bit for bit: Python writes a float with the digits that tell it from all others, and what JSON has no
+word for (NaN, infinities) is written as text.
+"""
+
+import hashlib
+import json
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
+
+FORMAT = 1
+"""Of the lines; a reader of another one says so."""
+
+BEGINNING = "0" * 64
+"""What stands for the hash of the line before the first."""
+
+OWN_HASH = b',"sha256":"'
+HASH_DIGITS = 64
+
+
+class Unreadable(ValueError):
+    """A line is whole, but holds what this version does not understand; the sentence says what."""
+
+
+class Decision(NamedTuple):
+    """Everything that `decide` was given, but for the thresholds, and what it gave."""
+
+    previous: Alert | None
+    evidence: Evidence | None
+    acknowledgement: Acknowledgement | None
+    now_ns: int
+    alert: Alert
+
+
+def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
+    """A line, with its end, and its hash (64 hex digits), which is of everything in front of it."""
+    body = canonical({"kind": kind, "n": number, "before": before, **content}).encode()[:-1]
+    own = hashlib.sha256(body).hexdigest()
+    return body + OWN_HASH + own.encode() + b'"}\n', own
+
+
+def content_of(raw: bytes) -> dict[str, Any] | None:
+    """What a line (bytes, its end or not) holds, its hash among it; None where it is not as it was written."""
+    body, mark, rest = raw.rstrip(b"\n").rpartition(OWN_HASH)
+    own = hashlib.sha256(body).hexdigest()
+    if not mark or rest != own.encode() + b'"}':
+        return None
+    try:
+        content = json.loads(body + b"}")
+    except (ValueError, RecursionError):
+        return None
+    keys = {"kind": str, "n": int, "before": str}
+    if not isinstance(content, dict) or not all(isinstance(content.get(key), kind) for key, kind in keys.items()):
+        return None
+    return {**content, "sha256": own}
+
+
+def canonical(value: Any) -> str:
+    """JSON of plain values on one line, always the same of the same."""
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def decision_content(decision: Decision) -> dict[str, Any]:
+    """A decision as plain values."""
+    evidence, given = decision.evidence, decision.acknowledgement
+    return {
+        "now_ns": decision.now_ns,
+        "previous": None if decision.previous is None else alert_content(decision.previous),
+        "evidence": None if evidence is None else _evidence_content(evidence),
+        "acknowledgement": None if given is None else given._asdict(),
+        "alert": alert_content(decision.alert),
+    }
+
+
+def decision_of(content: dict[str, Any]) -> Decision:
+    """The decision that `decision_content` wrote.
+
+    Raises
+    ------
+    Unreadable
+        Something is missing, or not known to this version.
+    """
+    try:
+        previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]
+        return Decision(
+            None if previous is None else _alert(previous),
+            None if evidence is None else _evidence(evidence),
+            None if given is None else Acknowledgement(**given),
+            content["now_ns"],
+            _alert(content["alert"]),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise Unreadable(f"this version does not understand the decision: {error}") from None
+
+
+def alert_content(alert: Alert) -> dict[str, Any]:
+    """An alert as plain values, levels as words."""
+    levels = {name: getattr(alert, name).word for name in ("level", "held", "evident")}
+    given = alert.acknowledgement
+    return {**alert._asdict(), **levels, "acknowledgement": None if given is None else given._asdict()}
+
+
+def _alert(content: dict[str, Any]) -> Alert:
+    levels = {name: Level[content[name].upper()] for name in ("level", "held", "evident")}
+    sentences = {name: tuple(content[name]) for name in ("reasons", "faults", "held_by")}
+    given = content["acknowledgement"]
+    acknowledgement = None if given is None else Acknowledgement(**given)
+    return Alert(**{**content, **levels, **sentences, "acknowledgement": acknowledgement})
+
+
+def _evidence_content(evidence: Evidence) -> dict[str, Any]:
+    areas = [{key: _written(value) for key, value in area._asdict().items()} for area in evidence.areas]
+    return {**evidence._asdict(), "areas": areas}
+
+
+def _evidence(content: dict[str, Any]) -> Evidence:
+    areas = tuple(
+        AreaEvidence(**{key: value if key == "name" else _read(value) for key, value in area.items()})
+        for area in content["areas"]
+    )
+    return Evidence(**{**content, "areas": areas, "faults": tuple(content["faults"])})
+
+
+def _written(value: Any) -> Any:
+    """A number as JSON can hold it."""
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _read(value: Any) -> Any:
+    return float(value) if isinstance(value, str) else value

@@ -1,0 +1,209 @@
+"""The decision log: append-only lines of JSON, each on disk before the alert it holds is published.
+
+A folder of numbered files. Each line holds the hash of the line before, across files, so that a line that is changed
+or missing is found; each decision holds everything `decide` was given, so that `rpf3d audit` can repeat it.
+"""
+
+import fcntl
+import hashlib
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.lines import BEGINNING, FORMAT, Decision, Unreadable, decision_content, decision_of, line_of
+from rpf3d_core.alerts.log_files import (
+    NotLogged,
+    Tail,
+    file_name,
+    files_in,
+    set_aside,
+    sync_folder,
+    tail_of,
+    write_whole,
+)
+from rpf3d_core.io.site import site_digest, site_text
+from rpf3d_core.io.site_model import Thresholds
+
+LARGEST_BYTES = 16 * 1024 * 1024
+"""Bytes of a file from which on the next line begins another: some thousands of decisions, read in a second."""
+
+
+class DecisionLog:
+    """The log in a folder, open for one writer.
+
+    head : hash (64 hex digits) of the last line: note it elsewhere, and nobody can take lines off the end unseen
+    last_alert : the last decision in the log, which a node that starts again must go on from; None if there is none
+    said : sentences about what was found on opening, such as a torn line; empty where all was well
+    """
+
+    def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
+        """Open or begin the log in a folder, for decisions of a version of rpf3d.
+
+        Raises
+        ------
+        NotLogged
+            The folder cannot be written to, or another process writes a log there.
+        """
+        self.folder, self.version, self.largest_bytes = Path(folder), version, largest_bytes
+        self.head = BEGINNING
+        self.last_alert: Alert | None = None
+        self.said: tuple[str, ...] = ()
+        self._next, self._lost, self._site = 0, 0, ""
+        self._file, self._number, self._size, self._lock = -1, 0, 0, -1
+        try:
+            self._open()
+        except OSError as error:
+            self.close()
+            raise _not_logged(self.folder, error) from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the files; every line has long been on disk."""
+        for descriptor in (self._file, self._lock):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self._file, self._lock = -1, -1
+
+    def decided(self, decision: Decision, thresholds: Thresholds) -> str:
+        """Append a decision; the hash of its line. The thresholds are written where they are not yet in the file.
+
+        Raises
+        ------
+        NotLogged
+            It is not on disk. The next line that is tells how many are missing before it.
+        """
+        lost = {"lost": self._lost} if self._lost else {}
+        content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
+        try:
+            self._append([("decision", content)], thresholds)
+        except (OSError, TypeError, ValueError) as error:  # the latter two of values that JSON cannot hold
+            self._lost += 1
+            raise _not_logged(self.folder, error) from error
+        self._lost, self.last_alert = 0, decision.alert
+        return self.head
+
+    def refused(self, by: str, why: str, at_ns: int, because: str) -> str:
+        """Append an acknowledgement that no decision was asked about, because it was refused; the hash of its line.
+
+        Raises
+        ------
+        NotLogged
+            It is not on disk.
+        """
+        try:
+            self._append([("refused", {"by": by, "why": why, "at_ns": at_ns, "because": because})], None)
+        except OSError as error:
+            raise _not_logged(self.folder, error) from error
+        return self.head
+
+    def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
+        """Put lines on disk, all or none, behind the thresholds if the file does not hold them; OSError if it fails."""
+        begins = self._file < 0 or self._size >= self.largest_bytes
+        number = self._number + 1 if begins else self._number
+        if begins:
+            lines = [("file", {"format": FORMAT, "file": number, "version": self.version}), *lines]
+        site = "" if begins else self._site
+        if thresholds is not None and site_digest(thresholds) != site:
+            site = site_digest(thresholds)
+            place = len(lines) - 1  # in front of the decision
+            lines = [*lines[:place], ("site", {"digest": site, "text": site_text(thresholds)}), *lines[place:]]
+        data, head = b"", self.head
+        for step, (kind, content) in enumerate(lines):
+            raw, head = line_of(self._next + step, head, kind, content)
+            data += raw
+        self._begin_file(number, data) if begins else write_whole(self._file, data, self._size)
+        self._size = len(data) if begins else self._size + len(data)
+        self._next, self.head, self._site = self._next + len(lines), head, site
+
+    def _begin_file(self, number: int, data: bytes) -> None:
+        """Write the next file from its first line on; it is not there if that fails."""
+        path = self.folder / file_name(number)
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
+        try:
+            write_whole(descriptor, data, 0)
+            sync_folder(self.folder)
+        except OSError:
+            os.close(descriptor)
+            path.unlink()
+            raise
+        if self._file >= 0:
+            os.close(self._file)
+        self._file, self._number = descriptor, number
+
+    def _open(self) -> None:
+        """Lock the folder, find the end of the chain, and mend what an interrupted write left behind."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._lock = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
+        fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        files = files_in(self.folder)
+        self._number = files[-1][0] if files else 0
+        tails = [(path, tail) for path, tail in _ends(files)]
+        self._go_on_from([tail for _, tail in tails])
+        if not tails:
+            return
+        path, tail = tails[0]
+        if tail.broken:
+            self.said = (f"{path}: lines in it are not as they were written; it stays as it is, and the log goes on "
+                         "in a new file",)  # fmt: skip
+            return
+        self._resume(path, tail)
+
+    def _go_on_from(self, tails: list[Tail]) -> None:
+        """Take number, hash and alert from the ends of files, the newest first."""
+        last = next((tail.last for tail in tails if tail.last is not None), None)
+        if last is not None:
+            self._next, self.head = last["n"] + 1, last["sha256"]
+        decision = next((tail.decision for tail in tails if tail.decision is not None), None)
+        try:
+            self.last_alert = None if decision is None else decision_of(decision).alert
+        except Unreadable as error:
+            self.said = (*self.said, f"{self.folder}: the last decision is not known: {error}")
+
+    def _resume(self, path: Path, tail: Tail) -> None:
+        """Go on in the last file, less what is torn at its end."""
+        torn, aside = b"", path
+        if tail.size > tail.end:
+            aside, torn = set_aside(path, tail.end, self._next)
+        if tail.last is None:  # nothing in it is whole, so its number is free
+            path.unlink()
+            self._number -= 1
+        else:
+            self._file = os.open(path, os.O_WRONLY | os.O_APPEND)
+            self._size, self._site = tail.end, tail.site or ""
+            if not _ends_a_line(path):
+                write_whole(self._file, b"\n", self._size)
+                self._size += 1
+        if torn:
+            self.said = (*self.said, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
+            facts = {"bytes": len(torn), "of": hashlib.sha256(torn).hexdigest(), "kept_as": aside.name}
+            self._append([("torn", facts)], None)
+
+
+def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
+    """Ends of log files from the last one back to the one with the last decision."""
+    found: list[tuple[Path, Tail]] = []
+    for _, path in reversed(files):
+        found.append((path, tail_of(path)))
+        if found[-1][1].decision is not None:
+            break
+    return found
+
+
+def _ends_a_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        file.seek(-1, os.SEEK_END)
+        return file.read() == b"\n"
+
+
+def _not_logged(folder: Path, error: Exception) -> NotLogged:
+    if isinstance(error, BlockingIOError):
+        return NotLogged(f"{folder}: another process writes the log of decisions there")
+    why = getattr(error, "strerror", None) or error
+    return NotLogged(f"{folder}: the log of decisions cannot be written: {why}")

@@ -1,0 +1,108 @@
+"""The files of a decision log: their names, what stands at their end, and how bytes get there for good."""
+
+import os
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.alerts.lines import content_of
+
+STEM, ENDING = "decisions-", ".jsonl"
+
+
+class NotLogged(OSError):
+    """A decision is not in the log, and the sentence says why; it stands all the same and must be published."""
+
+
+class Tail(NamedTuple):
+    """What a log file holds up to its last sound line.
+
+    end : bytes up to there; size : of the file; last : that line, None if there is none
+    decision : the last sound line with a decision; site : digest of the thresholds that stand in the file last
+    broken : whether lines before the last sound one are not as they were written
+    """
+
+    end: int
+    size: int
+    last: dict[str, Any] | None
+    decision: dict[str, Any] | None
+    site: str | None
+    broken: bool
+
+
+def file_name(number: int) -> str:
+    """Name of the file of a number, from 1; names sort as numbers do."""
+    return f"{STEM}{number:06d}{ENDING}"
+
+
+def files_in(folder: Path) -> list[tuple[int, Path]]:
+    """The log files of a folder with their numbers, in order."""
+    named = [(path.name.removeprefix(STEM).removesuffix(ENDING), path) for path in folder.glob(f"{STEM}*{ENDING}")]
+    return sorted((int(digits), path) for digits, path in named if digits.isdecimal())
+
+
+def tail_of(path: Path) -> Tail:
+    """Read a log file up to its last sound line."""
+    last, decision, site, broken, end, seen = None, None, None, False, 0, 0
+    with path.open("rb") as file:
+        for raw in file:
+            seen += len(raw)
+            content = content_of(raw)
+            if content is None:
+                continue
+            broken = broken or end != seen - len(raw)
+            last, end = content, seen
+            decision = content if content["kind"] == "decision" else decision
+            site = content.get("digest") if content["kind"] == "site" else site
+    return Tail(end, seen, last, decision, site, broken)
+
+
+def write_whole(descriptor: int, data: bytes, size: int) -> None:
+    """Append bytes to a file of a size (bytes) and wait until they are on disk; else leave it at that size.
+
+    Raises
+    ------
+    OSError
+        They are not there: the disk is full, or gone.
+    """
+    try:
+        if os.fstat(descriptor).st_size != size:  # what an earlier attempt could not take back
+            os.ftruncate(descriptor, size)
+        written = 0
+        while written < len(data):
+            written += os.write(descriptor, data[written:])
+        os.fsync(descriptor)
+    except OSError:
+        _take_back(descriptor, size)
+        raise
+
+
+def _take_back(descriptor: int, size: int) -> None:
+    """Cut a file to a size (bytes) if that can be done; the next attempt asks again."""
+    try:
+        os.ftruncate(descriptor, size)
+    except OSError:
+        return
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on disk."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def set_aside(path: Path, end: int, number: int) -> tuple[Path, bytes]:
+    """Move what stands in a file behind `end` (bytes) into a file of its own, named after the line it was to be."""
+    with path.open("rb") as file:
+        file.seek(end)
+        torn = file.read()
+    aside = path.with_name(f"{path.stem}.torn-{number:08d}")
+    with aside.open("ab") as kept:
+        kept.write(torn)
+        kept.flush()
+        os.fsync(kept.fileno())
+    sync_folder(path.parent)
+    os.truncate(path, end)
+    return aside, torn

@@ -1,0 +1,120 @@
+"""Whether evidence can be believed: each reason against it is a sentence.
+
+Evidence may hold anything, for it came through other machines: every test here is one that no NaN passes.
+"""
+
+import math
+from collections.abc import Iterator
+
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
+from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.limits import limits_of
+from rpf3d_core.alerts.times import ns_of, span
+from rpf3d_core.io.site_model import PATTERN_MARKS, Thresholds
+
+
+def faults_of(
+    previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
+) -> tuple[str, ...]:
+    """Why this evidence is not believed now, after what was decided before; empty where it is."""
+    return (*_clock_faults(previous, now_ns), *_evidence_faults(previous, evidence, thresholds, now_ns))
+
+
+def went_back(previous: Alert | None, now_ns: int) -> bool:
+    """Whether the clock is behind where it was at the decision before."""
+    return previous is not None and now_ns < previous.at_ns
+
+
+def _clock_faults(previous: Alert | None, now_ns: int) -> Iterator[str]:
+    if previous is not None and went_back(previous, now_ns):
+        yield f"the clock went back by {span(previous.at_ns - now_ns)} since the decision before"
+
+
+def _evidence_faults(
+    previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
+) -> Iterator[str]:
+    if evidence is None:
+        yield "there is no evidence: nothing has been heard of sources and terrain, or nothing could be flown"
+        return
+    yield from evidence.faults
+    yield from _stamp_faults(evidence, thresholds, now_ns)
+    newest = previous.evidence_at_ns if previous is not None else None
+    if newest is not None and evidence.at_ns < newest:
+        yield f"the answer is {span(newest - evidence.at_ns)} older than one that was decided on before"
+    yield from _ensemble_faults(evidence, thresholds)
+    yield from _area_names_faults(evidence, thresholds)
+    for area in evidence.areas:
+        yield from (f"{area.name}: {fault}" for fault in _area_faults(area, evidence.sources))
+
+
+def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
+    """Stale and future stamps, and an answer from before the question."""
+    limits = thresholds.evidence
+    ahead = ns_of(limits.clock_tolerance_s)
+    for what, stamp, longest in (
+        ("sources", evidence.trigger_stamp_ns, limits.sources_max_age_s),
+        ("terrain", evidence.terrain_stamp_ns, limits.terrain_max_age_s),
+        ("answer", evidence.at_ns, None),
+    ):
+        age = now_ns - stamp
+        if longest is not None and age > ns_of(longest):
+            yield f"the {what} is stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
+        if age < -ahead:
+            yield f"the {what} is stamped {span(-age)} in the future"
+    if evidence.at_ns < evidence.trigger_stamp_ns - ahead:
+        yield "the answer was made before the sources were stamped that it answers"
+
+
+def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
+    """Numbers of sources and rocks that contradict each other."""
+    most = max((area.flown for area in evidence.areas), default=0)
+    if evidence.sources < 0:
+        yield f"there are {evidence.sources} sources, which is no number of sources"
+    elif evidence.sources == 0 and most > 0:
+        yield f"{most} rocks flew, but there is no source"
+    if any(area.flown != most for area in evidence.areas):
+        yield "areas tell different numbers of rocks flown, so they are not of one answer"
+    if evidence.unfinished < 0 or evidence.unfinished > max(most, 0):
+        yield f"{evidence.unfinished} of {most} rocks were cut off, which cannot be"
+    elif evidence.unfinished and evidence.unfinished / most > thresholds.evidence.most_unfinished:
+        allowed = f"at most {thresholds.evidence.most_unfinished:g} of all are allowed"
+        yield f"the flight of {evidence.unfinished} of {most} rocks was cut off, {allowed}"
+
+
+def _area_names_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
+    names = [area.name for area in evidence.areas]
+    for name in dict.fromkeys(name for name in names if names.count(name) > 1):
+        yield f"{name}: the answer tells of it more than once"
+    for name in thresholds.areas:
+        if name not in names and not any(mark in name for mark in PATTERN_MARKS):
+            yield f"{name}: the site watches this area, but the answer says nothing of it"
+    if all(limits_of(thresholds, name) is None for name in names):
+        yield "the answer tells of no area that the site has limits for, so nothing is watched"
+
+
+def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
+    if area.flown < 0 or not 0 <= area.reached <= area.flown:
+        yield f"{area.reached} of {area.flown} rocks came, which cannot be"
+    elif area.flown == 0 and sources > 0:
+        yield "there are sources, but no rock flew"
+    elif not 0.0 <= area.low <= area.reached / max(area.flown, 1) <= area.high <= min(area.flown, 1):
+        yield f"the interval {area.low} to {area.high} is none of {area.reached} out of {area.flown}"
+    for what, value in (
+        ("p95 energy", area.p95_energy),
+        ("largest energy", area.largest_energy),
+        ("first arrival", area.first_arrival_s),
+    ):
+        if value is not None and not 0.0 <= value < math.inf:
+            yield f"the {what} is {value}"
+        elif value is not None and area.reached <= 0:
+            yield f"no rock came, but there is a {what}"
+    yield from _missing_faults(area)
+
+
+def _missing_faults(area: AreaEvidence) -> Iterator[str]:
+    """What rocks that came must have; a percentile, only where there is a largest that it does not exceed."""
+    if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
+        yield "rocks came, but not all is known of their energy and arrival"
+    both = (area.p95_energy, area.largest_energy)
+    if both[0] is not None and both[1] is not None and both[0] > both[1]:
+        yield f"the p95 energy {both[0]} is above the largest, {both[1]}"

@@ -1,0 +1,83 @@
+"""`rpf3d audit`: the decisions of a log, made again."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rpf3d_core.commands.screen import complaints, print_table, screen
+
+if TYPE_CHECKING:
+    from rpf3d_core.alerts.audit import Audit, Change
+
+HEADER = ("line", "time", "shown", "held", "alarm", "why")
+
+
+def audit(
+    log: Annotated[Path, typer.Argument(help="The folder of a log of decisions, or a file of it.", show_default=False)],
+    head: Annotated[
+        str | None, typer.Option(help="The hash of a line that was noted elsewhere and must be in the log.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Make every decision of an alert log again and compare bit for bit; exit code 0 only if all agree."""
+    from rpf3d_core.alerts.audit import audit_log
+
+    found = audit_log(log, head)
+    if as_json:
+        print(json.dumps(_section(found), indent=2, allow_nan=False))
+    else:
+        _print(found)
+    if not found.sound:
+        raise typer.Exit(1)
+
+
+def _print(found: "Audit") -> None:
+    """The changes as a table, what is wrong, and the verdict."""
+    if found.changes:
+        print_table(HEADER, [_row(change) for change in found.changes])
+    for note in found.notes:
+        screen.print(f"note: {note}", soft_wrap=True)
+    for finding in found.findings:
+        complaints.print(f"rpf3d: {finding}", style="bold red", markup=False)
+    if found.hidden:
+        complaints.print(f"rpf3d: and {found.hidden:,} findings more", style="bold red", markup=False)
+    for line in _verdict(found):
+        screen.print(line, soft_wrap=True, highlight=False)
+
+
+def _row(change: "Change") -> tuple[str, ...]:
+    from rpf3d_core.alerts.times import when
+
+    alert, given = change.alert, change.alert.acknowledgement
+    steps = [f"acknowledged by {given.by}: {given.why}"] if given is not None else []
+    first, *more = [*steps, *alert.reasons]
+    why = first + (f" (and {len(more)} more)" if more else "")
+    shown = alert.level.word if change.before is None else f"{change.before.level.word} > {alert.level.word}"
+    return (str(change.line), when(alert.at_ns), shown, alert.held.word, "on" if alert.alarm else "off", why)
+
+
+def _verdict(found: "Audit") -> list[str]:
+    versions = ", ".join(found.versions) or "none"
+    told = f"{found.reproduced:,} of {found.decisions:,} decisions reproduced bit for bit"
+    state = "the chain of lines is whole" if found.sound else "the log is NOT sound"
+    return [
+        f"{found.files:,} files, {found.lines:,} lines, written by version {versions}; last line {found.head}",
+        f"{told}; {state}",
+    ]
+
+
+def _section(found: "Audit") -> dict[str, Any]:
+    """The audit as plain values."""
+    from rpf3d_core.alerts.lines import alert_content
+
+    changes = [
+        {"line": change.line, "version": change.version, "alert": alert_content(change.alert)}
+        for change in found.changes
+    ]
+    counts = {name: getattr(found, name) for name in ("files", "lines", "decisions", "reproduced", "refused")}
+    return {
+        "sound": found.sound, **counts, "versions": found.versions, "head": found.head, "notes": found.notes,
+        "findings": found.findings, "findings_not_told": found.hidden, "changes": changes,
+    }  # fmt: skip

@@ -1,0 +1,221 @@
+"""Which facets of the ground a patch touches in plan, and what stands beside them: asked of the buckets."""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.detection.bucket_grid import cell_index, span_of
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
+from rpf3d_core.detection.bucket_patch import Block, Entries
+from rpf3d_core.terrain.frame import FloatArray
+
+STAYS, GOES = 0, 2
+"""Marks of facets."""
+_SEEN = 1
+
+
+def touched(
+    corners: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float,
+    marks: NDArray[np.uint8],
+) -> NDArray[np.int32]:  # fmt: skip
+    """The facets, in order of number, that come within a slack (m) of a patch in plan; marks (F,) says GOES of them.
+
+    corners : (F, 9) m of the ground; patch : (S, 9) m, whose entries in a block are given; marks : STAYS before
+    """
+    count = _mark(corners, locator.starts, locator.ids, locator.nx, patch, *block, *entries, slack, marks)
+    found = np.empty(count, np.int32)
+    _collect(locator.starts, locator.ids, locator.nx, *block, marks, found)
+    found.sort()
+    return found
+
+
+def beside_what_stays(
+    edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
+) -> NDArray[np.bool_]:
+    """(E,) whether a facet that stays has the edge, of E pairs of vertices."""
+    out = np.zeros(len(edges), np.bool_)
+    _beside(edges, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    return out
+
+
+def used_by_what_stays(
+    some: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
+) -> NDArray[np.bool_]:
+    """(N,) whether a facet that stays has the vertex, of N vertices."""
+    out = np.zeros(len(some), np.bool_)
+    _used(some, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    return out
+
+
+def near_patch(
+    thin: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float
+) -> NDArray[np.bool_]:
+    """(N,) whether triangles (N, 9) m, which may be thin as a line or a point, come within a slack (m) of the patch."""
+    out = np.zeros(len(thin), np.bool_)
+    _near(thin, *grid_of(locator), patch, *block, *entries, slack, out)
+    return out
+
+
+def over_what_goes(
+    points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
+) -> NDArray[np.bool_]:
+    """(N,) whether places (N, 2) m lie in plan over a facet that goes."""
+    out = np.zeros(len(points), np.bool_)
+    _over(points, corners, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    return out
+
+
+@loop
+def _mark(
+    corners: Any, starts: Any, ids: Any, nx: int, patch: Any, left: int, right: int, bottom: int, top: int, come: Any,
+    come_ids: Any, slack: float, marks: Any,
+) -> int:  # fmt: skip
+    """Mark the facets of the ground that touch one of the patch in any cell; how many."""
+    count = 0
+    for j in range(bottom, top):
+        for i in range(left, right):
+            k, c = j * nx + i, (j - bottom) * (right - left) + i - left
+            for entry in range(starts[k], starts[k + 1]):
+                f = ids[entry]
+                if marks[f] == STAYS and _any_touches(corners, f, patch, come_ids, come[c], come[c + 1], slack):
+                    marks[f] = _SEEN
+                    count += 1
+    return count
+
+
+@loop
+def _collect(
+    starts: Any, ids: Any, nx: int, left: int, right: int, bottom: int, top: int, marks: Any, found: Any
+) -> None:
+    """Write the facets that have been marked."""
+    count = 0
+    for j in range(bottom, top):
+        for i in range(left, right):
+            for entry in range(starts[j * nx + i], starts[j * nx + i + 1]):
+                f = ids[entry]
+                if marks[f] == _SEEN:
+                    marks[f] = GOES
+                    found[count] = f
+                    count += 1
+
+
+@loop
+def _near(
+    thin: Any, x: float, y: float, cell: float, nx: int, ny: int, patch: Any, left: int, right: int, bottom: int,
+    top: int, come: Any, come_ids: Any, slack: float, out: Any,
+) -> None:  # fmt: skip
+    """Write whether each of some triangles touches the patch."""
+    for f in range(len(thin)):
+        i0, i1 = span_of(thin[f, 0], thin[f, 3], thin[f, 6], slack, x, cell, nx)
+        j0, j1 = span_of(thin[f, 1], thin[f, 4], thin[f, 7], slack, y, cell, ny)
+        for j in range(max(j0, bottom), min(j1 + 1, top)):
+            for i in range(max(i0, left), min(i1 + 1, right)):
+                c = (j - bottom) * (right - left) + i - left
+                if not out[f] and _any_touches(thin, f, patch, come_ids, come[c], come[c + 1], slack):
+                    out[f] = True
+
+
+@loop
+def _beside(
+    edges: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
+    ids: Any, marks: Any, out: Any,
+) -> None:  # fmt: skip
+    """Write whether a facet that stays has each edge."""
+    for e in range(len(edges)):
+        a, b = edges[e, 0], edges[e, 1]
+        k = cell_index(vertices[a, 1], y, cell, ny) * nx + cell_index(vertices[a, 0], x, cell, nx)
+        for entry in range(starts[k], starts[k + 1]):
+            f = ids[entry]
+            if marks[f] == STAYS and _has(triangles, f, a) and _has(triangles, f, b):
+                out[e] = True
+
+
+@loop
+def _used(
+    some: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
+    ids: Any, marks: Any, out: Any,
+) -> None:  # fmt: skip
+    """Write whether a facet that stays has each vertex."""
+    for n in range(len(some)):
+        v = some[n]
+        k = cell_index(vertices[v, 1], y, cell, ny) * nx + cell_index(vertices[v, 0], x, cell, nx)
+        for entry in range(starts[k], starts[k + 1]):
+            f = ids[entry]
+            if marks[f] == STAYS and _has(triangles, f, v):
+                out[n] = True
+
+
+@loop
+def _over(
+    points: Any, corners: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any, ids: Any, marks: Any,
+    out: Any,
+) -> None:  # fmt: skip
+    """Write whether each place lies over a facet that goes."""
+    for n in range(len(points)):
+        px, py = points[n, 0], points[n, 1]
+        k = cell_index(py, y, cell, ny) * nx + cell_index(px, x, cell, nx)
+        for entry in range(starts[k], starts[k + 1]):
+            f = ids[entry]
+            if marks[f] == GOES and _holds(corners, f, px, py):
+                out[n] = True
+
+
+@kernel
+def _has(triangles: Any, f: int, v: int) -> bool:
+    return bool(triangles[f, 0] == v or triangles[f, 1] == v or triangles[f, 2] == v)
+
+
+@kernel
+def _holds(corners: Any, f: int, px: float, py: float) -> bool:
+    """Whether a place lies in facet f in plan, whichever way that is wound, its rim included."""
+    left, right = False, False
+    for k in range(3):
+        ax, ay = corners[f, 3 * k], corners[f, 3 * k + 1]
+        bx, by = corners[f, 3 * ((k + 1) % 3)], corners[f, 3 * ((k + 1) % 3) + 1]
+        side = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
+        left, right = left or side > 0.0, right or side < 0.0
+    return not (left and right)
+
+
+@kernel
+def _any_touches(corners: Any, f: int, patch: Any, ids: Any, begin: int, end: int, slack: float) -> bool:
+    """Whether a facet comes within the slack of one of the patch, of the entries from `begin` to `end`."""
+    for entry in range(begin, end):  # noqa: SIM110  (any() of a generator does not compile)
+        if _touch(corners, f, patch, ids[entry], slack):
+            return True
+    return False
+
+
+@kernel
+def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
+    """Whether two triangles come within the slack (m) in plan: no side of either parts them.
+
+    Triangles without an area in plan count as near where only their ends are apart.
+    """
+    for axis in range(2):
+        if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \
+                > max(other[g, axis], other[g, 3 + axis], other[g, 6 + axis]) + slack \
+                or max(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \
+                < min(other[g, axis], other[g, 3 + axis], other[g, 6 + axis]) - slack:  # fmt: skip
+            return False
+    return not (_parts(one, f, other, g, slack) or _parts(other, g, one, f, slack))
+
+
+@kernel
+def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
+    """Whether the line along a side of facet f has all of facet g beyond f, by more than the slack."""
+    for k in range(3):
+        ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
+        ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay
+        own = ux * (one[f, 3 * ((k + 2) % 3) + 1] - ay) - uy * (one[f, 3 * ((k + 2) % 3)] - ax)
+        low, high = math.inf, -math.inf
+        for m in range(3):
+            away = ux * (other[g, 3 * m + 1] - ay) - uy * (other[g, 3 * m] - ax)
+            low, high = min(low, away), max(high, away)
+        room = slack * (abs(ux) + abs(uy))
+        if low > max(own, 0.0) + room or high < min(own, 0.0) - room:
+            return True
+    return False

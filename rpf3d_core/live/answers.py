@@ -1,0 +1,158 @@
+"""From sources to answers: a small ensemble at once, then twice as many rocks each time until that is enough.
+
+An answer is a function of the trigger, the ground, the scene and the seed: what interrupts a refinement changes which
+answers there are, and no bit of any of them.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from rpf3d_core.ensemble.batch import NOTHING
+from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
+from rpf3d_core.ensemble.fly import flights_of
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.stream import Shown, Stream, blocks_of, shown_of
+from rpf3d_core.hazard.convergence import is_enough, step_of
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.live.released import Around, released_over, releases_of
+from rpf3d_core.live.standing import Outlines, Standing
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_core.values import Outcome
+
+BLOCK = 1024
+"""Rocks that fly before a newer trigger is looked for: some tens of milliseconds."""
+
+SHOWN = 1000
+"""Rocks of the first ensemble whose trajectories, impacts and deposits are kept to be shown."""
+
+Stop = Callable[[int], bool]
+"""Asked while the rocks of a stage fly whether to give it up; who says True of stage 0 leaves a trigger unanswered."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What is known after one stage.
+
+    result : number of this answer; stage : from 0, each with twice the rocks of the one before
+    complete : whether the target is met, or `most_rocks` have flown; nothing better will come of this trigger
+    flights : of the rocks of the first stage that are shown; outcomes, maps : of all rocks
+    seconds : since the trigger was taken up; left_out : which sources were not released, and why
+    """
+
+    result: int
+    stage: int
+    complete: bool
+    trigger: Trigger
+    standing: Standing
+    sources: int
+    flights: Flights
+    outcomes: Mapping[Outcome, int]
+    maps: HazardMaps
+    seconds: float
+    left_out: str
+
+    @property
+    def rocks(self) -> int:
+        """How many have flown, pieces of those that broke among them."""
+        return self.maps.flown
+
+
+def answers(
+    standing: Standing,
+    trigger: Trigger,
+    around: Around,
+    areas: Outlines,
+    first_rocks: int,
+    stop: Stop,
+    results: Iterator[int],
+) -> Iterator[Answer]:
+    """Answer a trigger: at once with about `first_rocks` rocks, then with twice as many again and again.
+
+    Parameters
+    ----------
+    areas : live areas of interest, rings (P, 2) m, map frame; they come beside the scene's own
+    stop : given the number of the stage in flight; once it says True that is given up and nothing more is told
+    results : where the numbers of the answers come from
+
+    Raises
+    ------
+    InputError
+        No source can be released; says which and why.
+    """
+    began, scene = time.perf_counter(), standing.scene
+    released = released_over(standing, trigger, around)
+    tallies = standing.empty_tallies(areas, released.fastest, released.highest, trigger.diameters)
+    names, outcomes = (*standing.areas, *areas), Counter[Outcome]()
+
+    def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
+        seconds = time.perf_counter() - began
+        return Answer(
+            next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, dict(outcomes),
+            maps, seconds, released.left_out,
+        )  # fmt: skip
+
+    if not len(released.places):
+        yield answer(0, True, no_flights(standing), tallies.maps(0, names))
+        return
+    plan = rounds(released.first_round(first_rocks), scene.target.most_rocks)
+    stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
+    for stage, (first, last) in enumerate(plan):
+        blocks, stream.stop = blocks_of(first, last, BLOCK), partial(stop, stage)
+        if not stream.fly(releases_of(standing, released, some, scene.seed) for some in blocks) or stop(stage):
+            return
+        maps = tallies.maps(outcomes.total(), names)
+        steps.append(step_of(maps, standing.ground.terrain.zones))
+        complete = stage == len(plan) - 1 or is_enough(steps, scene.target.half_width, scene.target.p95_energy)
+        yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
+        if complete:
+            return
+
+
+def rounds(first: Sequence[int], most: int) -> list[tuple[Sequence[int], Sequence[int]]]:
+    """The rocks of each source, from a number to before another, of each stage: the first, then doublings up to `most`.
+
+    The first flies however many it has: fewer than a rock a source would be no answer.
+    """
+    done, counts = [0] * len(first), list(first)
+    plan: list[tuple[Sequence[int], Sequence[int]]] = [(done, counts)]
+    while 2 * sum(counts) <= most:
+        done, counts = counts, [2 * n for n in counts]
+        plan.append((done, counts))
+    return plan
+
+
+def no_flights(standing: Standing) -> Flights:
+    """What flew of no rocks."""
+    none = np.empty(0, dtype=np.int64)
+    releases = Releases(none, none, np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
+    return flights_of([NOTHING], releases, standing.ground.engine.name)
+
+
+def _stream(standing: Standing, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
+    """What flies the rocks; those shown are spread over the first stage."""
+    shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
+
+    def count(deposits: Deposits, impacts: Impacts) -> None:
+        codes, counts = np.unique(deposits.outcome, return_counts=True)
+        outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
+
+    return Stream(standing.ground.engine, standing.flight, shown, tallies, count, impacts=False)
+
+
+def warm_answers(standing: Standing, trigger: Trigger, around: Around, rocks: int) -> float:
+    """Fly a small ensemble and throw it away, so that everything an answer calls is compiled; seconds it took.
+
+    rocks : as many as make more cells than plain Python tells percentiles of
+    """
+    began = time.perf_counter()
+    centre = np.asarray(trigger.positions)[0, :2]
+    ring = centre + np.array([[-5.0, -5.0], [5.0, -5.0], [0.0, 5.0]])
+    for _ in answers(standing, trigger, around, {"warm": [ring]}, rocks, lambda stage: False, iter(range(1, 100))):
+        return time.perf_counter() - began
+    return time.perf_counter() - began

@@ -1,0 +1,23 @@
+"""What tells one survey from another: SHA-256 of what was surveyed."""
+
+import hashlib
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.live.survey import MeshSurvey, Survey
+
+
+def digest_of(survey: Survey, upon: str = "") -> str:
+    """SHA-256 (hex) of the survey's kind, sizes and bits, after the digest of what it is laid upon, if any."""
+    digest = hashlib.sha256(f"{upon} {type(survey).__name__}".encode())
+    arrays = (survey.vertices, survey.triangles) if isinstance(survey, MeshSurvey) else (survey.points,)
+    for array in arrays:
+        kind = "<i4" if np.issubdtype(array.dtype, np.integer) else "<f8"
+        _take(digest, np.ascontiguousarray(array, dtype=kind))
+    return digest.hexdigest()
+
+
+def _take(digest: Any, array: Any) -> None:
+    digest.update(f"{array.shape}".encode())
+    digest.update(memoryview(array).cast("B"))

@@ -1,0 +1,183 @@
+"""The ground that a live simulator flies over: made whole from a survey, or patched where a cloud replaces a part.
+
+A whole ground is laid out in memory that no ground in use lies in, so it can be made while another is flown over. A
+patch is sewn into the memory of the ground itself: that must not be flown over meanwhile, nor afterwards.
+"""
+
+import math
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
+from rpf3d_core.detection.footprint import STAYS
+from rpf3d_core.live.digests import digest_of
+from rpf3d_core.live.patching import Change, change_of
+from rpf3d_core.live.room import Room, Rooms
+from rpf3d_core.live.sewing import sewn
+from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
+from rpf3d_core.memory import Share, Threads, halves
+from rpf3d_core.simulation.engines import Compiled, Engine, Reference
+from rpf3d_core.terrain.cloud import cloud_mesh
+from rpf3d_core.terrain.facets import RELATIVE_TOLERANCE, Facets, Terrain, facets_from, lay_out
+from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.terrain.grid_rows import Mesh, grid_mesh
+from rpf3d_core.terrain.mesh_ready import ready_mesh
+
+ZONE = "terrain"
+"""The zone of every facet: surveys carry no zones."""
+WELD = 1e-4
+"""m; vertices of a mesh that are nearer than this are one, unless a user says otherwise."""
+THREADS = 2
+"""Threads that lay out a ground: the loops are cut into two halves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What a simulator flies over.
+
+    terrain, facets, engine : they share memory; the engine is compiled where numba is there
+    digest : SHA-256 (hex) of what was surveyed; that of a patch follows on the digest of what it was laid upon
+    stamp_ns, received_ns : of the survey, and when the ground was made, by the clock of the machine
+    patches : how many have been sewn in since it was made whole
+    locator, room : the buckets over the facets, and the memory that all of it lies in
+    """
+
+    terrain: Terrain
+    facets: Facets
+    engine: Engine
+    digest: str
+    stamp_ns: int
+    received_ns: int
+    patches: int
+    locator: BucketLocator
+    room: Room
+
+
+class Workshop:
+    """Makes grounds. One thread at a time; what it made may be flown over by others meanwhile.
+
+    Parameters
+    ----------
+    weld : float
+        m; vertices of a mesh that are nearer than this become one.
+    most_points : int
+        Points that a survey may have.
+    longest_edge : float, optional
+        m; triangles of a scattered cloud with a longer side are left out. None for `terrain.cloud.GAP` times the usual.
+    reference : bool
+        Fly with the reference engine, which is slow.
+    """
+
+    def __init__(
+        self, weld: float = WELD, most_points: int = MOST_POINTS, longest_edge: float | None = None,
+        reference: bool = not HAS_NUMBA,
+    ) -> None:  # fmt: skip
+        self._weld, self._most, self._longest, self._reference = weld, most_points, longest_edge, reference
+        self._share: Share = Threads(THREADS)
+        self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
+        self._rooms = Rooms()
+
+    def whole(self, survey: Survey, stamp_ns: int = 0) -> Ground:
+        """The ground of a survey. Raises TerrainError where that is too large, or no terrain."""
+        check_points(points_of(survey), self._most)
+        digest = self._aside.submit(digest_of, survey)
+        room = self._rooms.free_one()
+        terrain = self._terrain(self._mesh(survey, room), room)
+        facets = _laid_out(terrain, room, self._share)
+        locator = bucket_locator(facets, room.memory, self._share)
+        room.begin()
+        return self._ground(terrain, facets, locator, room, digest.result(), stamp_ns, 0)
+
+    def patched(self, ground: Ground, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> Ground:
+        """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.
+
+        The footprint of a patch is what its triangles cover in plan; see `live.patching`. Where nothing of the ground
+        stays, it is the patch made whole, and `ground` lies where it did.
+
+        Raises
+        ------
+        TerrainError
+            The patch is too large, no terrain, folds in plan, touches no ground, reaches far beyond it, or cannot be
+            sewn to it. The ground is then as it was.
+        ValueError
+            The ground has been patched already: only its successor is whole.
+        """
+        check_points(points_of(patch), self._most)
+        if ground.room.patches != ground.patches:
+            raise ValueError("this ground has been patched already; patch the one that came of it")
+        marks = ground.room.memory.longer("marks", len(ground.facets.zone))
+        try:
+            mesh = self._patch_mesh(patch, ground.terrain.frame.origin)
+            change = change_of(mesh, ground.terrain, ground.facets, ground.locator, marks)
+            if change is not None:
+                return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)
+        finally:
+            marks[:] = STAYS
+        return self.whole(patch, stamp_ns)
+
+    @property
+    def size(self) -> int:
+        """Bytes of the memory that grounds lie in."""
+        return self._rooms.size
+
+    def _changed(self, ground: Ground, change: Change, digest: str, stamp_ns: int) -> Ground:
+        terrain, facets, locator = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
+        return self._ground(terrain, facets, locator, ground.room, digest, stamp_ns, ground.room.patches)
+
+    def _ground(
+        self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, digest: str, stamp_ns: int,
+        patches: int,
+    ) -> Ground:  # fmt: skip
+        engine: Engine = Reference(facets) if self._reference else Compiled(facets, locator)
+        ground = Ground(terrain, facets, engine, digest, stamp_ns, time.time_ns(), patches, locator, room)
+        room.used_by(ground, terrain, engine)
+        return ground
+
+    def _mesh(self, survey: Survey, room: Room) -> Mesh:
+        if isinstance(survey, GridSurvey):
+            return grid_mesh(survey.points, room.memory, self._share)
+        if isinstance(survey, MeshSurvey):
+            return ready_mesh(survey.vertices, survey.triangles, ZONE, self._weld, room.memory, self._share)
+        return _kept(cloud_mesh(survey.points, self._longest), room)
+
+    def _patch_mesh(self, patch: CloudSurvey | GridSurvey, origin: tuple[float, float, float]) -> Mesh:
+        if isinstance(patch, GridSurvey):
+            return grid_mesh(patch.points, origin=origin)
+        return cloud_mesh(patch.points, self._longest, origin)
+
+    def _terrain(self, mesh: Mesh, room: Room) -> Terrain:
+        zone = room.memory("zone", len(mesh.triangles), np.int32)
+        zone[:] = 0
+        return Terrain(mesh.vertices, mesh.triangles, zone, (ZONE,), Frame(mesh.origin))
+
+
+def _kept(mesh: Mesh, room: Room) -> Mesh:
+    """The mesh in the memory of the room, where patches can reach it."""
+    vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
+    triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
+    vertices[:], triangles[:] = mesh.vertices, mesh.triangles
+    return Mesh(vertices, triangles, mesh.origin)
+
+
+def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
+    """The facets of a terrain, in the memory of the room."""
+    count = len(terrain.triangles)
+    geometry = room.memory("geometry", 12 * count, np.float64).reshape(-1, 12)
+    room.memory("marks", count, np.uint8)[:] = STAYS
+    boxes = np.array([[[np.inf] * 3, [-np.inf] * 3]] * 2)
+    parts: list[Callable[[], Any]] = [
+        lambda k=k, a=a, b=b: lay_out(terrain.vertices, terrain.triangles, a, b, geometry, boxes[k])  # type: ignore[misc]
+        for k, (a, b) in enumerate(halves(count))
+    ]
+    share(parts)
+    (x, y, z), (u, v, w) = boxes[:, 0].min(axis=0).tolist(), boxes[:, 1].max(axis=0).tolist()
+    tolerance = RELATIVE_TOLERANCE * math.dist((x, y, z), (u, v, w))
+    return facets_from(geometry, terrain.zone, (x, y, z), (u, v, w), tolerance)
+
+

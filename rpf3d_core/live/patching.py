@@ -1,0 +1,144 @@
+"""A patch sewn into the ground: what goes, what comes, and the ring between, found before anything is changed.
+
+The footprint of a patch are its own facets in plan. Every facet of the ground that touches them goes as a whole, all
+other facets keep every bit. The ring from the corners of what stays to the rim of the patch is cut into triangles; so
+are holes of the patch too small for ground to have stayed in. In larger ones the ground stays as it was.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_patch import Block, Entries, block_of, entries_of, most_entries
+from rpf3d_core.detection.footprint import beside_what_stays, near_patch, over_what_goes, touched, used_by_what_stays
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facets import Facets, IntArray, Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.grid_rows import Mesh
+from rpf3d_core.terrain.ring import CROSSING, rim_edges, triangles_between
+
+OUTSIDE = "the patch lies beside the ground: it touches none of it"
+FOLDED = "the patch folds over itself or stands upright in plan: only what looks up everywhere can be sewn in"
+
+
+class Change(NamedTuple):
+    """What a patch changes; F facets and V vertices before.
+
+    gone : (G,) facets; freed : (U,) vertices that no facet has any more
+    vertices : (N, 3) m, that come; triangles : (S, 3) that come, numbers from V on being those of `vertices`
+    block, entries : where they stand in the buckets
+    """
+
+    gone: NDArray[np.int32]
+    freed: NDArray[np.int64]
+    vertices: FloatArray
+    triangles: NDArray[np.int64]
+    block: Block
+    entries: Entries
+
+
+def change_of(
+    patch: Mesh, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8]
+) -> Change | None:
+    """What a patch in the ground's frame changes; None where nothing of the ground stays.
+
+    marks : (F,) STAYS everywhere, and of what goes GOES afterwards. Raises TerrainError where the patch touches no
+    ground, is no sheet in plan, or cannot be sewn to what stays.
+    """
+    slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
+    _check_sheet(corners)
+    found = _Found(terrain, facets, locator, marks, corners, slack)
+    if len(found.gone) == 0:
+        raise TerrainError(OUTSIDE)
+    rim = rim_edges(terrain.triangles[found.gone], len(terrain.vertices))
+    seam = beside_what_stays(rim, terrain.vertices, terrain.triangles, locator, marks)
+    if not seam.any() and not _any_stays(facets, marks):
+        return None
+    border = rim[~seam]
+    ring = _ring(patch, terrain, rim[seam], border[~found.near(_lines(terrain.vertices, border))], found)
+    came = np.concatenate([patch.triangles + np.int64(len(terrain.vertices)), ring])
+    some = np.unique(terrain.triangles[found.gone]).astype(np.int64)
+    used = used_by_what_stays(some, terrain.vertices, terrain.triangles, locator, marks) | np.isin(some, ring)
+    new = _corners(np.concatenate([terrain.vertices[some], patch.vertices]), _renumbered(came, some, terrain))
+    block = block_of(np.concatenate([facets.corners[found.gone], new]), locator, slack)
+    entries = entries_of(new, locator, block, slack, most_entries(len(facets.zone)))
+    return Change(found.gone, some[~used], patch.vertices, came, block, entries)
+
+
+class _Found:
+    """What of the ground a patch touches."""
+
+    def __init__(
+        self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,
+        slack: float,
+    ) -> None:  # fmt: skip
+        self._ground, self._locator, self._marks = facets.corners, locator, marks
+        block = block_of(patch, locator, 2.0 * slack)
+        entries = entries_of(patch, locator, block, 2.0 * slack, most_entries(len(facets.zone)))
+        self._patch = (patch, block, entries, slack)
+        self.gone = touched(facets.corners, locator, *self._patch, marks)
+
+    def near(self, thin: FloatArray) -> NDArray[np.bool_]:
+        """(N,) whether triangles (N, 9) m touch the patch."""
+        return near_patch(thin, self._locator, *self._patch)
+
+    def between(self, points: FloatArray) -> NDArray[np.bool_]:
+        """(N,) whether places (N, 2) m lie over what goes, and not over the patch."""
+        over = over_what_goes(points, self._ground, self._locator, self._marks)
+        flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
+        patch, block, entries, _ = self._patch
+        return over & ~near_patch(np.tile(flat, 3), self._locator, patch, block, entries, 0.0)
+
+
+def _check_sheet(corners: FloatArray) -> None:
+    """Raise TerrainError where a facet of the patch does not look up."""
+    u, w = corners[:, 3:5] - corners[:, 0:2], corners[:, 6:8] - corners[:, 0:2]
+    if not bool((u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] > 0.0).all()):
+        raise TerrainError(FOLDED)
+
+
+def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
+    """Whether a facet with an area stays."""
+    stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
+    return bool(facets.normals[stays].any())
+
+
+def _ring(
+    patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
+) -> NDArray[np.int64]:
+    """The triangles (T, 3) between the ground's edges and the patch's rim; numbers from V on are the patch's."""
+    count = len(terrain.vertices)
+    edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
+    ids = np.unique(edges)
+    old = int(np.searchsorted(ids, count))
+    places = np.concatenate([terrain.vertices[ids[:old], :2], patch.vertices[ids[old:] - count, :2]])
+    some = triangles_between(places, np.searchsorted(ids, edges).astype(np.int32))
+    ring = ids[some[found.between(places[some].mean(axis=1))]]
+    _check_closed(seam, ring)
+    return ring
+
+
+def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
+    """Raise TerrainError where an edge of what stays has no triangle of the ring beside it, wound alike."""
+    sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
+    sides |= {(c, a) for a, b, c in ring.tolist()}
+    if not all((a, b) in sides for a, b in seam.tolist()):
+        raise TerrainError(f"the patch cannot be sewn to what stays: {CROSSING}; publish the whole terrain")
+
+
+def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
+    """The triangles over `some` of the ground's vertices, followed by those of the patch."""
+    old = came < len(terrain.vertices)
+    return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
+
+
+def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:
+    return np.ascontiguousarray(vertices[triangles].reshape(-1, 9))
+
+
+def _lines(vertices: FloatArray, edges: IntArray | NDArray[np.int64]) -> FloatArray:
+    """Edges (E, 2) as triangles without area (E, 9) m."""
+    return _corners(vertices, edges[:, [0, 1, 1]])

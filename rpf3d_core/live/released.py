@@ -1,0 +1,200 @@
+"""Rocks that are released for the sources of a trigger, over a ground.
+
+Each source becomes a cloud of rocks around it: monitoring tells a place to metres and a speed roughly, and how far
+that matters is part of the answer.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import IntArray
+from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
+from rpf3d_core.ensemble.sizes import sizes_of
+from rpf3d_core.errors import InputError
+from rpf3d_core.live.standing import Standing, density_of, mass_of
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_core.materials.streams import Purpose, uniform
+from rpf3d_core.terrain.frame import FloatArray
+
+Flags = NDArray[np.bool_]
+
+SAME_GROUND = 1e-6
+"""m; a source's height above the ground below it and above the highest ground there are the same up to rounding."""
+
+MOST_NAMED = 3
+"""Sources that a sentence names one by one."""
+
+IN_PLAN = (Purpose.POSITION_X, Purpose.POSITION_Y)
+IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
+
+
+@dataclass(frozen=True)
+class Around:
+    """How rocks are spread around a source.
+
+    position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
+    above_ground : height of each source above the ground (m); None for the height that it was seen at
+    """
+
+    position: float = 0.0
+    velocity: float = 0.0
+    above_ground: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Released:
+    """What rocks fall from: S sources in the trigger's order, so that draws stay as they are whoever is left out.
+
+    places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
+    heights : (S,) m above the highest ground there, that rocks keep where they are spread; NaN where nothing is spread
+    sound : (S,) which are released; left_out : a sentence on the others, "" if there are none
+    """
+
+    places: FloatArray
+    velocities: FloatArray
+    diameters: FloatArray | None
+    heights: FloatArray
+    sound: Flags
+    left_out: str
+    around: Around
+
+    def first_round(self, rocks: int) -> list[int]:
+        """How many rocks each source has in a first round of at least so many."""
+        each = -(-rocks // max(int(self.sound.sum()), 1))
+        return [each if sound else 0 for sound in self.sound.tolist()]
+
+    @property
+    def highest(self) -> float:
+        """No rock is released higher than this (m, local), if it is spread on ground that is no higher."""
+        return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
+
+    @property
+    def fastest(self) -> float:
+        """No rock is released faster than this (m/s)."""
+        spread = self.around.velocity * len(IN_SPEED) ** 0.5
+        return float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0) + spread)
+
+
+def released_over(standing: Standing, trigger: Trigger, around: Around) -> Released:
+    """The sources of a trigger over a ground.
+
+    Raises
+    ------
+    InputError
+        None of them can be released: all lie off the terrain or under the ground. (Of no sources none has to be.)
+    """
+    places = standing.ground.terrain.frame.points_to_local(np.asarray(trigger.positions, dtype=float).reshape(-1, 3))
+    velocities = np.asarray(trigger.velocities, dtype=float).reshape(-1, 3)
+    depth, heights, off = _measured(standing, places, around.above_ground)
+    sound = ~off & ~(depth > 0.0)
+    left_out = _sentence(trigger.positions, off, depth)
+    if len(places) and not sound.any():
+        raise InputError(left_out)
+    if around.above_ground is not None:
+        places = _raised(standing, places, np.where(sound, around.above_ground, np.nan))
+    if around.position == 0.0:
+        heights = np.full(len(places), np.nan)
+    return Released(places, velocities, trigger.diameters, heights, sound, left_out, around)
+
+
+def releases_of(standing: Standing, released: Released, ranges: Sequence[range], seed: int) -> Releases:
+    """Some rocks of each source, the same bits whatever is asked for together.
+
+    A rock that is spread keeps its source's height above the ground, so that none starts in the wall behind it; where
+    there is no ground it starts at its source. Draws are those of `ensemble.releases`.
+    """
+    numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
+    source = np.repeat(np.arange(len(ranges)), [len(some) for some in numbers])
+    rock = np.concatenate(numbers)
+    mass, radius = sizes_of(standing.rock, seed, source, rock)
+    if released.diameters is not None:
+        mass, radius = _sized(mass, radius, released.diameters[source], density_of(standing.rock))
+    x = _placed(standing, released, seed, source, rock)
+    v = released.velocities[source] + _spread(released.around.velocity, IN_SPEED, seed, source, rock)
+    return Releases(source, rock, x, v, mass, radius)
+
+
+def _placed(standing: Standing, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:
+    """Where rocks (R,) of sources (R,) start: (R, 3) m."""
+    places, heights = released.places[source], released.heights[source]
+    spread = np.isfinite(heights)
+    if not spread.any():
+        return places
+    x = places.copy()
+    x[:, :2] += np.where(spread[:, None], _spread(released.around.position, IN_PLAN, seed, source, rock), 0.0)
+    x = _raised(standing, x, heights)
+    return np.where(np.isnan(x[:, 2:]), places, x)
+
+
+def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArray, rock: IntArray) -> FloatArray:
+    """Uniform deviations (R, K) of a half-width, one column a purpose; where it is 0 nothing is drawn."""
+    if half == 0.0:
+        return np.zeros((len(rock), len(purposes)))
+    return half * (2.0 * np.stack([uniform(seed, source, rock, purpose) for purpose in purposes], axis=1) - 1.0)
+
+
+def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: float) -> tuple[FloatArray, FloatArray]:
+    """Masses (R,) kg and radii (R,) m with those of diameters (R,) m; NaN leaves a rock as it is."""
+    known = np.isfinite(diameter)
+    return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
+
+
+def _measured(standing: Standing, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
+    """How far points (S, 3) are under the ground (m; 0 where they are not), their height above the highest ground
+    there (NaN where another ground hangs over them), and which are off the terrain.
+    """
+    over = _over_top(standing, x)
+    off = over[:, 1] < 0
+    if above is not None:
+        return np.zeros(len(x)), np.where(off, np.nan, above), off
+    below = standing.ground.engine.ground_below(x)
+    under = ~off & ((below[:, 1] < 0) | (below[:, 2] < 0))
+    height = x[:, 2] - _tops(standing, x, over)
+    open_above = ~off & ~under & (np.abs(height - below[:, 0]) <= SAME_GROUND)
+    return np.where(under, np.maximum(-height, np.finfo(float).tiny), 0.0), np.where(open_above, height, np.nan), off
+
+
+def _over_top(standing: Standing, x: FloatArray) -> FloatArray:
+    """`Engine.ground_below` of points above everything, at places (S, 3)."""
+    top = np.array(x)
+    top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
+    return standing.ground.engine.ground_below(top)
+
+
+def _tops(standing: Standing, x: FloatArray, over: FloatArray) -> FloatArray:
+    """Height (S,) m, local, of the highest ground at places (S, 3); NaN where there is none."""
+    tops = standing.ground.facets.high[2] + ABOVE_EVERYTHING - over[:, 0]
+    return np.where(over[:, 1] < 0, np.nan, tops)
+
+
+def _raised(standing: Standing, x: FloatArray, heights: FloatArray) -> FloatArray:
+    """Points (N, 3) put at heights (N,) m above the highest ground there, NaN where there is none; those whose height
+    is NaN stay where they are.
+    """
+    moved, known = np.array(x), np.isfinite(heights)
+    some = moved[known]
+    moved[known, 2] = _tops(standing, some, _over_top(standing, some)) + heights[known]
+    return moved
+
+
+def _sentence(positions: FloatArray, off: Flags, depth: FloatArray) -> str:
+    """Which sources are left out and why."""
+    parts = []
+    for which, why in ((off, "off the terrain"), (depth > 0.0, "under the ground")):
+        bad = np.flatnonzero(which)
+        if len(bad):
+            parts.append(f"{len(bad)} of {len(positions)} sources {'is' if len(bad) == 1 else 'are'} {why}: "
+                         + _named(positions, bad, depth))  # fmt: skip
+    return "; ".join(parts)
+
+
+def _named(positions: FloatArray, bad: IntArray, depth: FloatArray) -> str:
+    names = []
+    for i in bad[:MOST_NAMED].tolist():
+        where = ", ".join(f"{c:.3f}" for c in positions[i])
+        deep = f", {depth[i]:.3g} m under the ground" if depth[i] > 0.0 else ""
+        names.append(f"source {i} at ({where}){deep}")
+    return "; ".join(names) + (" and others" if len(bad) > MOST_NAMED else "")

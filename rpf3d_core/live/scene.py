@@ -1,0 +1,173 @@
+"""The scene that is flown live: from a scene file, or from single values under the names that it has there.
+
+A live scene is the same `Scene` as that of a run. Its terrain and its sources come in messages, so stand-ins are in
+their places; nothing else is invented but the default material (thesis table 5-1).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.io.scene import read_scene, scene_of_values
+from rpf3d_core.io.scene_fields import SceneField, scene_fields
+from rpf3d_core.io.scene_model import Scene
+
+SCENE = "scene"
+"""The name under which a scene file is given."""
+
+WRITTEN_NOWHERE = Path("parameters")
+"""Stands for the scene file in sentences about a scene that has none."""
+
+LISTED = "is a list, a file or a mapping, which no parameter can hold"
+FROM_MESSAGES = "comes in messages"
+EXCLUDED: Mapping[str, str] = {
+    "path": "is the scene file itself",
+    "terrain.files": FROM_MESSAGES,
+    "terrain.pit": FROM_MESSAGES,
+    "terrain.berms": LISTED,
+    "terrain.up": "is z in every message (REP 103)",
+    "zones": LISTED,
+    "materials.default.draw": "is for distributions, which no parameter can hold",
+    "sources": FROM_MESSAGES,
+    "rocks": "is not known beforehand: a live answer grows until its target",
+    "rebound.angle_table.rows": LISTED,
+    "rebound.stochastic_matrix": LISTED,
+    "rebound.[own]": "is a program of the user's, which no message may name",
+    "effects.scarring.zones": "is for several zones, and live terrain is one",
+    "effects.drag_layer.polygons": LISTED,
+    "effects.forest.file": LISTED,
+    "effects.forest.within": LISTED,
+    "effects.forest.deflection.frontal": LISTED,
+    "effects.forest.deflection.lateral": LISTED,
+    "effects.forest.deflection.scratch": LISTED,
+    "effects.barriers": LISTED,
+    "effects.[own]": "is a program of the user's, which no message may name",
+    "areas_of_interest": LISTED,
+    "hazard.reach_levels": LISTED,
+    "hazard.matrix": LISTED,
+    "method": "is for comparison with the thesis; live answers are exact",
+    "outputs": "is written by runs; what is published has parameters of its own",
+    "observed": "is for comparison with what was seen in the field",
+    "data_hint": "speaks of files that are missing",
+}
+"""Fields of a scene, with all below them, that are no live parameters, and why; a scene file may give them."""
+
+STAND_INS: Mapping[str, Any] = {
+    "terrain": {"pit": {}},
+    "sources": [{"name": "sources", "points": [[0.0, 0.0, 0.0]]}],
+    "materials": {"default": {"normal_restitution": 0.5, "tangential_restitution": 0.8}},
+}
+
+
+@cache
+def live_parameters() -> tuple[SceneField, ...]:
+    """The fields of a scene that may be given one by one, in the model's order.
+
+    `default` is what they are where nothing is given, None for what is then left out. Those `within` a model or an
+    effect have it only where that is named.
+    """
+    standard = live_scene({})
+    offered = (field for field in scene_fields() if why_excluded(field.key) is None)
+    return tuple(replace(field, default=_default(field, standard)) for field in offered)
+
+
+def live_scene(values: Mapping[str, Any]) -> Scene:
+    """The scene of values by dotted name, such as `rock.diameter`, or of the scene file that `scene` names.
+
+    Naming a model's or an effect's parameter names it, as in a scene file; `effects.<name>: true` names it with all
+    its defaults.
+
+    Raises
+    ------
+    SceneError
+        One line for each value that is refused, in the words of a scene file's refusals; or values beside `scene`.
+    """
+    given = {name: value for name, value in values.items() if name != SCENE}
+    if values.get(SCENE):
+        return _from_file(str(values[SCENE]), given)
+    faults = [_fault(name, value) for name, value in given.items()]
+    if any(faults):
+        raise SceneError("\n".join(fault for fault in faults if fault))
+    return scene_of_values(_written(given), WRITTEN_NOWHERE)
+
+
+def why_excluded(key: str) -> str | None:
+    """Why a field of a scene is no live parameter; None where it is one."""
+    return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
+
+
+def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
+    if given:
+        raise SceneError(
+            f"parameter `{SCENE}` names a scene file, which says everything; remove it, or those set beside it: "
+            f"{', '.join(f'`{name}`' for name in sorted(given))}"
+        )
+    return read_scene(path)
+
+
+def _fault(name: str, value: Any) -> str | None:
+    """What is wrong with a name, or with the name of a model; everything else is the model's to judge."""
+    known = {field.key: field for field in live_parameters()} if name else {}
+    if name not in known:
+        return f"parameter `{name}` {_no_parameter(name, known)}"
+    field = known[name]
+    if field.names and field.choices and value not in field.choices:
+        *others, last = field.choices
+        return (
+            f"parameter `{name}` is {value!r}, but must be {', '.join(others)} or {last}; "
+            f"any other model needs a scene file (parameter `{SCENE}`)"
+        )
+    return None
+
+
+def _no_parameter(name: str, known: Iterable[str]) -> str:
+    why = why_excluded(name)
+    if why is not None:
+        return f"{why}; a scene file may give it (parameter `{SCENE}`)"
+    near = get_close_matches(name, list(known), n=1)
+    return f"is not a key of a scene; did you mean `{near[0]}`?" if near else "is not a key of a scene"
+
+
+def _written(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by dotted name as a scene file has them, with the stand-ins."""
+    scene: dict[str, Any] = {key: _copied(value) for key, value in STAND_INS.items()}
+    naming = {field.key for field in live_parameters() if field.names} if given else set()
+    for name in sorted(given, key=lambda key: key not in naming):  # models and effects before their parameters
+        *above, last = name.split(".")
+        if name not in naming:
+            _at(scene, above)[last] = given[name]
+        elif given[name] is not False:
+            _at(scene, above)[last] = {} if given[name] is True else {given[name]: {}}
+    _refuse_parameters_of_what_is_switched_off(given, naming)
+    return scene
+
+
+def _refuse_parameters_of_what_is_switched_off(given: Mapping[str, Any], naming: set[str]) -> None:
+    for effect in (name for name in given if name in naming and given[name] is False):
+        below = [name for name in given if name.startswith(f"{effect}.")]
+        if below:
+            raise SceneError(f"parameter `{effect}` is false, but `{below[0]}` is set; remove one of them")
+
+
+def _at(scene: dict[str, Any], path: list[str]) -> dict[str, Any]:
+    for step in path:
+        scene = scene.setdefault(step, {})
+    return scene
+
+
+def _copied(value: Any) -> Any:
+    return {key: _copied(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+def _default(field: SceneField, standard: Scene) -> Any:
+    """What a field is in a scene that says nothing; what the model says for one of a model or effect."""
+    if field.within or field.names:
+        return field.default
+    value: Any = standard
+    for step in field.key.split("."):
+        value = value[step] if isinstance(value, Mapping) else getattr(value, step)
+    return value

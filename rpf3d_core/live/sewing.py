@@ -1,0 +1,94 @@
+"""A patch brought into the arrays of a ground: rows of what goes are taken by what comes.
+
+Rows that nothing takes hold a facet without area, which no rock can touch and no bucket holds. Where more comes than
+goes, the arrays grow into the room behind them.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_patch import patched_locator
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.patching import Change
+from rpf3d_core.live.room import Room
+from rpf3d_core.memory import Share, halves
+from rpf3d_core.terrain.facets import (
+    RELATIVE_TOLERANCE,
+    Facets,
+    Terrain,
+    facets_from,
+    lay_out_some,
+    widen_to_corners,
+)
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Vec
+
+WIDER = 1.25
+"""How much longer the terrain's diagonal may become than the one that its tolerance was made for; that has a factor of
+200 in hand (`RELATIVE_TOLERANCE`)."""
+
+
+def sewn(
+    terrain: Terrain, facets: Facets, locator: BucketLocator, change: Change, room: Room, share: Share
+) -> tuple[Terrain, Facets, BucketLocator]:
+    """The ground after a change, in the same memory. Raises TerrainError, with nothing changed, if it is too wide."""
+    low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
+    numbers, vertices = _vertices(terrain, change, room)
+    rows, empty, count = _rows(len(facets.zone), change, room)
+    triangles = room.memory.longer("triangles", 3 * count).reshape(-1, 3)
+    triangles[rows], triangles[empty] = numbers, numbers[0, 0]
+    geometry = room.memory.longer("geometry", 12 * count).reshape(-1, 12)
+    lay_out_some(vertices, triangles, rows, geometry)
+    lay_out_some(vertices, triangles, empty, geometry)
+    zone, marks = room.memory.longer("zone", count), room.memory.longer("marks", count)
+    zone[len(facets.zone) :], marks[len(facets.zone) :] = 0, 0
+    edited = facets_from(geometry, zone, low, high, facets.tolerance)
+    index = patched_locator(locator, edited, marks, rows, change.block, change.entries, room.memory, share)
+    room.patched(empty)
+    return Terrain(vertices, triangles, zone, terrain.zones, terrain.frame), edited, index
+
+
+def _vertices(terrain: Terrain, change: Change, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
+    """The triangles (S, 3) that come, in the numbers that their vertices have then, and all vertices."""
+    before, coming = len(terrain.vertices), len(change.vertices)
+    free = np.concatenate([room.free_vertices, change.freed])
+    places = np.concatenate([free[:coming], np.arange(before, before + max(coming - len(free), 0))])
+    room.free_vertices = free[coming:]
+    vertices = room.memory.longer("vertices", 3 * max(before, int(places.max(initial=-1)) + 1)).reshape(-1, 3)
+    vertices[places] = change.vertices
+    old = change.triangles < before
+    return np.where(old, change.triangles, places[np.where(old, 0, change.triangles - before)]), vertices
+
+
+def _rows(before: int, change: Change, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
+    """Rows (S,) of what comes, rows that are left empty, and how many rows there are then."""
+    coming = len(change.triangles)
+    free = np.concatenate([change.gone, room.free_rows]).astype(np.int32)
+    more = np.arange(before, before + max(coming - len(free), 0), dtype=np.int32)
+    return np.concatenate([free[:coming], more]), free[coming:], before + len(more)
+
+
+def _box(facets: Facets, change: Change, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
+    """The corners of the box of the facets after the change. Raises TerrainError where it grows too much."""
+    going = facets.corners[change.gone].reshape(-1, 3)
+    box = np.array([facets.low, facets.high])
+    if bool((going == box[0]).any() or (going == box[1]).any()):
+        box = _box_of_what_stays(facets, marks, share)
+    low, high = np.minimum(box[0], change.vertices.min(axis=0)), np.maximum(box[1], change.vertices.max(axis=0))
+    if RELATIVE_TOLERANCE * math.dist(low, high) > WIDER * facets.tolerance:
+        raise TerrainError("the patch reaches far beyond the ground; publish the whole terrain")
+    (x, y, z), (u, v, w) = low.tolist(), high.tolist()
+    return (x, y, z), (u, v, w)
+
+
+def _box_of_what_stays(facets: Facets, marks: NDArray[np.uint8], share: Share) -> FloatArray:
+    """The box (2, 3) of the facets that stay."""
+    boxes = np.array([[[np.inf] * 3, [-np.inf] * 3]] * 2)
+    share([
+        lambda k=k, a=a, b=b: widen_to_corners(facets.corners, marks, a, b, boxes[k])  # type: ignore[misc]
+        for k, (a, b) in enumerate(halves(len(facets.zone)))
+    ])  # fmt: skip
+    return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])

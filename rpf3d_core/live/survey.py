@@ -1,0 +1,53 @@
+"""What a survey brings: points in rows, triangles over points, or points alone. Values, map frame, float64."""
+
+from dataclasses import dataclass
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+
+MOST_POINTS = 10_000_000
+"""Points that a survey may have, unless a user says otherwise: 20 million facets, about 4 GB of ground."""
+
+
+@dataclass(frozen=True, eq=False)
+class GridSurvey:
+    """points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole."""
+
+    points: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSurvey:
+    """vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices."""
+
+    vertices: FloatArray
+    triangles: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class CloudSurvey:
+    """points : (N, 3) m, map frame, in no order; a point with a NaN is none."""
+
+    points: FloatArray
+
+
+Survey = GridSurvey | MeshSurvey | CloudSurvey
+
+
+def points_of(survey: Survey) -> int:
+    """How many points a survey has; of a mesh its vertices, or half its triangles where those are more."""
+    if isinstance(survey, MeshSurvey):
+        return max(len(survey.vertices), len(survey.triangles) // 2)
+    if isinstance(survey, GridSurvey):
+        return int(survey.points.shape[0] * survey.points.shape[1])
+    return len(survey.points)
+
+
+def check_points(points: int, most: int = MOST_POINTS) -> None:
+    """Refuse a survey of more points than may be: call it with what a message announces, before anything is made.
+
+    Raises TerrainError, naming the limit.
+    """
+    if points > most:
+        raise TerrainError(f"the survey has {points:,} points, more than the {most:,} that a survey may have")

@@ -1,0 +1,36 @@
+"""What sets an answer off: sources as they were seen in one message."""
+
+import hashlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Trigger:
+    """S sources of one message; none of them means that the walls were watched and nothing was seen.
+
+    positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
+    digest : sha256 (hex) of all that, as `digest_of`
+    """
+
+    positions: FloatArray
+    velocities: FloatArray
+    diameters: FloatArray | None
+    stamp_ns: int
+    digest: str
+
+
+def trigger_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> Trigger:
+    """A trigger with its digest."""
+    return Trigger(positions, velocities, diameters, stamp_ns, digest_of(positions, velocities, diameters, stamp_ns))
+
+
+def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
+    """sha256 (hex) of sources: the same for the same numbers, whatever message they came in."""
+    found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
+    for column in (positions, velocities, diameters):
+        found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())
+    return found.hexdigest()

@@ -1,0 +1,104 @@
+"""A cloud of points in no order, cut into triangles in plan (Delaunay).
+
+A triangle with a side longer than a given length spans a gap of the survey and is left out: far gaps are holes. Where
+two points have one place in plan the first counts.
+"""
+
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.grid_rows import Mesh, origin_of
+
+GAP = 10.0
+"""Over the usual longest side of a triangle (their median): the longest side where a user gives none."""
+SLOTS = 2
+"""Slots of the table of places, at least, over the points."""
+
+
+def cloud_mesh(
+    points: FloatArray, longest_edge: float | None = None, origin: tuple[float, float, float] | None = None
+) -> Mesh:
+    """The mesh over points (N, 3) m, a point with a NaN being none, all facets looking up.
+
+    longest_edge : m, of a triangle in plan; None for GAP times what is usual
+    origin : of the local frame (m); None for the middle of the points
+
+    Raises TerrainError where no triangle is left, or a point is infinite.
+    """
+    there = points[~np.isnan(points).any(axis=1)]
+    if len(there) < 3:
+        raise TerrainError(f"the cloud has {len(there)} points that are no NaN; the terrain needs at least three")
+    first = origin_of(np.stack([there.min(axis=0), there.max(axis=0)])[None])
+    vertices = np.ascontiguousarray(there - np.array(first if origin is None else origin)) + 0.0  # no -0.0 is left
+    plan = np.ascontiguousarray(vertices[:, :2])
+    parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.multipoints(plan)))
+    triangles = _numbers(plan, parts).reshape(-1, 4)[:, :3]
+    kept = _looking_up(plan, triangles, longest_edge)
+    if len(kept) == 0:
+        raise TerrainError("the cloud has no triangle: its points lie on one line, or further apart than allowed")
+    used, numbers = np.unique(kept, return_inverse=True)
+    return Mesh(vertices[used], numbers.reshape(-1, 3).astype(np.int32), first if origin is None else origin)
+
+
+def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:
+    """The triangles without too long a side, counter-clockwise."""
+    a, b, c = (plan[triangles[:, k]] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    turned = np.where(area[:, None] < 0.0, triangles[:, [0, 2, 1]], triangles)
+    side = np.sqrt(np.max([((q - p) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
+    most = GAP * float(np.median(side)) if longest is None and len(side) else longest or 0.0
+    kept: IntArray = turned[(side <= most) & (area != 0.0)]
+    return kept
+
+
+def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
+    """The number of the point (of N) at each of M places, which are points bit for bit."""
+    table = np.full(1 << (SLOTS * len(plan)).bit_length(), -1, np.int32)
+    keys, wanted = plan.view(np.int64), np.ascontiguousarray(places).view(np.int64)
+    out = np.empty(len(places), np.int32)
+    _enter(keys, table)
+    _look_up(keys, table, wanted, out)
+    return out
+
+
+@kernel
+def _slot(a: int, b: int, mask: int) -> int:
+    """Where to look for a pair of keys first: their bits folded, so that no product leaves 64 bits."""
+    mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
+    return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
+
+
+@loop
+def _enter(keys: Any, table: Any) -> None:
+    """Put the number of each pair of keys into the table, unless an equal pair is there; open addressing."""
+    mask = len(table) - 1
+    for n in range(len(keys)):
+        slot = _slot(keys[n, 0], keys[n, 1], mask)
+        while table[slot] >= 0:
+            other = table[slot]
+            if keys[other, 0] == keys[n, 0] and keys[other, 1] == keys[n, 1]:
+                break
+            slot = (slot + 1) & mask
+        if table[slot] < 0:
+            table[slot] = n
+
+
+@loop
+def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
+    """Write the number of the entry with each pair of keys."""
+    mask = len(table) - 1
+    for n in range(len(wanted)):
+        slot = _slot(wanted[n, 0], wanted[n, 1], mask)
+        while True:
+            other = table[slot]
+            if other < 0 or (keys[other, 0] == wanted[n, 0] and keys[other, 1] == wanted[n, 1]):
+                break
+            slot = (slot + 1) & mask
+        out[n] = other

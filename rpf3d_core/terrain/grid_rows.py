@@ -1,0 +1,131 @@
+"""An organised grid of points laid out as a mesh, row by row: nothing to weld, and one winding for all of it.
+
+Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`); a
+square with a hole at a corner is a hole. A grid is one sheet whichever way its rows run, so all of its facets look to
+the side that most of its area in plan looks to.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.compiling import loop
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.memory import Memory, Share, fresh, halves, one_by_one
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+
+NO_SQUARE = "the grid has no square of four points without a hole; the terrain needs at least one"
+NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate must be a finite number"
+
+
+class Mesh(NamedTuple):
+    """vertices : (V, 3) m, local; triangles : (F, 3); origin : of the local frame (m)."""
+
+    vertices: FloatArray
+    triangles: IntArray
+    origin: tuple[float, float, float]
+
+
+def grid_mesh(
+    points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
+    origin: tuple[float, float, float] | None = None,
+) -> Mesh:  # fmt: skip
+    """The mesh over an organised grid, points (H, W, 3) m, a point with a NaN being a hole.
+
+    origin : of the local frame (m); None for the middle of the points
+
+    Raises TerrainError where no full square is left, or a point is infinite.
+    """
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    rows, columns = points.shape[:2]
+    some, boxes = np.zeros(rows, np.int64), np.empty((2, 2, 3))
+    _in_halves(share, rows, lambda half, a, b: _count_points(points, a, b, some, boxes[half]))
+    if rows < 2 or columns < 2 or not some.any():
+        raise TerrainError(NO_SQUARE)
+    middle = origin_of(boxes)
+    origin = middle if origin is None else origin
+    before = np.concatenate([[0], np.cumsum(some)])
+    vertices = memory("vertices", 3 * int(before[-1]), np.float64).reshape(-1, 3)
+    number = memory("number", rows * columns, np.int32).reshape(rows, columns)
+    _in_halves(share, rows, lambda half, a, b: _place(points, a, b, *origin, before, vertices, number))
+    squares, plan = np.zeros(rows - 1, np.int64), np.zeros(rows - 1)
+    _in_halves(share, rows - 1, lambda half, a, b: _count_squares(number, vertices, a, b, squares, plan))
+    first = np.concatenate([[0], np.cumsum(squares)])
+    if first[-1] == 0:
+        raise TerrainError(NO_SQUARE)
+    triangles = memory("triangles", 6 * int(first[-1]), np.int32).reshape(-1, 3)
+    turned = bool(plan.sum() < 0.0)
+    _in_halves(share, rows - 1, lambda half, a, b: _cut(number, a, b, turned, first, triangles))
+    return Mesh(vertices, triangles, origin)
+
+
+def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
+    """Where the local frame begins (m): the middle of some boxes (N, 2, 3), in whole metres. Raises TerrainError."""
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        raise TerrainError(NOT_FINITE)
+    x, y, z = np.round(0.5 * (low + high)).tolist()
+    return x, y, z
+
+
+def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -> None:
+    share([lambda k=k, a=a, b=b: work(k, a, b) for k, (a, b) in enumerate(halves(count))])  # type: ignore[misc]
+
+
+@loop
+def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
+    """Write how many points each row has, and the box (2, 3) of all."""
+    for axis in range(3):
+        box[0, axis], box[1, axis] = np.inf, -np.inf
+    for r in range(begin, end):
+        for c in range(points.shape[1]):
+            x, y, z = points[r, c, 0], points[r, c, 1], points[r, c, 2]
+            if x == x and y == y and z == z:
+                some[r] += 1
+                box[0, 0], box[1, 0] = min(box[0, 0], x), max(box[1, 0], x)
+                box[0, 1], box[1, 1] = min(box[0, 1], y), max(box[1, 1], y)
+                box[0, 2], box[1, 2] = min(box[0, 2], z), max(box[1, 2], z)
+
+
+@loop
+def _place(
+    points: Any, begin: int, end: int, x0: float, y0: float, z0: float, before: Any, vertices: Any, number: Any
+) -> None:
+    """Write the points of some rows, less the origin, and the number of each; -1 for a hole."""
+    for r in range(begin, end):
+        n = before[r]
+        for c in range(points.shape[1]):
+            x, y, z = points[r, c, 0], points[r, c, 1], points[r, c, 2]
+            number[r, c] = -1
+            if x == x and y == y and z == z:
+                vertices[n, 0], vertices[n, 1], vertices[n, 2] = x - x0, y - y0, z - z0
+                number[r, c] = n
+                n += 1
+
+
+@loop
+def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
+    """Write how many full squares each row has, and twice their area in plan, counter-clockwise."""
+    for r in range(begin, end):
+        for c in range(number.shape[1] - 1):
+            a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
+            if min(a, b, d, e) >= 0:
+                squares[r] += 1
+                plan[r] += (vertices[e, 0] - vertices[a, 0]) * (vertices[d, 1] - vertices[b, 1]) \
+                    - (vertices[e, 1] - vertices[a, 1]) * (vertices[d, 0] - vertices[b, 0])  # fmt: skip
+
+
+@loop
+def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
+    """Write the two triangles of each full square; turned: the other way round."""
+    one, two = (2, 1) if turned else (1, 2)
+    for r in range(begin, end):
+        f = 2 * first[r]
+        for c in range(number.shape[1] - 1):
+            a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
+            if min(a, b, d, e) >= 0:
+                triangles[f, 0], triangles[f, one], triangles[f, two] = a, b, e
+                triangles[f + 1, 0], triangles[f + 1, one], triangles[f + 1, two] = a, e, d
+                f += 2

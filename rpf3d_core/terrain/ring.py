@@ -1,0 +1,144 @@
+"""The ring between the ground that stays and a patch, cut into triangles in plan.
+
+A Delaunay triangulation of the corners on both sides, in which every given edge is then brought in by turning the
+diagonals that cross it (Sloan 1993, Computers & Structures 47:441). No point is added, so nothing lies in the middle of
+an edge: the seam has no T-junction. Which way three points turn is told exactly.
+"""
+
+from collections import deque
+from fractions import Fraction
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+
+Edge = tuple[int, int]
+Place = tuple[float, float]
+
+AROUND = 4.0
+"""How far off, over the width of the ring, four points are put around it, so that all of its edges lie inside."""
+SURE = 4e-16
+"""Rounding of the turn of three points over the sum of its two products: (3 + 16 eps) eps (Shewchuk 1997, Discrete
+Comput Geom 18:305), eps = 2^-53."""
+TURNS = 64
+"""Turns of diagonals for each edge that crosses a given one, after which it is taken for impossible."""
+CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
+
+
+def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
+    """Triangles (T, 3), counter-clockwise, over points (N, 2) m in plan, in which all of the edges (E, 2) occur.
+
+    They cover the hull of the points, and what is in its bays as well: who calls picks. Raises TerrainError where two
+    points are one in plan, or two edges cross.
+    """
+    mesh = _Mesh(plan)
+    given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
+    for a, b in sorted(given):
+        mesh.bring_in(a, b, given)
+    return mesh.triangles(len(plan))
+
+
+class _Mesh:
+    """Triangles by their directed edges: the corner to the left of each."""
+
+    def __init__(self, plan: FloatArray) -> None:
+        low, high = plan.min(axis=0), plan.max(axis=0)
+        far = AROUND * max(float((high - low).max()), 1.0)
+        around = np.array([low - far, [high[0] + far, low[1] - far], high + far, [low[0] - far, high[1] + far]])
+        points = np.concatenate([plan, around])
+        self._at: list[Place] = [(x, y) for x, y in points.tolist()]
+        number = {place: k for k, place in enumerate(self._at)}
+        if len(number) < len(points):
+            raise TerrainError(CROSSING)
+        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.multipoints(points))).tolist()
+        corners = [number[x, y] for x, y in parts]
+        self._left: dict[Edge, int] = {}
+        self._beside: list[set[int]] = [set() for _ in points]
+        for k in range(0, len(corners), 4):
+            self._add(corners[k], corners[k + 1], corners[k + 2])
+
+    def _add(self, a: int, b: int, c: int) -> None:
+        if self._turn(a, b, c) < 0:
+            b, c = c, b
+        for p, q, r in ((a, b, c), (b, c, a), (c, a, b)):
+            self._left[p, q] = r
+            self._beside[p].add(q)
+            self._beside[q].add(p)
+
+    def _turn(self, a: int, b: int, c: int) -> float:
+        return turn(self._at[a], self._at[b], self._at[c])
+
+    def bring_in(self, u: int, v: int, given: set[Edge]) -> None:
+        """Turn diagonals until u v is an edge."""
+        crossing = deque(self._crossing(u, v))
+        for _ in range(TURNS * (len(crossing) + 1)):
+            if not crossing:
+                return
+            a, b = crossing.popleft()
+            if (min(a, b), max(a, b)) in given:
+                break
+            c, d = self._left[a, b], self._left[b, a]
+            if self._turn(c, d, b) <= 0 or self._turn(d, c, a) <= 0:
+                crossing.append((a, b))
+                continue
+            self._swap(a, b, c, d)
+            if not {c, d} & {u, v} and self._turn(u, v, c) * self._turn(u, v, d) < 0:
+                crossing.append((c, d))
+        raise TerrainError(CROSSING)
+
+    def _swap(self, a: int, b: int, c: int, d: int) -> None:
+        """The other diagonal, c d, of the two triangles at the edge a b."""
+        del self._left[a, b], self._left[b, a]
+        self._beside[a].discard(b)
+        self._beside[b].discard(a)
+        self._add(c, d, b)
+        self._add(d, c, a)
+
+    def _crossing(self, u: int, v: int) -> list[Edge]:
+        """The edges that u v crosses, from u on; none where it is an edge itself."""
+        if v in self._beside[u]:
+            return []
+        p, q = self._first_crossed(u, v)
+        found = [(p, q)]
+        while True:
+            t = self._left[q, p]
+            if t == v:
+                return found
+            side = self._turn(u, v, t)
+            if side == 0:
+                raise TerrainError(CROSSING)
+            p, q = (p, t) if side > 0 else (t, q)
+            found.append((p, q))
+
+    def _first_crossed(self, u: int, v: int) -> Edge:
+        for p in sorted(self._beside[u]):
+            q = self._left.get((u, p))
+            if q is not None and self._turn(u, v, p) < 0 < self._turn(u, v, q):
+                return p, q
+        raise TerrainError(CROSSING)
+
+    def triangles(self, count: int) -> IntArray:
+        """Those whose corners are all among the first `count` points."""
+        some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
+        return np.array(some, dtype=np.int32).reshape(-1, 3)
+
+
+def turn(a: Place, b: Place, c: Place) -> float:
+    """Twice the area of a triangle in plan, its sign exact: above 0 where it runs counter-clockwise."""
+    left, right = (a[0] - c[0]) * (b[1] - c[1]), (a[1] - c[1]) * (b[0] - c[0])
+    if abs(left - right) > SURE * (abs(left) + abs(right)):
+        return left - right
+    (ax, ay), (bx, by), (cx, cy) = ([Fraction(x) for x in place] for place in (a, b, c))
+    exact = (ax - cx) * (by - cy) - (ay - cy) * (bx - cx)
+    return float((exact > 0) - (exact < 0))
+
+
+def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
+    """The sides (E, 2) of triangles (F, 3) that no other of them runs back along."""
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
+    ahead, back = sides[:, 0] * vertices + sides[:, 1], sides[:, 1] * vertices + sides[:, 0]
+    return sides[~np.isin(ahead, back)]

@@ -1,0 +1,173 @@
+"""Decides on alerts and publishes them, on a thread of its own: each decision is on disk before anybody is told.
+
+Nothing is held back for the log's sake: where it cannot be written the alert is published all the same, and the fault
+of the log with it.
+"""
+
+import queue
+import threading
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
+from rpf3d_core.alerts.lines import Decision
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import NotLogged
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.site_model import Thresholds
+from rpf3d_core.live.evidence import together
+from rpf3d_ros.intake import SECOND
+
+Reply = Callable[[tuple[bool, str]], None]
+
+CLOSING = None
+"""What ends the thread, where a piece of work is expected."""
+
+
+class Listener(Protocol):
+    """Who is told of decisions, on the desk's thread."""
+
+    def decided(self, alert: Alert, evidence: Evidence | None) -> None:
+        """An alert is to be published."""
+
+    def logged(self, fault: str) -> None:
+        """The last decision is on disk ("") or why it is not."""
+
+    def failed(self, error: BaseException) -> None:
+        """Something went wrong that nobody has foreseen."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What makes the desk decide.
+
+    evidence : of a region, or None; faults : why nothing is known any more: all evidence is forgotten
+    acknowledged : who, and why; reply : called with whether the level was lowered, or why not
+    """
+
+    region: Hashable = None
+    evidence: Evidence | None = None
+    faults: str = ""
+    acknowledged: tuple[str, str] | None = None
+    reply: Reply | None = None
+
+
+class AlertDesk:
+    """One thread that decides on evidence as it comes, and again when a decision is no longer valid.
+
+    thresholds : the site's; log : of decisions, None where it could not be opened; now : the node's clock, ns
+    """
+
+    def __init__(
+        self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: Listener
+    ) -> None:
+        self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
+        self.alert: Alert | None = log.last_alert if log is not None else None
+        self._evidence: dict[Hashable, Evidence] = {}
+        self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
+        self._thread.start()
+
+    def tell(self, region: Hashable, evidence: Evidence) -> None:
+        """Decide on new evidence of a region; that of no sources stands for all of them."""
+        self._requests.put(Request(region, evidence))
+
+    def forget(self, why: str) -> None:
+        """Nothing is known any more: decide on that, and say why, until there is new evidence."""
+        self._requests.put(Request(faults=why))
+
+    def acknowledge(self, by: str, why: str, reply: Reply) -> None:
+        """Decide with an acknowledgement; `reply` is called, on the desk's thread, with whether it lowered the level."""
+        self._requests.put(Request(acknowledged=(by, why), reply=reply))
+
+    def tick(self) -> None:
+        """Decide again if the last decision is no longer valid."""
+        alert = self.alert
+        if alert is None or self._now() >= alert.valid_until_ns or self._now() < alert.at_ns:
+            self._requests.put(Request())
+
+    def close(self, timeout: float) -> bool:
+        """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed."""
+        self._closed = True
+        self._requests.put(CLOSING)
+        self._thread.join(timeout)
+        ended = not self._thread.is_alive()
+        if ended and self._log is not None:
+            self._log.close()
+        return ended
+
+    def _run(self) -> None:
+        while (request := self._requests.get()) is not CLOSING and not self._closed:
+            try:
+                self._serve(request)
+            except Exception as error:
+                self._listener.failed(error)
+
+    def _serve(self, request: Request) -> None:
+        now = self._now()
+        if request.faults:
+            self._evidence.clear()
+        if request.evidence is not None:
+            self._take(request.region, request.evidence)
+        if request.acknowledged is not None:
+            self._acknowledge(request, now)
+        elif request.evidence is not None or request.faults or self._is_over(now):
+            self._decide(now, None)
+
+    def _acknowledge(self, request: Request, now: int) -> None:
+        """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
+        by, why = request.acknowledged or ("", "")
+        try:
+            given = acknowledgement(by, why, now)
+        except InputError as refusal:
+            said = (False, str(refusal))
+            if self._log is not None:
+                self._try_to_log(partial(self._log.refused, by, why, now, str(refusal)))
+        else:
+            alert = self._decide(now, given)
+            said = (not alert.void, alert.void or f"the level is {alert.level.word}")
+        if request.reply is not None:
+            request.reply(said)
+
+    def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
+        evidence = self._fresh(now)
+        alert = decide(self.alert, evidence, self._thresholds, now, given)
+        if self._log is not None:
+            self._try_to_log(partial(self._log.decided, Decision(self.alert, evidence, given, now, alert), self._thresholds))
+        self.alert = alert
+        self._listener.decided(alert, evidence)
+        return alert
+
+    def _try_to_log(self, write: Callable[[], object]) -> None:
+        try:
+            write()
+        except NotLogged as fault:
+            self._listener.logged(str(fault))
+        else:
+            self._listener.logged("")
+
+    def _is_over(self, now: int) -> bool:
+        return self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
+
+    def _take(self, region: Hashable, evidence: Evidence) -> None:
+        if evidence.sources == 0:
+            self._evidence.clear()
+        else:
+            self._evidence = {each: known for each, known in self._evidence.items() if known.sources and each != region}
+        self._evidence[region] = evidence
+
+    def _fresh(self, now: int) -> Evidence | None:
+        """The evidence of all regions that is not stale; the newest, stale or not, where none is fresh."""
+        if not self._evidence:
+            return None
+        oldest = now - int(self._thresholds.evidence.sources_max_age_s * SECOND)
+        region, newest = next(reversed(self._evidence.items()))
+        self._evidence = {
+            each: known for each, known in self._evidence.items() if each == region or known.trigger_stamp_ns >= oldest
+        }
+        return together([*(known for each, known in self._evidence.items() if each != region), newest])

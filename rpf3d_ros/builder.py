@@ -1,0 +1,135 @@
+"""The thread that makes ground of surveys, beside the ground that is flown over, and keeps the last good one on disk."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.live.standing import Surveyed, stand_on
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
+from rpf3d_ros.flyer import Flyer
+from rpf3d_ros.intake import WaitingTerrain
+from rpf3d_ros.refusals import MessageRefused
+
+
+class Workshop(Protocol):
+    """What makes ground (`live.ground.Workshop`)."""
+
+    def whole(self, survey: Survey, stamp_ns: int) -> Surveyed:
+        """The ground of a survey; the one flown over keeps its memory. Raises TerrainError."""
+
+    def patched(self, ground: Surveyed, patch: CloudSurvey | GridSurvey, stamp_ns: int) -> Surveyed:
+        """The ground with a patch in it, in the memory of the other. Raises TerrainError, having changed nothing."""
+
+
+class Shelf(Protocol):
+    """Where the last good terrain is kept (`live.store`)."""
+
+    def keep(self, survey: Survey, ground: Surveyed) -> None:
+        """Keep a whole survey. Raises OSError."""
+
+    def keep_patch(self, patch: CloudSurvey | GridSurvey, ground: Surveyed) -> None:
+        """Keep a patch on top of what is kept. Raises OSError."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A message of terrain: what makes a survey of it, when it was surveyed, and the bytes that it came in.
+
+    data : of a mesh, so that its repetition is known; empty of anything else
+    """
+
+    convert: Callable[[], Survey]
+    stamp_ns: int
+    data: bytes = b""
+
+
+class Listener(Protocol):
+    """Who is told what came of terrain, on the builder's thread."""
+
+    def stands(self, ground: Surveyed, what: str) -> None:
+        """A ground is in use."""
+
+    def terrain_refused(self, why: str) -> None:
+        """A message of terrain cannot be used; the ground is what it was."""
+
+    def stored(self, fault: str) -> None:
+        """The ground in use is on disk, or why it is not."""
+
+    def failed(self, error: BaseException) -> None:
+        """Something went wrong that nobody has foreseen."""
+
+
+class Builder:
+    """Takes terrain as it comes, in order, and hands ground to the flyer."""
+
+    def __init__(
+        self, scene: Scene, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
+        shelf: Shelf | None,
+    ) -> None:  # fmt: skip
+        self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
+        self._listener, self._shelf = listener, shelf
+        self._mesh = b""
+        self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
+        self._thread.start()
+
+    def close(self, timeout: float) -> bool:
+        """Build nothing further; wait at most timeout (s). True where the thread has ended."""
+        self._waiting.close()
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (task := self._waiting.take()) is not None:
+            kind, arrival = task
+            try:
+                (self._whole if kind == "whole" else self._patch)(arrival)
+            except InputError as refusal:
+                self._refuse(kind, arrival, str(refusal))
+            except Exception as error:
+                self._refuse(kind, arrival, f"{type(error).__name__}: {error}")
+                self._listener.failed(error)
+
+    def _refuse(self, kind: str, arrival: Arrival, why: str) -> None:
+        if kind == "whole":
+            self._waiting.refused()
+        self._listener.terrain_refused(why)
+
+    def _whole(self, arrival: Arrival) -> None:
+        if arrival.data and arrival.data == self._mesh:
+            self._waiting.accepted()
+            if self._flyer.standing is not None:
+                self._listener.stands(self._flyer.standing.ground, "received")
+            return
+        survey = arrival.convert()
+        ground = self._workshop.whole(survey, arrival.stamp_ns)
+        standing = stand_on(ground, self._scene)
+        _ = standing.cells  # here, so that the first answer need not wait for them
+        self._flyer.hand_over(ready=standing)
+        self._mesh = arrival.data
+        self._waiting.accepted()
+        self._listener.stands(ground, "received")
+        self._store(lambda shelf: shelf.keep(survey, ground))
+
+    def _patch(self, arrival: Arrival) -> None:
+        patch = arrival.convert()
+        if not isinstance(patch, CloudSurvey | GridSurvey):
+            raise MessageRefused("a patch must be a cloud of points")
+        change = self._workshop.patched
+        made = self._flyer.hand_over(change=lambda ground: change(ground, patch, arrival.stamp_ns)).standing
+        assert made is not None
+        self._mesh = b""
+        self._listener.stands(made.ground, "received, patched")
+        self._store(lambda shelf: shelf.keep_patch(patch, made.ground))
+
+    def _store(self, keep: Callable[[Shelf], None]) -> None:
+        if self._shelf is None:
+            return
+        try:
+            keep(self._shelf)
+        except OSError as error:
+            self._listener.stored(f"the terrain cannot be kept: {error}")
+        else:
+            self._listener.stored("")

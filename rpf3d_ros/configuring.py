@@ -1,0 +1,99 @@
+"""What rclpy leaves to a lifecycle node: long transitions that signals end, and transitions that are not possible."""
+
+import functools
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from rclpy.clock import JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleNode
+
+T = TypeVar("T")
+
+LOOK = 0.05
+"""Seconds between looks for a signal while a transition waits."""
+
+REPEAT = 1.0
+"""Seconds between repetitions of what a node says of itself meanwhile."""
+
+BACKWARDS = Duration(nanoseconds=-1)
+"""The least that the clock goes back to be noticed."""
+
+
+class Interrupted(Exception):
+    """A signal has ended the context; what was under way is abandoned."""
+
+
+def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[[], None]) -> T:
+    """Do something long while signals are listened to; `meanwhile` is called now and then.
+
+    Raises whatever the work raises; Interrupted where the context has ended.
+    """
+    found: list[T] = []
+    raised: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            found.append(work())
+        except BaseException as error:
+            raised.append(error)
+
+    thread = threading.Thread(target=run, name="rpf3d configure", daemon=True)
+    thread.start()
+    said = time.monotonic()
+    while thread.is_alive():
+        thread.join(LOOK)
+        if not node.context.ok():
+            raise Interrupted
+        if time.monotonic() - said >= REPEAT:
+            said = time.monotonic()
+            meanwhile()
+    if raised:
+        raise raised[0]
+    return found[0]
+
+
+def refuse_impossible_transitions(node: LifecycleNode) -> None:
+    """Answer a request for a transition that the state does not allow, instead of ending the node by an exception."""
+    service: Any = node._service_change_state
+    change = service.callback
+
+    def refusing(request: Any, response: Any) -> Any:
+        try:
+            return change(request, response)
+        except rclpy_implementation.RCLError as error:
+            node.get_logger().warning(f"transition {request.transition.id} refused: {error}")
+            response.success = False
+            return response
+
+    service.callback = refusing
+
+
+def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T]:
+    """A transition of a node that notes in `node.broken` what it raises, for rclpy drops it."""
+
+    @functools.wraps(transition)
+    def noted(node: Any, state: Any) -> T:
+        try:
+            return transition(node, state)
+        except Exception as error:
+            node.broken = f"{type(error).__name__}: {error}"
+            node.get_logger().error(traceback.format_exc())
+            raise
+
+    return noted
+
+
+def watch_clock(node: LifecycleNode, went_back: Callable[[float], None]) -> None:
+    """Call `went_back` with the seconds by which the node's clock went back, whenever it does."""
+
+    def after(jump: TimeJump) -> None:
+        if jump.delta is not None and jump.delta.nanoseconds < 0:
+            went_back(-1e-9 * jump.delta.nanoseconds)
+
+    threshold = JumpThreshold(min_forward=None, min_backward=BACKWARDS, on_clock_change=False)
+    node._jump_watch = node.get_clock().create_jump_callback(threshold, post_callback=after)

@@ -1,0 +1,108 @@
+"""What configuring makes ready: scene, thresholds, log, workshop, the last good terrain, and everything compiled."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core import __version__
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import NotLogged
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.site import read_site
+from rpf3d_core.io.site_model import Thresholds
+from rpf3d_core.live.answers import warm_answers
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.scene import live_scene
+from rpf3d_core.live.standing import Standing, stand_on
+from rpf3d_core.live.survey import GridSurvey
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.builder import Shelf
+from rpf3d_ros.intake import SECOND
+from rpf3d_ros.parameters import SimulatorParameters
+
+WARM_SIDE, WARM_STEP = 60, 2.0
+"""Points and their distance (m) of the slope that everything is compiled over: more cells than NumPy deals with."""
+
+WARM_ROCKS = 300
+
+DECISIONS = "decisions"
+"""Folder of the log of decisions, beside the site file, where no other is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equipment:
+    """Everything that a station works with.
+
+    standing : on the last good terrain, None where there is none; said : how old it is
+    thresholds : of the site, None where there are no alerts; log_fault : why decisions cannot be logged, or empty
+    compile_s : wall seconds that compiling took
+    """
+
+    parameters: SimulatorParameters
+    scene: Scene
+    workshop: Workshop
+    shelf: Shelf | None
+    standing: Standing | None
+    said: str
+    thresholds: Thresholds | None
+    log: DecisionLog | None
+    log_fault: str
+    compile_s: float
+
+
+def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> Equipment:
+    """Make everything ready that parameters and a scene's values ask for; called on a thread, for it takes seconds.
+
+    Raises InputError for a scene or a site file that is refused.
+    """
+    scene = live_scene(given)
+    thresholds = read_site(parameters.site_file) if parameters.site_file else None
+    workshop = Workshop(scene.terrain.weld)
+    compile_s = warm(scene, parameters)
+    log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
+    return Equipment(parameters, scene, workshop, None, None, "", thresholds, log, log_fault, compile_s)
+
+
+def around_of(parameters: SimulatorParameters) -> Around:
+    """How rocks are spread around a source."""
+    above = parameters.above_ground if parameters.above_ground >= 0.0 else None
+    return Around(parameters.position_spread, parameters.velocity_spread, above)
+
+
+def warm(scene: Scene, parameters: SimulatorParameters) -> float:
+    """Compile everything that an answer calls, by answering once on a slope that nobody sees; seconds it took."""
+    began = time.perf_counter()
+    y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
+    slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
+    anywhere = scene.model_copy(update={"areas_of_interest": ()})
+    standing = stand_on(Workshop(scene.terrain.weld).whole(slope, 0), anywhere)
+    _ = standing.cells
+    middle = 0.5 * WARM_SIDE * WARM_STEP
+    source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)
+    warm_answers(standing, source, Around(0.4 * middle, 1.0, 2.0), WARM_ROCKS)
+    return time.perf_counter() - began
+
+
+def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
+    """The log of decisions, or why there is none: alerts go on without it."""
+    folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
+    try:
+        log = DecisionLog(folder, __version__)
+    except NotLogged as fault:
+        return None, str(fault)
+    return log, "; ".join(log.said)
+
+
+def age_of(stamp_ns: int, now_ns: int) -> str:
+    """How old something is, in words."""
+    seconds = (now_ns - stamp_ns) / SECOND
+    for size, unit in ((86_400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} seconds"
+

@@ -1,0 +1,239 @@
+"""The thread that owns the ground: it takes over new ground, applies patches, answers triggers and refines answers.
+
+One thread does all of these, so that a patch never changes the ground under a rock in flight.
+"""
+
+import threading
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.live.answers import Answer, answers
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.standing import Outlines, Standing, Surveyed, stand_on
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.intake import WaitingSources
+
+Change = Callable[[Surveyed], Surveyed]
+"""Makes the ground that follows another; the former must not be flown over any more."""
+
+
+class Listener(Protocol):
+    """Who is told what comes of it, on the flyer's thread."""
+
+    def answered(self, answer: Answer) -> None:
+        """An answer is there; who returns has published it."""
+
+    def unanswerable(self, trigger: Trigger, why: str) -> None:
+        """A trigger has no answer."""
+
+    def waiting(self, what: str) -> None:
+        """There is nothing to fly over, or nothing to fly."""
+
+    def failed(self, error: BaseException) -> None:
+        """Something went wrong that nobody has foreseen."""
+
+
+@dataclass(eq=False)
+class Handover:
+    """A change of ground on its way to the flyer; `done` is set when it has been made, or refused: then `error` says.
+
+    ready : a ground to stand on; None where the one stood on is changed
+    """
+
+    ready: Standing | None
+    change: Change | None
+    done: threading.Event
+    error: BaseException | None = None
+    standing: Standing | None = None
+
+
+class Flyer:
+    """Answers triggers over the ground of the moment, one thread's work.
+
+    A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
+    last trigger is answered anew.
+    """
+
+    def __init__(
+        self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
+        listener: Listener,
+    ) -> None:  # fmt: skip
+        self._scene, self._around, self._first = scene, around, first_rocks
+        self._sources, self._results, self._listener = sources, results, listener
+        self._handovers: list[Handover] = []
+        self._changed = threading.Condition()
+        self._closed = self._active = self._anew = False
+        self._areas: Mapping[str, Outlines] = {}
+        self._stages: Iterator[Answer] | None = None
+        self._trigger: Trigger | None = None
+        self._latest: Trigger | None = None
+        self.standing: Standing | None = None
+        self._thread = threading.Thread(target=self._run, name="rpf3d flyer", daemon=True)
+        self._thread.start()
+
+    def submit(self, trigger: Trigger) -> None:
+        """Put a trigger in line."""
+        with self._changed:
+            self._sources.put(trigger)
+            self._changed.notify()
+
+    def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
+        """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
+
+        Raises whatever the change raises; the ground is then what it was. InputError where it is closed, or there is
+        no ground to change.
+        """
+        handover = Handover(ready, change, threading.Event())
+        with self._changed:
+            self._handovers.append(handover)
+            self._changed.notify()
+        while not handover.done.wait(0.1):
+            if self._closed:
+                raise InputError("the node is being shut down")
+        if handover.error is not None:
+            raise handover.error
+        return handover
+
+    def set_areas(self, topic: str, outlines: Outlines) -> None:
+        """Replace the live areas of a topic, map frame, and answer the last trigger anew."""
+        with self._changed:
+            self._areas = {**self._areas, topic: outlines}
+            self._anew = True
+            self._changed.notify()
+
+    @property
+    def has_trigger(self) -> bool:
+        """Whether anything has been heard of sources."""
+        return self._latest is not None or len(self._sources) > 0
+
+    def activate(self) -> None:
+        """From now on answer."""
+        with self._changed:
+            self._active = True
+            self._changed.notify()
+
+    def deactivate(self) -> None:
+        """Answer nothing any more, and forget what waits."""
+        with self._changed:
+            self._active, self._anew = False, False
+            self._sources.clear()
+            self._stages = self._trigger = self._latest = None
+            self._changed.notify()
+
+    def forget(self) -> None:
+        """Forget the last trigger: its stamp means nothing any more."""
+        with self._changed:
+            self._sources.clear()
+            self._stages = self._trigger = self._latest = None
+
+    def close(self, timeout: float) -> bool:
+        """End; wait at most timeout (s) for the thread. True where it has ended."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while not self._closed:
+            try:
+                self._step()
+            except Exception as error:
+                self._stages = None
+                self._listener.failed(error)
+
+    def _step(self) -> None:
+        """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""
+        with self._changed:
+            self._changed.wait_for(self._has_work)
+            if self._closed:
+                return
+            handover = self._handovers.pop(0) if self._handovers else None
+            begin = None if handover else self._next_trigger()
+        if handover is not None:
+            self._take_over(handover)
+        elif begin is not None:
+            self._begin(begin)
+        elif self._stages is not None:
+            self._refine()
+
+    def _has_work(self) -> bool:
+        busy = self._stages is not None or len(self._sources) or self._wants_anew()
+        return bool(self._closed or self._handovers or (self._active and busy))
+
+    def _wants_anew(self) -> bool:
+        return self._latest is not None and (self._anew or self._trigger is not self._latest)
+
+    def _next_trigger(self) -> Trigger | None:
+        """The next to begin; the latest again where something of it has changed, or another was answered since."""
+        if not self._active:
+            return None
+        trigger = self._sources.take()
+        if trigger is not None:
+            if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
+                self._latest = trigger
+            return trigger
+        return self._latest if self._wants_anew() else None
+
+    def _take_over(self, handover: Handover) -> None:
+        try:
+            standing = handover.ready
+            if handover.change is not None:
+                standing = self._changed_by(handover.change)
+            self.standing = handover.standing = standing
+            self._anew = True
+        except Exception as error:
+            handover.error = error
+        finally:
+            handover.done.set()
+
+    def _changed_by(self, change: Change) -> Standing:
+        """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
+        if self.standing is None:
+            raise InputError("there is no terrain yet that it could change")
+        ground = change(self.standing.ground)
+        self.standing = None  # its arrays have changed
+        return stand_on(ground, self._scene)
+
+    def _begin(self, trigger: Trigger) -> None:
+        self._trigger, self._anew, self._stages = trigger, False, None
+        if self.standing is None:
+            self._anew = False
+            self._listener.waiting("terrain")
+            return
+        areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
+        self._stages = answers(
+            self.standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
+        )
+        self._refine()
+
+    def _refine(self) -> None:
+        """Fly the next stage of the trigger at hand."""
+        stages, trigger = self._stages, self._trigger
+        if stages is None or trigger is None:
+            return
+        try:
+            answer = next(stages, None)
+        except InputError as refusal:
+            self._stages = None
+            self._listener.unanswerable(trigger, str(refusal))
+            return
+        if answer is None or answer.complete:
+            self._stages, self._anew = None, self._anew or answer is None
+        if answer is not None and self._active and not self._closed:
+            self._listener.answered(answer)
+
+    def _is_overtaken(self, stage: int) -> bool:
+        """Whether to give up a stage: the first is flown whatever comes, or a flood would never be answered."""
+        if self._closed or not self._active:
+            return True
+        return stage > 0 and bool(self._handovers or len(self._sources) or self._anew)
+
+
+def told(error: BaseException) -> str:
+    """An error that nobody has foreseen, with where it happened, for the log."""
+    return "".join(traceback.format_exception(error))

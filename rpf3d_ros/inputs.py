@@ -1,0 +1,149 @@
+"""What an active simulator listens to: each message is checked, converted where that is quick, and put in line."""
+
+from collections.abc import Callable
+from typing import Any
+
+from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+from std_msgs.msg import Header
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
+from rpf3d_ros.builder import Arrival
+from rpf3d_ros.diagnostic_messages import OK, WARN
+from rpf3d_ros.health_report import HealthReport
+from rpf3d_ros.intake import StampGuards
+from rpf3d_ros.parameters import SimulatorParameters
+from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
+from rpf3d_ros.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
+from rpf3d_ros.stamps import nanoseconds
+from rpf3d_ros.station import Station
+from rpf3d_ros.terrain_messages import check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+
+
+class Inputs:
+    """The subscriptions of an active node."""
+
+    def __init__(
+        self, node: LifecycleNode, parameters: SimulatorParameters, station: Station, health: HealthReport
+    ) -> None:
+        self._node, self._parameters, self._station, self._health = node, parameters, station, health
+        self._frame = parameters.frame
+        self.guards = StampGuards()
+        self._refused = 0
+        terrain = terrain_qos(parameters.terrain_durability)
+        many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
+        self._subscriptions = [
+            self._listen(PointCloud2, "terrain/points", self.on_points, terrain),
+            self._listen(Mesh, "terrain/mesh", self.on_mesh, terrain, raw=True),
+            self._listen(PointCloud2, "terrain/update", self.on_update, many),
+            self._listen(PoseArray, "sources", self.on_poses, EVENTS),
+            self._listen(PointStamped, "/clicked_point", self.on_point, EVENTS),
+            self._listen(PointCloud2, "source_cloud", self.on_cloud, EVENTS),
+            self._listen(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
+            self._listen(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
+        ]
+
+    def close(self) -> None:
+        """Listen to nothing any more."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions = []
+
+    def on_points(self, cloud: PointCloud2) -> None:
+        """Take a cloud as the terrain: a grid of heights, or points to be triangulated."""
+        self._take("terrain", "terrain/points", cloud.header, lambda: self._whole(cloud))
+
+    def on_mesh(self, data: bytes) -> None:
+        """Take a mesh as the terrain."""
+        now = int(self._node.get_clock().now().nanoseconds)
+
+        def take() -> None:
+            frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
+            frame.check(mesh_frame)
+            check_mesh(data, most)
+            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data)
+            self._station.terrain.put_whole(arrival)
+
+        self._try("terrain", take)
+
+    def on_update(self, cloud: PointCloud2) -> None:
+        """Take a cloud in the place of what lies in its footprint."""
+        self._take("terrain", "terrain/update", cloud.header, lambda: self._station.terrain.put_patch(self._arrival(cloud)))
+
+    def on_poses(self, poses: PoseArray) -> None:
+        """Answer one source a pose; none says that the walls are watched and nothing is seen."""
+        speed = self._parameters.release_speed
+        self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
+
+    def on_point(self, point: PointStamped) -> None:
+        """Answer a source that somebody has clicked."""
+        self._sources("/clicked_point", point.header, lambda: sources_of_point(point, self._frame))
+
+    def on_cloud(self, cloud: PointCloud2) -> None:
+        """Answer one source a point, with its size and velocity where they are told."""
+        self._sources("source_cloud", cloud.header, lambda: sources_of_cloud(cloud, self._frame))
+
+    def on_polygon(self, polygon: PolygonStamped) -> None:
+        """Watch a polygon as the live area."""
+        self._area("areas/polygon", polygon.header, LIVE_AREA, lambda: rings_of_polygon(polygon, self._frame))
+
+    def on_equipment(self, poses: PoseArray) -> None:
+        """Watch circles around equipment."""
+        radius = self._parameters.equipment_radius
+        self._area("areas/equipment", poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
+
+    def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile, **more: Any) -> Any:
+        return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE, **more)
+
+    def _whole(self, cloud: PointCloud2) -> None:
+        arrival = self._arrival(cloud)
+        self._station.terrain.put_whole(arrival)
+        self.guards.note("terrain/update", arrival.stamp_ns)  # a patch of what was surveyed before is out of date
+
+    def _arrival(self, cloud: PointCloud2) -> Arrival:
+        frame, most = self._frame, self._parameters.most_points
+        check_cloud(cloud, frame, most)
+        return Arrival(lambda: survey_of_cloud(cloud, frame, most), nanoseconds(cloud.header.stamp))
+
+    def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
+        def take() -> None:
+            found = convert()
+            trigger = trigger_of(found.positions, found.velocities, found.diameters, nanoseconds(header.stamp))
+            said = "received" if len(found.positions) else "received: watched, and nothing seen"
+            self._health.set("sources", OK, said, {"sources": str(len(found.positions)), "topic": topic})
+            self._station.submit(trigger)
+
+        self._take("sources", topic, header, take)
+
+    def _area(self, topic: str, header: Header, name: str, convert: Callable[[], Any]) -> None:
+        def take() -> None:
+            rings = convert()
+            self._station.flyer.set_areas(topic, {name: rings} if rings else {})
+            self._health.set("areas", OK, "received", {"topic": topic, "rings": str(len(rings))})
+
+        self._take("areas", topic, header, take)
+
+    def _take(self, part: str, topic: str, header: Header, take: Callable[[], None]) -> None:
+        """Take a message whose stamp does not go back."""
+        stamp = nanoseconds(header.stamp)
+
+        def guarded() -> None:
+            self.guards.check(topic, stamp)
+            take()
+            self.guards.note(topic, stamp)
+
+        self._try(part, guarded)
+
+    def _try(self, part: str, take: Callable[[], None]) -> None:
+        try:
+            take()
+        except InputError as refusal:
+            self._refused += 1
+            self._health.set(part, WARN, f"message refused: {refusal}", {"refused": str(self._refused)})
+
+

@@ -1,0 +1,198 @@
+"""What waits to be dealt with: bounded, the newest first, and every message that is dropped is counted.
+
+A message is looked at here no longer than it takes to put it in line; threads of their own take it from there.
+"""
+
+import threading
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.refusals import MessageRefused
+
+M = TypeVar("M")
+
+UNTRIED = 3
+"""Surveys that may wait to be tried as terrain: a bad one must not push out a good one, nor many fill the memory."""
+
+SECOND = 1_000_000_000
+"""Nanoseconds."""
+
+NOBODY = "nobody"
+"""The region of a message without sources: it speaks of all walls."""
+
+
+class StampGuards:
+    """The last stamp of each topic: what comes with an older one is refused."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, int] = {}
+
+    def check(self, topic: str, stamp_ns: int) -> None:
+        """Refuse a stamp (ns) that lies before the last one of its topic. Raises MessageRefused."""
+        last = self._last.get(topic, stamp_ns)
+        if stamp_ns < last:
+            back = (last - stamp_ns) / SECOND
+            raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
+
+    def note(self, topic: str, stamp_ns: int) -> None:
+        """A message with this stamp (ns) has been taken."""
+        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
+
+    def reset(self) -> None:
+        """Forget all stamps: the clock has been set back."""
+        self._last.clear()
+
+
+class WaitingSources:
+    """Triggers in line, one for each region: a newer one takes the place of one that nobody has looked at yet.
+
+    So a flood from one wall is answered with its newest message, and never pushes out another wall's.
+    """
+
+    def __init__(self, region_size: float, most: int) -> None:
+        """region_size : side of the squares that regions are (m); most : triggers that may wait."""
+        self._size, self._most = region_size, most
+        self._waiting: dict[Hashable, Trigger] = {}
+        self._served: dict[Hashable, int] = {}
+        self._turn = 0
+        self.dropped = 0
+
+    def put(self, trigger: Trigger) -> None:
+        """Put a trigger in line; the oldest region's is dropped where too many wait."""
+        region = self.region_of(trigger)
+        if self._waiting.pop(region, None) is not None:
+            self.dropped += 1
+        self._waiting[region] = trigger
+        if len(self._waiting) > self._most:
+            self._waiting.pop(next(iter(self._waiting)))
+            self.dropped += 1
+
+    def take(self) -> Trigger | None:
+        """The newest trigger of the region that has not been served for longest; None where nothing waits."""
+        if not self._waiting:
+            return None
+        newest_first = reversed(self._waiting)
+        region = min(newest_first, key=lambda region: self._served.get(region, 0))
+        self._turn += 1
+        self._served[region] = self._turn
+        for forgotten in sorted(self._served, key=lambda each: self._served[each])[: -2 * self._most]:
+            del self._served[forgotten]
+        return self._waiting.pop(region)
+
+    def clear(self) -> None:
+        """Nothing waits any more; what did is not counted as dropped."""
+        self._waiting.clear()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def region_of(self, trigger: Trigger) -> Hashable:
+        """The square that the middle of a trigger's sources lies in."""
+        if not len(trigger.positions):
+            return NOBODY
+        column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
+        return column, row
+
+
+@dataclass
+class Chapter(Generic[M]):
+    """A whole survey (None: the one in use) and the patches that followed it."""
+
+    whole: M | None
+    patches: list[M] = field(default_factory=list)
+
+
+class WaitingTerrain(Generic[M]):
+    """Surveys in line for one thread: the latest whole one first, its patches after it in their order.
+
+    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain.
+    """
+
+    def __init__(self, most_patches: int) -> None:
+        self._most = most_patches
+        self._chapters: list[Chapter[M]] = [Chapter(None)]
+        self._tried: Chapter[M] | None = None
+        self._changed = threading.Condition()
+        self._closed = False
+        self.overtaken = 0
+        self.lost_patches = 0
+
+    def put_whole(self, survey: M) -> None:
+        """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait."""
+        with self._changed:
+            self._chapters.append(Chapter(survey))
+            untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
+            self.overtaken += len(untried) > 1
+            if len(untried) > UNTRIED:
+                self._chapters.remove(untried[0])
+            self._changed.notify()
+
+    def put_patch(self, patch: M) -> None:
+        """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
+        with self._changed:
+            if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
+                self.lost_patches += 1
+                raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
+            self._chapters[-1].patches.append(patch)
+            self._changed.notify()
+
+    def take(self) -> tuple[str, M] | None:
+        """Wait for something: ("whole", survey) or ("patch", survey); None once it is closed.
+
+        After a whole survey `accepted` or `refused` must be called.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._length() > 0)
+            if self._closed:
+                return None
+            newest = self._chapters[-1]
+            if newest.whole is not None:
+                self._tried = newest
+                return "whole", newest.whole
+            return "patch", newest.patches.pop(0)
+
+    def accepted(self) -> None:
+        """The survey taken last is the terrain: what came before it is history."""
+        with self._changed:
+            tried = self._tried
+            assert tried is not None
+            self._chapters = self._chapters[self._chapters.index(tried) :]
+            tried.whole, self._tried = None, None
+
+    def refused(self) -> None:
+        """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
+        with self._changed:
+            tried = self._tried
+            assert tried is not None
+            place = self._chapters.index(tried)
+            if place == 0:
+                self._chapters.insert(0, Chapter(None))
+                place = 1
+            self._chapters[place - 1].patches += tried.patches
+            del self._chapters[place]
+            self._tried = None
+
+    def clear(self) -> None:
+        """Nothing waits any more; a survey that is being tried is not affected."""
+        with self._changed:
+            self._chapters = [self._tried] if self._tried is not None else [Chapter(None)]
+            if self._tried is not None:
+                self._tried.patches.clear()
+
+    def close(self) -> None:
+        """Let the thread that waits go."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def __len__(self) -> int:
+        with self._changed:
+            return self._length()
+
+    def _length(self) -> int:
+        return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
+

@@ -1,0 +1,207 @@
+"""Everything that is there between configuring and cleaning up: the threads, and what each of them is told."""
+
+import itertools
+import time
+import traceback
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+from rclpy.executors import Executor
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.task import Future
+
+from rpf3d_core import __version__
+from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
+from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.standing import Surveyed
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.alert_desk import AlertDesk
+from rpf3d_ros.alert_publishers import AlertPublishers
+from rpf3d_ros.answer_content import figures_of, warnings_of
+from rpf3d_ros.answer_publishers import AnswerPublishers
+from rpf3d_ros.builder import Arrival, Builder
+from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
+from rpf3d_ros.equipment import Equipment, around_of
+from rpf3d_ros.flyer import Flyer
+from rpf3d_ros.health_report import HealthReport
+from rpf3d_ros.intake import SECOND, WaitingSources, WaitingTerrain
+from rpf3d_ros.stamps import stamp_of
+
+
+@dataclass(frozen=True, eq=False)
+class Outlets:
+    """Where everything goes: the node's publishers, diagnostics and log; now : the node's clock, ns."""
+
+    answers: AnswerPublishers
+    alerts: AlertPublishers
+    health: HealthReport
+    logger: RcutilsLogger
+    now: Callable[[], int]
+
+
+class Station:
+    """The threads of a configured simulator, and what they tell each other."""
+
+    def __init__(self, equipment: Equipment, outlets: Outlets) -> None:
+        """Start the threads; nothing is answered before `activate`."""
+        self._equipment, self._outlets = equipment, outlets
+        parameters, scene = equipment.parameters, equipment.scene
+        self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
+        self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
+        results, around = itertools.count(1), around_of(parameters)
+        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self)
+        self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.shelf)
+        self.desk: AlertDesk | None = None
+        if equipment.thresholds is not None:
+            self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
+        if equipment.log_fault:
+            self.logged(equipment.log_fault)
+        if equipment.standing is not None:
+            self.flyer.hand_over(ready=equipment.standing)
+            self.stands(equipment.standing.ground, equipment.said)
+
+    def activate(self) -> None:
+        """From now on answer and decide."""
+        self.flyer.activate()
+        if self.desk is not None:
+            self.desk.forget("the node has just been activated: nothing has been heard of sources since")
+        self.say_waiting()
+
+    def deactivate(self) -> None:
+        """Answer nothing any more, and forget what waits."""
+        self.flyer.deactivate()
+        self.terrain.clear()
+
+    def close(self, timeout: float) -> bool:
+        """End all threads within a time (s); True where all have ended."""
+        until = time.monotonic() + timeout
+        ended = [self.flyer.close(timeout)]
+        for each in (self.builder, self.desk):
+            if each is not None:
+                ended.append(each.close(max(until - time.monotonic(), 0.01)))
+        return all(ended)
+
+    def submit(self, trigger: Trigger) -> None:
+        """Put a trigger in line."""
+        self.flyer.submit(trigger)
+        self.say_waiting()
+
+    def say_waiting(self) -> None:
+        """Tell what is still missing."""
+        if self.flyer.standing is None:
+            self.waiting("terrain")
+        elif not self.flyer.has_trigger:
+            self.waiting("sources")
+
+    def forget(self, why: str) -> None:
+        """What was heard of sources means nothing any more."""
+        self.flyer.forget()
+        if self.desk is not None:
+            self.desk.forget(why)
+
+    def beat(self) -> None:
+        """Once in a while: decide again where a decision is over, and tell what waits."""
+        if self.desk is not None:
+            self.desk.tick()
+        lost, dropped = self.terrain.lost_patches, self.sources.dropped
+        values = {
+            "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),
+            "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
+        }  # fmt: skip
+        level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
+        self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
+
+    async def acknowledged(self, said: str, executor: Executor) -> tuple[bool, str]:
+        """Whether an acknowledgement ("name: reason") lowered the level, or why it did not."""
+        if self.desk is None:
+            return False, "no site_file is set, so there are no alerts"
+        by, _, why = said.partition(":")
+        decided: Future = Future(executor=executor)
+        self.desk.acknowledge(by, why, decided.set_result)
+        return await decided  # type: ignore[no-any-return]
+
+    # --- what the flyer tells
+
+    def answered(self, answer: Answer) -> None:
+        """Decide on an answer and publish it."""
+        if self.desk is not None:
+            self.desk.tell(self.region_of(answer.trigger), self._evidence(answer))
+        made = stamp_of(self._outlets.now())
+        self._outlets.answers.publish(answer, self._equipment.parameters, made)
+        warnings = warnings_of(answer)
+        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, "every rock has an outcome")
+        self._outlets.health.set("run", level, sentence, figures_of(answer))
+
+    def unanswerable(self, trigger: Trigger, why: str) -> None:
+        """Tell why a trigger has no answer; for alerts that is a fault."""
+        self._outlets.health.set("run", WARN, f"sources refused: {why}")
+        if self.desk is not None:
+            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why))
+
+    def waiting(self, what: str) -> None:
+        """Tell that something is still missing."""
+        self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
+
+    def failed(self, error: BaseException) -> None:
+        """Tell of an error that nobody has foreseen; for alerts it is a fault."""
+        self._outlets.logger.error("".join(traceback.format_exception(error)))
+        self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
+        if self.desk is not None:
+            self.desk.forget(f"an answer failed: {type(error).__name__}")
+
+    # --- what the builder tells
+
+    def stands(self, ground: Surveyed, what: str) -> None:
+        """Tell which ground is in use."""
+        age = (self._outlets.now() - ground.stamp_ns) / SECOND
+        values = {
+            "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
+            "stamp": f"{ground.stamp_ns / SECOND:.3f}", "age_s": f"{age:.0f}",
+        }  # fmt: skip
+        self._outlets.health.set("terrain", OK, what, values)
+        self.say_waiting()
+
+    def terrain_refused(self, why: str) -> None:
+        """Tell why a survey is not used."""
+        self._outlets.health.set("terrain", WARN, f"message refused: {why}")
+
+    def stored(self, fault: str) -> None:
+        """Tell whether the ground in use is on disk."""
+        self._outlets.health.set("store", WARN if fault else OK, fault or "the terrain in use is kept")
+
+    # --- what the desk tells
+
+    def decided(self, alert: Alert, evidence: Evidence | None) -> None:
+        """Publish an alert."""
+        self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
+
+    def logged(self, fault: str) -> None:
+        """Tell whether decisions are on disk."""
+        self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")
+
+    def region_of(self, trigger: Trigger) -> Hashable:
+        """The wall that a trigger tells of."""
+        return self.sources.region_of(trigger)
+
+    def _evidence(self, answer: Answer) -> Evidence:
+        faults = (answer.left_out,) if answer.left_out else ()
+        if self.terrain.lost_patches:
+            faults = (*faults, f"{self.terrain.lost_patches} patches of terrain were lost")
+        found = self._no_evidence(answer.trigger, "")._replace(
+            result=answer.result, stage=answer.stage, faults=faults, areas=untouched(answer.maps.area_names)
+        )
+        if not answer.sources:
+            return found
+        told = found._replace(sources=answer.sources, unfinished=unfinished_of(answer.outcomes))._asdict()
+        return evidence_of(answer.maps, **{name: value for name, value in told.items() if name != "areas"})
+
+    def _no_evidence(self, trigger: Trigger, why: str) -> Evidence:
+        standing = self.flyer.standing
+        return Evidence(
+            result=0, stage=0, at_ns=self._outlets.now(), trigger_stamp_ns=trigger.stamp_ns,
+            terrain_stamp_ns=0 if standing is None else standing.ground.stamp_ns,
+            terrain_digest="" if standing is None else standing.ground.digest,
+            sources_digest=trigger.digest, sources=len(trigger.positions), seed=self._equipment.scene.seed,
+            version=__version__, areas=(), faults=(why,) if why else (),
+        )  # fmt: skip

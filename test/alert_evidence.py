@@ -1,0 +1,122 @@
+"""Evidence and thresholds of a small site, and an alert log of it, for tests."""
+
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, untouched
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
+from rpf3d_core.alerts.lines import Decision
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.io.site_model import Thresholds
+
+S = 1_000_000_000
+"""ns of a second."""
+NOW = 1_800_000_000 * S
+EXAMPLE = Path(__file__).parents[1] / "config" / "site_example.yaml"
+FLOWN = 10_000
+
+EVIDENCE_TERMS = {
+    "sources_max_age_s": 30,
+    "terrain_max_age_s": 3600,
+    "clock_tolerance_s": 0.5,
+    "fewest_rocks": 1000,
+    "most_unfinished": 0.1,
+}
+RAMP = {
+    "watch": {"reach_probability": 0.01},
+    "restrict": {"reach_probability": 0.05, "p95_energy_j": 1e5},
+    "evacuate": {"reach_probability": 0.2, "first_arrival_s": {"evacuation": 8, "margin": 2}},
+}
+
+
+def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
+    """The small site, with other areas or other terms of evidence."""
+    return Thresholds.model_validate(
+        {
+            "site": "test pit",
+            "valid_s": 10,
+            "alarm_from": "restrict",
+            "evidence": {**EVIDENCE_TERMS, **terms},
+            "areas": areas or {"ramp": RAMP},
+        }
+    )
+
+
+def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any) -> AreaEvidence:
+    """What came to an area: slow, weak and late rocks unless said otherwise."""
+    came = reached > 0
+    measured = {
+        "p95_energy": 1e3 if came else None,
+        "largest_energy": 2e3 if came else None,
+        "first_arrival_s": 60.0 if came else None,
+    }
+    low, high = wilson_interval(reached, max(flown, 1))
+    told = {"name": name, "flown": flown, "reached": reached, "low": low, "high": high}
+    return AreaEvidence(**{**told, **measured, **facts})
+
+
+def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
+    """An answer of a second ago about areas; of the ramp, untouched by 10,000 rocks, unless said otherwise."""
+    made = Evidence(
+        result=7, stage=3, at_ns=now - S, trigger_stamp_ns=now - 2 * S, terrain_stamp_ns=now - 60 * S,
+        terrain_digest="t" * 64, sources_digest="s" * 64, sources=20, seed=1, version="0.1.0", areas=areas or (area(),),
+    )  # fmt: skip
+    return made._replace(**facts)
+
+
+def nothing_seen(now: int = NOW, **facts: Any) -> Evidence:
+    """The answer to a message of no sources."""
+    return evidence(*untouched(["ramp"]), now=now, sources=0, **facts)
+
+
+NORMAL, WATCH, RESTRICT, EVACUATE = (evidence(area(reached)) for reached in (0, 120, 700, 3000))
+"""One answer for each level."""
+
+
+def later(answer: Evidence, seconds: int) -> Evidence:
+    """The same answer, made of inputs that are newer by so many seconds."""
+    shift = seconds * S
+    return answer._replace(
+        at_ns=answer.at_ns + shift,
+        trigger_stamp_ns=answer.trigger_stamp_ns + shift,
+        terrain_stamp_ns=answer.terrain_stamp_ns + shift,
+    )
+
+
+def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> Alert:
+    """The last of decisions on answers that came a second apart, each made of inputs of its own time."""
+    alert = None
+    for step, answer in enumerate(answers):
+        told = None if answer is None else later(answer, step)
+        alert = decide(alert, told, thresholds or site(), NOW + step * S)
+    assert alert is not None
+    return alert
+
+
+def seen_by(at_ns: int) -> Acknowledgement:
+    """Somebody's acknowledgement at a time (ns)."""
+    return acknowledgement("A. Shift", "inspected from the other side", at_ns)
+
+
+SHIFT = (NORMAL, WATCH, EVACUATE, None, NORMAL, "acknowledged", NORMAL)
+"""A shift in seconds: it goes up, the evidence fails, and somebody steps it down."""
+
+
+def logged_shift(folder: Path, thresholds: Thresholds | None = None, **options: Any) -> list[Alert]:
+    """Decide and log a shift; the alerts."""
+    alerts: list[Alert] = []
+    thresholds = thresholds or site()
+    with DecisionLog(folder, "0.1.0", **options) as log:
+        previous = log.last_alert
+        for step, answer in enumerate(SHIFT):
+            now, given = NOW + step * S, None
+            if isinstance(answer, str):
+                answer, given = NORMAL, seen_by(now)
+            told = None if answer is None else later(answer, step)
+            alert = decide(previous, told, thresholds, now, given)
+            log.decided(Decision(previous, told, given, now, alert), thresholds)
+            previous = alert
+            alerts.append(alert)
+    return alerts

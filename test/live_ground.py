@@ -1,0 +1,55 @@
+"""Grounds and sources to answer over: a small pit."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import small_pit
+
+from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_core.simulation.engines import engine_of
+from rpf3d_core.terrain.facets import facets_of
+
+ENGINES = ["reference", *(["compiled"] if HAS_NUMBA else [])]
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """A ground as it is asked for."""
+
+    terrain: Any
+    facets: Any
+    engine: Any
+    digest: str = "0" * 64
+    stamp_ns: int = 0
+
+
+def pit_scene(folder, more="", **of_pit):
+    """The scene of the pit."""
+    return read_scene(small_pit.scene_file(folder, more=more, **of_pit))
+
+
+def pit_ground(scene, engine=ENGINES[-1]):
+    """The pit as a ground."""
+    terrain, _ = read_terrain(scene)
+    facets = facets_of(terrain)
+    return Ground(terrain, facets, engine_of(engine, facets))
+
+
+def pit_standing(folder, engine=ENGINES[-1], more="", **of_pit):
+    """Everything that answers over the pit share."""
+    scene = pit_scene(folder, more, **of_pit)
+    return stand_on(pit_ground(scene, engine), scene)
+
+
+def over_the_wall(count=5, height=4.0, stamp_ns=7):
+    """A trigger of sources on the pit's wall, thrown towards its middle."""
+    angle = np.linspace(0.0, 1.5 * np.pi, count)
+    towards = np.stack([-np.cos(angle), -np.sin(angle), np.zeros(count)], axis=1)
+    places = -170.0 * towards
+    places[:, 2] = 60.0 + height
+    return trigger_of(places, 6.0 * towards, None, stamp_ns)
