@@ -1,6 +1,5 @@
 """The mine around a live simulator: sends it terrain, sources and areas, and hears all that it says."""
 
-import itertools
 import os
 import resource
 import time
@@ -11,6 +10,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point, Point32, PointStamped, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
+from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
@@ -27,8 +27,12 @@ from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.qos import EVENTS, LATCHED
 
 NODE = "rpf3d_simulator"
-PATIENCE = 60.0
-"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 20."""
+CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
+PATIENCE = 120.0
+"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 60."""
+
+TURN = 0.02
+"""Seconds that a peer waits for a message before it looks whether what it waits for has happened."""
 
 SECOND = 1_000_000_000
 INPUTS = {
@@ -64,6 +68,12 @@ def ramp(lowered=0.0):
     """Points (61, 61, 3) m: a slope of 45 degrees from x = 0 down to x = 40, and a level floor from there to x = 60."""
     y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float) * SPACING
     return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
+
+
+def ramp_of(side):
+    """Points (side, side, 3) m of the same slope and floor, as fine as that takes."""
+    y, x = np.mgrid[0:side, 0:side] * (SIDE / (side - 1))
+    return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
 
 
 def cloud(points, stamp_ns, frame="map"):
@@ -123,7 +133,7 @@ class LivePeer:
             self.node.create_subscription(kind, topic, take, qos)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
-        self._stamps = itertools.count(time.time_ns(), SECOND // 1000)
+        self._last_stamp, self._clock = 0, None
 
     def _note(self, array):
         for status in array.status:
@@ -131,22 +141,34 @@ class LivePeer:
             self.health[status.name] = status
 
     def now(self):
-        """A time (ns) that no message before had: now, or a millisecond after the last one."""
-        return max(next(self._stamps), time.time_ns())
+        """The time (ns) of this peer's clock, later than any that it told before."""
+        now = time.time_ns() if self._clock is None else self._clock()
+        self._last_stamp = max(now, self._last_stamp + 1)
+        return self._last_stamp
+
+    def run_clock(self, from_ns):
+        """Publish /clock from now on, whenever this peer turns: from a time (ns), as fast as the wall's."""
+        began = time.monotonic_ns()
+        self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
     def spin(self, seconds=0.0):
         """Take what comes for so long."""
         until = time.monotonic() + seconds
-        self.executor.spin_once(timeout_sec=0.0)
+        self._turn(0.0)
         while (left := until - time.monotonic()) > 0:
-            self.executor.spin_once(timeout_sec=left)
+            self._turn(left)
+
+    def _turn(self, longest):
+        if self._clock is not None:
+            self.send("/clock", Clock(clock=header(self._clock()).stamp))
+        self.executor.spin_once(timeout_sec=min(longest, TURN))
 
     def wait(self, condition, what):
         """Spin until the condition holds, and return what it gave."""
         deadline = time.monotonic() + PATIENCE
         while not (answer := condition()):
             assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; said: {self.said[-12:]}"
-            self.executor.spin_once(timeout_sec=0.05)
+            self._turn(TURN)
         return answer
 
     def wait_for_simulator(self):
@@ -158,10 +180,6 @@ class LivePeer:
     def send(self, topic, message):
         """Publish a message, or bytes that claim to be one."""
         self.publishers[topic].publish(message)
-
-    def tick(self, at_ns):
-        """Publish the time on /clock."""
-        self.send("/clock", Clock(clock=Time(sec=at_ns // SECOND, nanosec=at_ns % SECOND)))
 
     def wait_for_sentence(self, sentence, after=0):
         """Spin until the simulator says a sentence that holds this one, after so many others; what it said."""
@@ -182,6 +200,10 @@ class LivePeer:
         self.send("terrain/points", cloud(ramp(lowered), stamp_ns))
         return stamp_ns
 
+    def watch_toe(self):
+        """Send the area at the toe."""
+        self.send("areas/polygon", polygon(TOE, self.now()))
+
     def answered(self, places=(ON_THE_SLOPE,), stamp_ns=None):
         """Send sources and wait for an answer to them: its status."""
         stamp_ns = stamp_ns or self.now()
@@ -195,6 +217,10 @@ class LivePeer:
 
         status = self.wait(found, f"an answer to the sources stamped {stamp_ns}").status[0]
         return {pair.key: pair.value for pair in status.values}
+
+    def answer_values(self):
+        """The values of the last answer's status."""
+        return {pair.key: pair.value for pair in self.results[-1].status[0].values}
 
     def wait_for_alert(self, level, after=0):
         """Wait for an alert of a level (a word), after so many others: its status."""
@@ -233,15 +259,29 @@ class LivePeer:
         self.context.try_shutdown()
 
 
+SITE = """site: test pit
+valid_s: 1
+alarm_from: restrict
+evidence: {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 0.5}}
+areas:
+  live_area*: {{restrict: {{reach_probability: 0.1}}, evacuate: {{reach_probability: 0.5}}}}
+"""
+FEW_ROCKS = {"ground": "sliding", "first_rocks": 200, "target.most_rocks": 400}
+"""Parameters of answers that take milliseconds."""
+
+
+def with_alerts(folder, oldest=3600):
+    """Parameters of a simulator that decides on alerts, and keeps its terrain and decisions in a folder.
+
+    oldest : age (s) at which sources are stale
+    """
+    site = Path(folder) / "site.yaml"
+    site.write_text(SITE.format(oldest=oldest))
+    kept = {"site_file": site, "store": Path(folder) / "store", "decision_log": Path(folder) / "decisions"}
+    return FEW_ROCKS | kept
+
+
 def full_disk(pid, limit):
     """From now on no file of a process grows beyond a limit (bytes), as on a full disk; None lifts that again."""
     hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)[1]
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (hard if limit is None else limit, hard))
-
-
-def logged(folder):
-    """The lines of every file that a process has written to a folder."""
-    return [line for path in sorted(Path(folder).iterdir()) for line in path.read_text().splitlines()]
-
-
-os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")

@@ -114,6 +114,15 @@ class Stage:
         self.processes.append(node_process(module, given, self.folder))
         return self.processes[-1]
 
+    def node_beside(self, name, module, **parameters):
+        """Start a node as a process, one of several of a module: its output is that of `name/module`."""
+        whole, self.folder = self.folder, self.folder / name
+        self.folder.mkdir()
+        try:
+            return self.node(module, **parameters)
+        finally:
+            self.folder = whole
+
     def peer(self, publishes=(), hears=()):
         """Join as a peer."""
         self.peers.append(Peer(publishes, hears))
