@@ -15,7 +15,7 @@ help:
 	@echo "make demo-ros  the same through ROS 2 nodes; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
-	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages; an hour"
+	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make lint      ruff, and mypy on the core"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
@@ -58,7 +58,7 @@ guards: venv
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
-	RPF3D_MUTATIONS=1700 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
+	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
 
 # 128 combinations of the effects, each compiled and flown on both engines
 combinations: venv

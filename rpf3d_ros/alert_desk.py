@@ -82,7 +82,7 @@ class AlertDesk:
         self._requests.put(Request(faults=why))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
-        """Decide with an acknowledgement; `reply` is called, on the desk's thread, with whether it lowered the level."""
+        """Decide with an acknowledgement; `reply` is called, on the desk's thread, with what became of it."""
         self._requests.put(Request(acknowledged=(by, why), reply=reply))
 
     def tick(self) -> None:
@@ -138,7 +138,8 @@ class AlertDesk:
         evidence = self._fresh(now)
         alert = decide(self.alert, evidence, self._thresholds, now, given)
         if self._log is not None:
-            self._try_to_log(partial(self._log.decided, Decision(self.alert, evidence, given, now, alert), self._thresholds))
+            decision = Decision(self.alert, evidence, given, now, alert)
+            self._try_to_log(partial(self._log.decided, decision, self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)
         return alert

@@ -1,19 +1,15 @@
 """What is published of an answer: columns of numbers in the map frame, and figures for diagnostics; no messages."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, on_ground
 from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
-
-Columns = Mapping[str, NDArray[Any]]
-"""Channel name -> (N,) values; x, y, z in m, t in s, speed in m/s, energy in J, rock counted from 0."""
+from rpf3d_ros.results import Columns
 
 UNFINISHED = (Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED)
 """Outcomes that a diagnostic warns of: the answer is not the rock's end."""

@@ -1,4 +1,4 @@
-"""The topics that answers go out on: all latched, all stamped as the sources that caused them, silent while inactive."""
+"""The topics that answers go out on: latched, stamped as the sources that caused them, silent while inactive."""
 
 from collections.abc import Iterator
 from typing import Any

@@ -1,4 +1,4 @@
-"""The thread that makes ground of surveys, beside the ground that is flown over, and keeps the last good one on disk."""
+"""The thread that makes ground of surveys, beside the one that is flown over, and keeps the last good one on disk."""
 
 import threading
 from collections.abc import Callable
@@ -7,31 +7,13 @@ from typing import Protocol
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.live.standing import Surveyed, stand_on
+from rpf3d_core.live.ground import Ground, Workshop
+from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.store import Store
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingTerrain
 from rpf3d_ros.refusals import MessageRefused
-
-
-class Workshop(Protocol):
-    """What makes ground (`live.ground.Workshop`)."""
-
-    def whole(self, survey: Survey, stamp_ns: int) -> Surveyed:
-        """The ground of a survey; the one flown over keeps its memory. Raises TerrainError."""
-
-    def patched(self, ground: Surveyed, patch: CloudSurvey | GridSurvey, stamp_ns: int) -> Surveyed:
-        """The ground with a patch in it, in the memory of the other. Raises TerrainError, having changed nothing."""
-
-
-class Shelf(Protocol):
-    """Where the last good terrain is kept (`live.store`)."""
-
-    def keep(self, survey: Survey, ground: Surveyed) -> None:
-        """Keep a whole survey. Raises OSError."""
-
-    def keep_patch(self, patch: CloudSurvey | GridSurvey, ground: Surveyed) -> None:
-        """Keep a patch on top of what is kept. Raises OSError."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +31,11 @@ class Arrival:
 class Listener(Protocol):
     """Who is told what came of terrain, on the builder's thread."""
 
-    def stands(self, ground: Surveyed, what: str) -> None:
+    def stands(self, ground: Ground, what: str) -> None:
         """A ground is in use."""
 
     def terrain_refused(self, why: str) -> None:
         """A message of terrain cannot be used; the ground is what it was."""
-
-    def stored(self, fault: str) -> None:
-        """The ground in use is on disk, or why it is not."""
 
     def failed(self, error: BaseException) -> None:
         """Something went wrong that nobody has foreseen."""
@@ -67,10 +46,10 @@ class Builder:
 
     def __init__(
         self, scene: Scene, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
-        shelf: Shelf | None,
+        store: Store | None,
     ) -> None:  # fmt: skip
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
-        self._listener, self._shelf = listener, shelf
+        self._listener, self._store = listener, store
         self._mesh = b""
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
@@ -111,7 +90,7 @@ class Builder:
         self._mesh = arrival.data
         self._waiting.accepted()
         self._listener.stands(ground, "received")
-        self._store(lambda shelf: shelf.keep(survey, ground))
+        self._keep(ground, survey)
 
     def _patch(self, arrival: Arrival) -> None:
         patch = arrival.convert()
@@ -122,14 +101,8 @@ class Builder:
         assert made is not None
         self._mesh = b""
         self._listener.stands(made.ground, "received, patched")
-        self._store(lambda shelf: shelf.keep_patch(patch, made.ground))
+        self._keep(made.ground, patch)
 
-    def _store(self, keep: Callable[[Shelf], None]) -> None:
-        if self._shelf is None:
-            return
-        try:
-            keep(self._shelf)
-        except OSError as error:
-            self._listener.stored(f"the terrain cannot be kept: {error}")
-        else:
-            self._listener.stored("")
+    def _keep(self, ground: Ground, survey: Survey) -> None:
+        if self._store is not None:
+            self._store.keep(ground, survey)

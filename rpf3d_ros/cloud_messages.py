@@ -33,7 +33,7 @@ def columns_of_cloud(cloud: PointCloud2, names: Sequence[str]) -> dict[str, NDAr
     Raises MessageRefused where a field is missing, has an unknown type or more than one value, or lies outside the
     point, and where the data are shorter than the sizes say.
     """
-    _check_sizes(cloud)
+    check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
     order = ">" if cloud.is_bigendian else "<"
     layout = np.dtype(
@@ -88,7 +88,8 @@ def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> Poi
     )
 
 
-def _check_sizes(cloud: PointCloud2) -> None:
+def check_sizes(cloud: PointCloud2) -> None:
+    """Refuse a cloud without points, or whose data are shorter than its sizes say; nothing is read or allocated."""
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")
     row = cloud.width * cloud.point_step

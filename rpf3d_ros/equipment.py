@@ -1,5 +1,6 @@
 """What configuring makes ready: scene, thresholds, log, workshop, the last good terrain, and everything compiled."""
 
+import importlib.metadata
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core import __version__
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
+from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.site import read_site
 from rpf3d_core.io.site_model import Thresholds
@@ -19,9 +21,10 @@ from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import Standing, stand_on
+from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.builder import Shelf
+from rpf3d_core.simulation.engines import Reference
 from rpf3d_ros.intake import SECOND
 from rpf3d_ros.parameters import SimulatorParameters
 
@@ -38,7 +41,7 @@ DECISIONS = "decisions"
 class Equipment:
     """Everything that a station works with.
 
-    standing : on the last good terrain, None where there is none; said : how old it is
+    standing : on the last good terrain, None where there is none; said : how old it is, or why it is not there
     thresholds : of the site, None where there are no alerts; log_fault : why decisions cannot be logged, or empty
     compile_s : wall seconds that compiling took
     """
@@ -46,7 +49,7 @@ class Equipment:
     parameters: SimulatorParameters
     scene: Scene
     workshop: Workshop
-    shelf: Shelf | None
+    store: Store | None
     standing: Standing | None
     said: str
     thresholds: Thresholds | None
@@ -62,10 +65,11 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
     """
     scene = live_scene(given)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
-    workshop = Workshop(scene.terrain.weld)
     compile_s = warm(scene, parameters)
+    workshop = _workshop_of(scene, parameters)
+    store, standing, said = _restored(scene, parameters, workshop, now_ns)
     log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
-    return Equipment(parameters, scene, workshop, None, None, "", thresholds, log, log_fault, compile_s)
+    return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
 
 
 def around_of(parameters: SimulatorParameters) -> Around:
@@ -80,7 +84,9 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
     anywhere = scene.model_copy(update={"areas_of_interest": ()})
-    standing = stand_on(Workshop(scene.terrain.weld).whole(slope, 0), anywhere)
+    workshop = _workshop_of(scene, parameters)
+    whole = workshop.whole(slope)
+    standing = stand_on(workshop.patched(whole, GridSurvey(slope.points[20:30, 20:30] + (0.5, 0.5, 0.1))), anywhere)
     _ = standing.cells
     middle = 0.5 * WARM_SIDE * WARM_STEP
     source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)
@@ -88,14 +94,51 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     return time.perf_counter() - began
 
 
+def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
+    reference = scene.engine == Reference.name or not HAS_NUMBA
+    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference)
+
+
+def _restored(
+    scene: Scene, parameters: SimulatorParameters, workshop: Workshop, now_ns: int
+) -> tuple[Store | None, Standing | None, str]:
+    """The store, and the last good terrain in it with how old it is; what cannot be read is told and lives on."""
+    if not parameters.store:
+        return None, None, ""
+    folder = Path(parameters.store)
+    try:
+        store = Store(folder)
+    except OSError as fault:
+        raise InputError(f"store: {fault}") from fault
+    try:
+        last = read_last(folder)
+        standing = stand_on(last.ground(workshop), scene) if last is not None else None
+    except (OSError, InputError) as fault:
+        return store, None, f"the last terrain is not restored: {fault}"
+    if last is None or standing is None:
+        return store, None, ""
+    _ = standing.cells
+    store.follow(last)
+    said = f"restored, {age_of(standing.ground.stamp_ns, now_ns)} old"
+    return store, standing, "; ".join((said, *last.faults))
+
+
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
     """The log of decisions, or why there is none: alerts go on without it."""
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
-        log = DecisionLog(folder, __version__)
+        log = DecisionLog(folder, version())
     except NotLogged as fault:
         return None, str(fault)
     return log, "; ".join(log.said)
+
+
+def version() -> str:
+    """The version of rpf3d that is installed, as decisions tell it."""
+    try:
+        return importlib.metadata.version("rpf3d")
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:

@@ -7,7 +7,7 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
@@ -17,7 +17,7 @@ from rpf3d_core.live.standing import Outlines, Standing, Surveyed, stand_on
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.intake import WaitingSources
 
-Change = Callable[[Surveyed], Surveyed]
+Change = Callable[[Any], Surveyed]
 """Makes the ground that follows another; the former must not be flown over any more."""
 
 

@@ -73,7 +73,8 @@ class Inputs:
 
     def on_update(self, cloud: PointCloud2) -> None:
         """Take a cloud in the place of what lies in its footprint."""
-        self._take("terrain", "terrain/update", cloud.header, lambda: self._station.terrain.put_patch(self._arrival(cloud)))
+        put = self._station.terrain.put_patch
+        self._take("terrain", "terrain/update", cloud.header, lambda: put(self._arrival(cloud)))
 
     def on_poses(self, poses: PoseArray) -> None:
         """Answer one source a pose; none says that the walls are watched and nothing is seen."""

@@ -10,11 +10,10 @@ from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.task import Future
 
-from rpf3d_core import __version__
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.live.answers import Answer
-from rpf3d_core.live.standing import Surveyed
+from rpf3d_core.live.ground import Ground
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.alert_desk import AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
@@ -22,7 +21,7 @@ from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
 from rpf3d_ros.builder import Arrival, Builder
 from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
-from rpf3d_ros.equipment import Equipment, around_of
+from rpf3d_ros.equipment import Equipment, around_of, version
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import SECOND, WaitingSources, WaitingTerrain
@@ -51,7 +50,7 @@ class Station:
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         results, around = itertools.count(1), around_of(parameters)
         self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self)
-        self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.shelf)
+        self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         if equipment.thresholds is not None:
             self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
@@ -60,6 +59,8 @@ class Station:
         if equipment.standing is not None:
             self.flyer.hand_over(ready=equipment.standing)
             self.stands(equipment.standing.ground, equipment.said)
+        else:
+            outlets.health.set("terrain", WARN, equipment.said or "no terrain yet")
 
     def activate(self) -> None:
         """From now on answer and decide."""
@@ -80,6 +81,8 @@ class Station:
         for each in (self.builder, self.desk):
             if each is not None:
                 ended.append(each.close(max(until - time.monotonic(), 0.01)))
+        if self._equipment.store is not None:
+            self._equipment.store.close(max(until - time.monotonic(), 0.01))
         return all(ended)
 
     def submit(self, trigger: Trigger) -> None:
@@ -109,6 +112,9 @@ class Station:
             "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),
             "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
         }  # fmt: skip
+        if self._equipment.store is not None:
+            fault = self._equipment.store.fault
+            self._outlets.health.set("store", WARN if fault else OK, fault or "the terrain in use is kept")
         level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
 
@@ -152,7 +158,7 @@ class Station:
 
     # --- what the builder tells
 
-    def stands(self, ground: Surveyed, what: str) -> None:
+    def stands(self, ground: Ground, what: str) -> None:
         """Tell which ground is in use."""
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
@@ -165,10 +171,6 @@ class Station:
     def terrain_refused(self, why: str) -> None:
         """Tell why a survey is not used."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
-
-    def stored(self, fault: str) -> None:
-        """Tell whether the ground in use is on disk."""
-        self._outlets.health.set("store", WARN if fault else OK, fault or "the terrain in use is kept")
 
     # --- what the desk tells
 
@@ -203,5 +205,5 @@ class Station:
             terrain_stamp_ns=0 if standing is None else standing.ground.stamp_ns,
             terrain_digest="" if standing is None else standing.ground.digest,
             sources_digest=trigger.digest, sources=len(trigger.positions), seed=self._equipment.scene.seed,
-            version=__version__, areas=(), faults=(why,) if why else (),
+            version=version(), areas=(), faults=(why,) if why else (),
         )  # fmt: skip

@@ -3,11 +3,13 @@
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.squares import grid_triangles
 from rpf3d_core.terrain.survey import mesh_terrain
-from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey, Survey
+
+Survey = GridSurvey | MeshSurvey
 
 ZONE = "terrain"
 """The zone of every facet: terrain messages carry no zones."""

@@ -1,4 +1,4 @@
-"""Terrain messages <-> surveys: an organised PointCloud2 is a grid of heights, a shape_msgs/Mesh a triangle mesh.
+"""Terrain messages <-> surveys: a PointCloud2 is a grid of heights or scattered points, a shape_msgs/Mesh a mesh.
 
 A mesh travels as CDR bytes laid out here: 2.3 million triangles take 0.2 s instead of the 7 s that as many Python
 objects take. Layout (OMG XCDR1, little endian): 00 01 00 00, then, counted from there, u32 triangles,
@@ -6,15 +6,14 @@ u32[3] each, u32 vertices, padding to 8, f64[3] each.
 """
 
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from rpf3d_core.terrain.facets import IntArray
-from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.cloud_messages import cloud_of_columns, positions_of_cloud
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, check_points
+from rpf3d_ros.cloud_messages import check_sizes, cloud_of_columns, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
 
@@ -23,22 +22,34 @@ HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
 """Sizes in bytes of the encapsulation header, a length, three u32 indices, three f64 coordinates."""
 
 
-@dataclass(frozen=True, eq=False)
-class GridSurvey:
-    """points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole."""
-
-    points: FloatArray
+FEWEST_POINTS = 3
+"""Of a scattered cloud: a triangle."""
 
 
-@dataclass(frozen=True, eq=False)
-class MeshSurvey:
-    """vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices."""
+def check_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS) -> None:
+    """What can be told of a cloud without looking at a point: frame, sizes, and that there are not too many.
 
-    vertices: FloatArray
-    triangles: IntArray
+    Raises MessageRefused. It takes microseconds, so a callback may wait for it.
+    """
+    frame.check(cloud.header.frame_id)
+    _check_count(cloud.height * cloud.width, most)
+    check_sizes(cloud)
 
 
-Survey = GridSurvey | MeshSurvey
+def survey_of_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS) -> GridSurvey | CloudSurvey:
+    """terrain/points, or a patch on terrain/update: rows of points are a grid, anything else is scattered points.
+
+    Points with a NaN are holes of a grid, and none of a cloud. Raises MessageRefused as `check_cloud` and
+    `positions_of_cloud`, and where less than a square or a triangle of points is left.
+    """
+    check_cloud(cloud, frame, most)
+    if cloud.height > 1 and cloud.width > 1:
+        return grid_of_cloud(cloud, frame)
+    points = frame.points(positions_of_cloud(cloud), cloud.header.frame_id).reshape(-1, 3)
+    there = points if cloud.is_dense else points[~np.isnan(points).any(axis=-1)]
+    if len(there) < FEWEST_POINTS:
+        raise MessageRefused(f"the cloud has {len(there)} points that are not NaN; terrain needs {FEWEST_POINTS}")
+    return CloudSurvey(there)
 
 
 def grid_of_cloud(cloud: PointCloud2, frame: MapFrame) -> GridSurvey:
@@ -62,13 +73,14 @@ def cloud_of_grid(header: Header, survey: GridSurvey) -> PointCloud2:
     return cloud_of_columns(header, {name: survey.points[..., i] for i, name in enumerate("xyz")})
 
 
-def mesh_of_cdr(data: bytes, frame: MapFrame, frame_id: str) -> MeshSurvey:
+def mesh_of_cdr(data: bytes, frame: MapFrame, frame_id: str, most: int = MOST_POINTS) -> MeshSurvey:
     """The mesh in the CDR bytes of a shape_msgs/Mesh, which has no header: frame_id comes from a parameter.
 
-    Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for indices beyond the
-    vertices and for vertices that are not finite. Nothing is allocated before its length has been checked.
+    Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
+    vertices or twice as many triangles, for indices beyond the vertices and for vertices that are not finite. Nothing
+    is allocated before its length has been checked.
     """
-    triangles, vertices = _split_mesh(data)
+    triangles, vertices = _split_mesh(data, most)
     if not bool(np.isfinite(vertices).all()):
         bad = int(np.flatnonzero(~np.isfinite(vertices).all(axis=1))[0])
         raise MessageRefused(f"vertex {bad} of the mesh is not finite")
@@ -86,13 +98,27 @@ def cdr_of_mesh(survey: MeshSurvey) -> bytes:
     return LITTLE_ENDIAN_CDR + counted + bytes(-len(counted) % 8) + vertices
 
 
-def _split_mesh(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+def check_mesh(data: bytes, most: int = MOST_POINTS) -> None:
+    """What can be told of a mesh without looking at a vertex, in microseconds. Raises MessageRefused."""
+    _split_mesh(data, most)
+
+
+def _check_count(points: int, most: int) -> None:
+    try:
+        check_points(points, most)
+    except TerrainError as refusal:
+        raise MessageRefused(str(refusal)) from None
+
+
+def _split_mesh(data: bytes, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Views (F, 3) u32 and (V, 3) f64 of the buffer, every length checked."""
     if bytes(data[:HEADER]) != LITTLE_ENDIAN_CDR:
         raise MessageRefused("the mesh is not little-endian CDR (00 01 00 00), the only encapsulation rpf3d reads")
     n_triangles = _count(data, HEADER, "triangles")
+    _check_count(n_triangles // 2, most)
     after_triangles = HEADER + COUNT + TRIANGLE * n_triangles
     n_vertices = _count(data, after_triangles, "vertices")
+    _check_count(n_vertices, most)
     start = after_triangles + COUNT + (-(after_triangles + COUNT - HEADER) % 8)
     _check_end(data, start + VERTEX * n_vertices, f"its {n_vertices} vertices")
     triangles = np.frombuffer(data, "<u4", 3 * n_triangles, HEADER + COUNT).reshape(-1, 3)

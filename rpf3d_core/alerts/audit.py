@@ -28,7 +28,7 @@ MOST_FINDINGS = 100
 
 
 class Change(NamedTuple):
-    """A decision that changed what is shown or held, or that an acknowledgement came with."""
+    """A decision with another level or fault than the one before, or one that an acknowledgement came with."""
 
     line: int
     alert: Alert
@@ -231,7 +231,8 @@ def _is_change(decision: Decision) -> bool:
     alert, previous = decision.alert, decision.previous
     if previous is None or alert.acknowledgement is not None:
         return True
-    return (alert.level, alert.held, alert.alarm) != (previous.level, previous.held, previous.alarm)
+    shown = [(one.level, one.held, one.alarm, bool(one.faults)) for one in (previous, alert)]
+    return shown[0] != shown[1]
 
 
 def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:

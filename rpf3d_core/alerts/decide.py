@@ -175,7 +175,7 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """Faults, what each area says from the worst, what holds the level, and areas that nobody set limits for."""
+    """Faults, what holds the level, what each area says from the worst, and areas that nobody set limits for."""
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
     if held.level > evident:
@@ -184,4 +184,4 @@ def _reasons(
     void = (f"the acknowledgement does not count: {held.void}",) if held.void else ()
     unwatched = () if evidence is None else without_limits(evidence, thresholds)
     notes = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
-    return (*faults, *said, *holding, *void, *notes)
+    return (*faults, *void, *holding, *said, *notes)

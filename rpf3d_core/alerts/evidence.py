@@ -40,6 +40,7 @@ class Evidence(NamedTuple):
     at_ns : when it was made; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
     terrain_digest, sources_digest : of the inputs
     sources : how many there are, 0 where the monitoring watches and sees none
+    areas : where several answers are put together, an area may stand there once for each: the worst counts
     faults : sentences from whoever made it, each a reason not to believe it
     unfinished : rocks whose flight was cut off (`unfinished_of`)
     """

@@ -43,7 +43,7 @@ class Alert(NamedTuple):
     level : what is shown; `EVACUATE` where that is held, else `FAULT` where there are faults, else `held`
     held : the highest level of danger since the last step down, NORMAL to EVACUATE, faults or not
     evident : what the evidence of this decision says by itself, NORMAL to EVACUATE
-    reasons : sentences, at least one: faults, what the areas say, what holds the level
+    reasons : sentences, at least one: faults, what holds the level, what the areas say
     faults : sentences, those of the reasons for which the evidence is not believed
     held_by : sentences, what raised `held`, word for word as it was said then; empty at NORMAL
     held_since_ns : the decision that raised it, or stepped down to it; worse_ns : that at which `evident` last rose

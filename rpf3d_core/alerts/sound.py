@@ -72,8 +72,6 @@ def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str
         yield f"there are {evidence.sources} sources, which is no number of sources"
     elif evidence.sources == 0 and most > 0:
         yield f"{most} rocks flew, but there is no source"
-    if any(area.flown != most for area in evidence.areas):
-        yield "areas tell different numbers of rocks flown, so they are not of one answer"
     if evidence.unfinished < 0 or evidence.unfinished > max(most, 0):
         yield f"{evidence.unfinished} of {most} rocks were cut off, which cannot be"
     elif evidence.unfinished and evidence.unfinished / most > thresholds.evidence.most_unfinished:
@@ -83,8 +81,6 @@ def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str
 
 def _area_names_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
     names = [area.name for area in evidence.areas]
-    for name in dict.fromkeys(name for name in names if names.count(name) > 1):
-        yield f"{name}: the answer tells of it more than once"
     for name in thresholds.areas:
         if name not in names and not any(mark in name for mark in PATTERN_MARKS):
             yield f"{name}: the site watches this area, but the answer says nothing of it"

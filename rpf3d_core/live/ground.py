@@ -83,16 +83,19 @@ class Workshop:
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
 
-    def whole(self, survey: Survey, stamp_ns: int = 0) -> Ground:
-        """The ground of a survey. Raises TerrainError where that is too large, or no terrain."""
+    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> Ground:
+        """The ground of a survey. Raises TerrainError where that is too large, or no terrain.
+
+        digest : where it is known already
+        """
         check_points(points_of(survey), self._most)
-        digest = self._aside.submit(digest_of, survey)
+        told = self._aside.submit(lambda: digest or digest_of(survey))
         room = self._rooms.free_one()
         terrain = self._terrain(self._mesh(survey, room), room)
         facets = _laid_out(terrain, room, self._share)
         locator = bucket_locator(facets, room.memory, self._share)
         room.begin()
-        return self._ground(terrain, facets, locator, room, digest.result(), stamp_ns, 0)
+        return self._ground(terrain, facets, locator, room, told.result(), stamp_ns, 0)
 
     def patched(self, ground: Ground, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> Ground:
         """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.

@@ -74,6 +74,13 @@ def test_the_worst_area_decides_and_tells_first() -> None:
     assert [reason.split(":")[0] for reason in alert.reasons] == ["crusher", "ramp"]
 
 
+def test_of_an_area_that_several_answers_tell_of_the_worst_counts() -> None:
+    for areas in ((area(120), area(3000, flown=5000)), (area(3000, flown=5000), area(120))):
+        assert decided(evidence(*areas)).level == Level.EVACUATE
+    one_small = evidence(area(), area(flown=64))
+    assert "too few rocks" in void_of(EVACUATE, NORMAL, last=one_small, given=seen_by(NOW + 2 * S))
+
+
 def test_an_areas_own_limits_come_before_a_pattern_and_the_first_pattern_before_others() -> None:
     watch, evacuate = {"watch": {"reach_probability": 0.01}}, {"evacuate": {"reach_probability": 0.01}}
     thresholds = site({"r*": evacuate, "ra*": watch, "ramp": watch})
@@ -205,13 +212,11 @@ FAULTS: dict[str, tuple[Evidence | None, str]] = {
     "told by the maker": (evidence(faults=("the survey was refused",)), "the survey was refused"),
     "an area is missing": (evidence(area(name="crusher")), "ramp: the site watches this area"),
     "no area": (evidence()._replace(areas=()), "of no area that the site has limits for"),
-    "an area twice": (evidence(area(), area()), "ramp: the answer tells of it more than once"),
     "fewer than no sources": (evidence(sources=-1), "-1 sources"),
     "rocks without a source": (evidence(sources=0), "but there is no source"),
     "sources without rocks": (evidence(area(flown=0)), "no rock flew"),
     "fewer than none came": (evidence(area(0)._replace(reached=-1)), "-1 of 10000 rocks came"),
     "fewer than none flew": (evidence(area(0)._replace(flown=-5)), "0 of -5 rocks came"),
-    "areas of two answers": (evidence(area(), area(flown=5000, name="dump")), "different numbers of rocks"),
     "NaN share": (evidence(area(high=math.nan)), "the interval"),
     "NaN lower end": (evidence(area(low=math.nan)), "the interval"),
     "infinite share": (evidence(area(low=-math.inf)), "the interval"),

@@ -58,7 +58,10 @@ for number in range(count):
 print(unread, refused, converted)
 """
 
-KINDS = ["terrain grid", "terrain mesh", "positions", "columns", "sources", "markers"]
+KINDS = [
+    "terrain grid", "terrain cloud", "terrain mesh", "positions", "columns", "sources", "clicked point", "source cloud",
+    "polygon", "equipment", "results", "markers",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", KINDS)

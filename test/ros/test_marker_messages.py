@@ -11,13 +11,14 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rpf3d_core.ensemble.colours import speed_colours
+from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.marker_messages import (
     evenly,
     facets_of_markers,
-    hazard_markers,
     strips_of_markers,
     trajectory_markers,
+    zone_markers,
 )
 from rpf3d_ros.refusals import MessageRefused
 
@@ -33,9 +34,16 @@ def columns(rocks=3, points=5):
     return {"x": along, "y": rock.astype(float), "z": -along, "rock": rock, "speed": along}
 
 
-def sent(array):
-    """The array after its way through the middleware's serialisation."""
-    return deserialize_message(serialize_message(array), MarkerArray)
+def sent(data):
+    """The array that the middleware makes of its bytes, or of itself on its way."""
+    whole = data if isinstance(data, bytes) else serialize_message(data)
+    return deserialize_message(whole, MarkerArray)
+
+
+def zone(name="0.1", facets=2, edges=0):
+    """A zone with so many facets and edges, all different."""
+    corners = np.arange(9.0 * facets).reshape(facets, 3, 3)
+    return ShownZone(name, corners, 100.0 + np.arange(6.0 * edges).reshape(edges, 2, 3))
 
 
 def test_every_rock_is_one_line_in_order():
@@ -45,7 +53,7 @@ def test_every_rock_is_one_line_in_order():
 
 
 def test_many_rocks_and_points_are_thinned_and_keep_their_ends():
-    strips = strips_of_markers(trajectory_markers(HEADER, columns(rocks=30, points=100), 7, 10), MAP)
+    strips = strips_of_markers(sent(trajectory_markers(HEADER, columns(rocks=30, points=100), 7, 10)), MAP)
     assert len(strips) == 7
     assert all(len(points) == 10 and points[0, 0] == 0.0 and points[-1, 0] == 99.0 for points, _ in strips)
     assert (strips[0].points[0, 1], strips[-1].points[0, 1]) == (0.0, 29.0)
@@ -58,7 +66,7 @@ def test_a_trajectory_is_coloured_by_its_speed():
 
 
 def test_no_rocks_make_an_array_that_clears_the_screen():
-    array = trajectory_markers(HEADER, columns(rocks=0), 200, 50)
+    array = sent(trajectory_markers(HEADER, columns(rocks=0), 200, 50))
     assert [marker.action for marker in array.markers] == [Marker.DELETEALL]
 
 
@@ -69,8 +77,10 @@ def test_evenly_spread_indices_keep_first_and_last_and_no_more_than_asked(count,
 
 
 def test_markers_are_what_rviz_accepts():
-    corners = np.zeros((2, 3, 3))
-    arrays = [trajectory_markers(HEADER, columns(), 200, 50), hazard_markers(HEADER, {"passed": corners})]
+    arrays = [
+        sent(trajectory_markers(HEADER, columns(), 200, 50)),
+        sent(zone_markers(HEADER, [zone("0.01", 2, 3), zone("0.5", 1, 2)])),
+    ]
     for array in arrays:
         assert array.markers[0].action == Marker.DELETEALL
         identities = [(marker.ns, marker.id) for marker in array.markers[1:]]
@@ -84,14 +94,26 @@ def test_markers_are_what_rviz_accepts():
 
 
 def test_hazard_facets_come_back_under_the_name_of_their_level():
-    corners = {"passed": np.arange(18.0).reshape(2, 3, 3), "stopped": np.ones((1, 3, 3))}
-    found = facets_of_markers(sent(hazard_markers(HEADER, corners)), MAP)
-    assert set(found) == {"hazard/passed", "hazard/stopped"}
-    assert np.array_equal(found["hazard/passed"][0], corners["passed"])
+    zones = [zone("0.01", 2), zone("0.5", 1)]
+    found = facets_of_markers(sent(zone_markers(HEADER, zones)), MAP)
+    assert list(found) == ["hazard/0.01", "hazard/0.5"]
+    assert all(np.array_equal(found[f"hazard/{each.name}"][0], each.corners) for each in zones)
+
+
+def test_an_outline_is_a_line_list_beside_its_facets():
+    _, facets, outline = sent(zone_markers(HEADER, [zone("0.1", 1, 2)], result=7)).markers
+    assert (facets.ns, facets.id, facets.type) == ("hazard/0.1", 0, Marker.TRIANGLE_LIST)
+    assert (outline.ns, outline.id, outline.type) == ("hazard/0.1", 1, Marker.LINE_LIST)
+    assert [[p.x, p.y, p.z] for p in outline.points] == (100.0 + np.arange(12.0).reshape(4, 3)).tolist()
+
+
+def test_every_marker_says_which_result_it_belongs_to():
+    for data in (trajectory_markers(HEADER, columns(), 9, 9, 7), zone_markers(HEADER, [zone(edges=1)], 7)):
+        assert {marker.text for marker in sent(data).markers[1:]} == {"result 7"}
 
 
 def test_a_level_without_facets_has_no_marker():
-    assert len(hazard_markers(HEADER, {"passed": np.empty((0, 3, 3))}).markers) == 1
+    assert len(sent(zone_markers(HEADER, [zone(facets=0)])).markers) == 1
 
 
 def test_a_triangle_list_that_is_not_of_triangles_is_refused():
@@ -107,7 +129,7 @@ def test_marker_points_that_are_not_finite_are_refused():
 
 
 def test_each_marker_is_shifted_from_its_own_frame():
-    array = trajectory_markers(HEADER, columns(rocks=2), 200, 50)
+    array = sent(trajectory_markers(HEADER, columns(rocks=2), 200, 50))
     far = array.markers[2]
     far.header = Header(frame_id="utm")
     for point in far.points:
@@ -117,14 +139,14 @@ def test_each_marker_is_shifted_from_its_own_frame():
 
 
 def test_hazard_facets_in_the_survey_frame_are_shifted():
-    corners = {"passed": np.arange(18.0).reshape(2, 3, 3)}
-    moved = {"passed": corners["passed"] + np.array(SURVEY.origin)}
-    found = facets_of_markers(hazard_markers(Header(frame_id="utm"), moved), SURVEY)
-    assert np.array_equal(found["hazard/passed"][0], corners["passed"])
+    ours = zone("0.1", 2)
+    moved = ShownZone(ours.name, ours.corners + np.array(SURVEY.origin), ours.outline)
+    found = facets_of_markers(sent(zone_markers(Header(frame_id="utm"), [moved])), SURVEY)
+    assert np.array_equal(found["hazard/0.1"][0], ours.corners)
 
 
 def test_one_marker_in_a_foreign_frame_is_refused():
-    array = trajectory_markers(HEADER, columns(), 200, 50)
+    array = sent(trajectory_markers(HEADER, columns(), 200, 50))
     array.markers[2].header = Header(frame_id="lidar")
     with pytest.raises(MessageRefused, match="'lidar'"):
         strips_of_markers(array, MAP)
@@ -135,13 +157,13 @@ def test_one_marker_in_a_foreign_frame_is_refused():
     [Pose(position=Point(z=1.0)), Pose(orientation=Quaternion(z=1.0, w=0.0)), Pose(orientation=Quaternion(w=0.5))],
 )
 def test_a_marker_whose_pose_moves_its_points_is_refused(pose):
-    array = trajectory_markers(HEADER, columns(), 200, 50)
+    array = sent(trajectory_markers(HEADER, columns(), 200, 50))
     array.markers[1].pose = pose
     with pytest.raises(MessageRefused, match="'trajectories' 0 has a pose"):
         strips_of_markers(array, MAP)
 
 
 def test_a_marker_without_an_orientation_has_no_pose():
-    array = trajectory_markers(HEADER, columns(), 200, 50)
+    array = sent(trajectory_markers(HEADER, columns(), 200, 50))
     array.markers[1].pose = Pose(orientation=Quaternion(w=0.0))
     assert len(strips_of_markers(array, MAP)) == 3

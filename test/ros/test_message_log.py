@@ -7,11 +7,14 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseArray
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
 
+from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
+from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
 from rpf3d_ros.message_log import EVENTS_KEPT, EventNumbers, MessageLog
 
 COLUMNS = dict.fromkeys(("x", "y", "z", "t", "speed", "energy"), np.zeros(2)) | {"rock": np.zeros(2, dtype=int)}
@@ -43,10 +46,14 @@ def sources(log, second):
     log.sources(PoseArray(header=header(second), poses=[Pose()]))
 
 
+def sent(data):
+    return deserialize_message(data, MarkerArray)
+
+
 def results(log, second):
     log.cloud("impacts", cloud_of_columns(header(second), COLUMNS))
-    log.trajectories(trajectory_markers(header(second), COLUMNS, 9, 9))
-    log.hazard(hazard_markers(header(second), {"passed": np.zeros((1, 3, 3))}))
+    log.trajectories(sent(trajectory_markers(header(second), COLUMNS, 9, 9)))
+    log.hazard(sent(zone_markers(header(second), [ShownZone("0.1", np.zeros((1, 3, 3)), np.empty((0, 2, 3)))])))
 
 
 def test_results_that_come_after_the_next_sources_belong_to_the_event_of_their_own(log):
@@ -77,8 +84,8 @@ def test_only_so_many_stamps_are_remembered():
 
 def test_an_array_without_markers_is_recorded_now(log):
     sources(log, 10)
-    log.trajectories(trajectory_markers(header(10), {name: c[:0] for name, c in COLUMNS.items()}, 9, 9))
-    empty = hazard_markers(header(10), {})
+    log.trajectories(sent(trajectory_markers(header(10), {name: c[:0] for name, c in COLUMNS.items()}, 9, 9)))
+    empty = sent(zone_markers(header(10), []))
     empty.markers = []
     log.hazard(empty)
     assert log._recording.rows[-1] == ("clear", 99, 1)

@@ -13,9 +13,10 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.diagnostic_messages import WARN
-from rpf3d_ros.marker_messages import hazard_markers, trajectory_markers
+from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
 from rpf3d_ros.recording_content import rows_by_entity, verify
 from rpf3d_ros.survey_terrain import grid_mesh
 from rpf3d_ros.terrain_messages import GridSurvey, cdr_of_mesh, cloud_of_grid
@@ -42,6 +43,10 @@ def columns(rocks=2, points=4):
     return dict.fromkeys(names, along) | {"rock": np.repeat(np.arange(rocks), points)}
 
 
+def zone(name, corners):
+    return ShownZone(name, corners, np.empty((0, 2, 3)))
+
+
 def pose(z):
     return Pose(position=Point(x=1.0, y=1.0, z=z), orientation=Quaternion(w=1.0))
 
@@ -55,7 +60,7 @@ def event(second):
         "impacts": cloud,
         "deposits": cloud,
         "trajectories": trajectory_markers(header(second), columns(), 200, 50),
-        "hazard/zones": hazard_markers(header(second), {"passed": np.zeros((1, 3, 3)), "stopped": np.zeros((2, 3, 3))}),
+        "hazard/zones": zone_markers(header(second), [zone(n, np.zeros((1, 3, 3))) for n in ("passed", "stopped")]),
     }
 
 
@@ -126,7 +131,7 @@ BAD = {
         "trajectories", lambda: trajectory_markers(header(1, "lidar"), columns(), 9, 9), "'lidar'",
     ),
     "hazard_that_is_not_finite": (
-        "hazard/zones", lambda: hazard_markers(header(1), {"passed": np.full((1, 3, 3), np.nan)}), "not finite",
+        "hazard/zones", lambda: zone_markers(header(1), [zone("passed", np.full((1, 3, 3), np.nan))]), "not finite",
     ),
 }  # fmt: skip
 

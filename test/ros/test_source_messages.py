@@ -1,5 +1,7 @@
 """PoseArray <-> sources."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,12 +10,20 @@ from hypothesis import strategies as st
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
+from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
+from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
+from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
-from rpf3d_ros.source_messages import poses_of_sources, sources_of_poses
+from rpf3d_ros.source_messages import (
+    MOST_SOURCES,
+    poses_of_sources,
+    sources_of_cloud,
+    sources_of_point,
+    sources_of_poses,
+)
 
 MAP = MapFrame()
 ROUNDING = 1e-12
@@ -70,11 +80,101 @@ def test_an_orientation_that_is_no_rotation_is_refused():
         sources_of_poses(poses(pose(turn=(0.0, 0.0, 0.0, 2.0))), MAP)
 
 
-def test_no_poses_are_refused():
-    with pytest.raises(MessageRefused, match="holds no poses"):
-        sources_of_poses(poses(), MAP)
+def test_no_poses_say_that_nothing_is_seen():
+    sources = sources_of_poses(poses(), MAP)
+    assert sources.positions.shape == sources.velocities.shape == sources.directions.shape == (0, 3)
+    assert sources.stamp_ns == 12_000_000_034
+
+
+def test_a_pose_is_thrown_along_its_x_axis_with_the_speed_that_is_asked_for():
+    quarter = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+    sources = sources_of_poses(poses(pose(turn=quarter), pose(turn=(0.0, 0.0, 0.0, 0.0))), MAP, speed=4.0)
+    assert np.allclose(sources.velocities, [[0.0, 4.0, 0.0], [0.0, 0.0, 0.0]], atol=ROUNDING, rtol=0.0)
+    assert sources.diameters is None
+
+
+def test_too_many_poses_are_refused_with_the_limit():
+    many = poses(*[pose()] * (MOST_SOURCES + 1))
+    with pytest.raises(MessageRefused, match="10,001 sources, more than the 10,000"):
+        sources_of_poses(many, MAP)
 
 
 def test_poses_in_a_foreign_frame_are_refused():
     with pytest.raises(MessageRefused, match="'radar'"):
         sources_of_poses(poses(pose(), frame="radar"), MAP)
+
+
+def cloud(frame="map", **columns):
+    header = Header(frame_id=frame, stamp=Time(sec=12, nanosec=34))
+    return cloud_of_columns(header, {name: np.array(values, dtype=float) for name, values in columns.items()})
+
+
+XYZ = {"x": [1.0, 2.0], "y": [3.0, 4.0], "z": [5.0, 6.0]}
+
+
+def test_a_clicked_point_is_one_source_that_falls_from_rest():
+    point = PointStamped(header=Header(frame_id="utm"), point=Point(x=1.0e6 + 2.5, y=0.0, z=7.0))
+    sources = sources_of_point(point, MapFrame(survey="utm", origin=(1.0e6, 0.0, 0.0)))
+    assert sources.positions.tolist() == [[2.5, 0.0, 7.0]]
+    assert sources.velocities.tolist() == [[0.0, 0.0, 0.0]]
+    assert sources.header.frame_id == "map"
+
+
+@pytest.mark.parametrize("point", [Point(x=math.nan), Point(z=math.inf), Point(y=1e9)])
+def test_a_clicked_point_that_is_nowhere_is_refused(point):
+    with pytest.raises(MessageRefused):
+        sources_of_point(PointStamped(header=Header(frame_id="map"), point=point), MAP)
+    with pytest.raises(MessageRefused, match="'odom'"):
+        sources_of_point(PointStamped(header=Header(frame_id="odom")), MAP)
+
+
+def test_a_cloud_of_places_alone_is_of_rocks_at_rest_of_unknown_size():
+    sources = sources_of_cloud(cloud(**XYZ), MAP)
+    assert sources.positions.tolist() == [[1.0, 3.0, 5.0], [2.0, 4.0, 6.0]]
+    assert not sources.velocities.any()
+    assert sources.diameters is None
+
+
+def test_a_cloud_tells_size_and_velocity_where_it_has_them():
+    sources = sources_of_cloud(cloud(**XYZ, diameter=[0.5, np.nan], vx=[1.0, 0.0], vy=[0.0, -2.0], vz=[0.0, 0.5]), MAP)
+    assert np.array_equal(sources.diameters, [0.5, np.nan], equal_nan=True)
+    assert sources.velocities.tolist() == [[1.0, 0.0, 0.0], [0.0, -2.0, 0.5]]
+
+
+def test_a_point_of_a_cloud_that_is_missing_is_no_source():
+    holed = {**XYZ, "z": [np.nan, 6.0]}
+    sources = sources_of_cloud(cloud(**holed, diameter=[1.0, 2.0], vx=[9.0, 1.0], vy=[0.0, 0.0], vz=[0.0, 0.0]), MAP)
+    assert sources.positions.tolist() == [[2.0, 4.0, 6.0]]
+    assert sources.diameters.tolist() == [2.0]
+    assert sources.velocities.tolist() == [[1.0, 0.0, 0.0]]
+
+
+def test_a_cloud_without_points_says_that_nothing_is_seen():
+    assert len(sources_of_cloud(cloud(x=[], y=[], z=[]), MAP).positions) == 0
+
+
+@pytest.mark.parametrize(
+    ("columns", "saying"),
+    [
+        ({"diameter": [0.0, 1.0]}, "source 0 has a diameter of 0 m"),
+        ({"diameter": [1.0, np.inf]}, "source 1 has a diameter of inf m"),
+        ({"vx": [1.0, 1.0]}, "one field 'vy'"),
+        ({"vx": [1.0, 2e4], "vy": [0.0, 0.0], "vz": [0.0, 0.0]}, "source 1 has a speed of 20000 m/s"),
+        ({"vx": [np.nan, 1.0], "vy": [0.0, 0.0], "vz": [0.0, 0.0]}, "source 0 has a speed of nan m/s"),
+    ],
+)
+def test_sizes_and_velocities_that_no_rock_has_are_refused(columns, saying):
+    with pytest.raises(MessageRefused, match=saying):
+        sources_of_cloud(cloud(**XYZ, **columns), MAP)
+
+
+def test_a_cloud_of_too_many_sources_is_refused_before_it_is_looked_at():
+    fields = [PointField(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
+    huge = PointCloud2(header=Header(frame_id="map"), height=1, width=2**31, fields=fields, point_step=12)
+    with pytest.raises(MessageRefused, match="more than the 10,000"):
+        sources_of_cloud(huge, MAP)
+
+
+def test_a_cloud_in_a_foreign_frame_is_refused():
+    with pytest.raises(MessageRefused, match="'radar'"):
+        sources_of_cloud(cloud("radar", **XYZ), MAP)

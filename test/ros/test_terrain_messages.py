@@ -1,6 +1,7 @@
 """Terrain messages <-> surveys: round trips against rclpy's own serialisation, and hostile bytes."""
 
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,9 +12,12 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from geometry_msgs.msg import Point
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import PointCloud2, PointField
 from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 
+from rpf3d_core.live.survey import CloudSurvey
+from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.terrain_messages import (
@@ -21,12 +25,18 @@ from rpf3d_ros.terrain_messages import (
     GridSurvey,
     MeshSurvey,
     cdr_of_mesh,
+    check_cloud,
+    check_mesh,
     cloud_of_grid,
     grid_of_cloud,
     mesh_of_cdr,
+    survey_of_cloud,
 )
 
-MAP = MapFrame()
+A_FEW_OBJECTS = 100_000
+"""Bytes that a refusal may take: its sentence, and what is imported for it."""
+
+MAP, HEADER = MapFrame(), Header(frame_id="map")
 SURVEY = MapFrame(survey="utm", origin=(500_000.0, 4_500_000.0, 0.0))
 SQUARE = MeshSurvey(
     np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.5], [1.0, 1.0, 2.0], [0.0, 1.0, 0.5]]),
@@ -164,3 +174,78 @@ def test_an_unorganised_cloud_is_refused_with_what_to_publish_instead():
 def test_a_cloud_of_holes_only_is_refused():
     with pytest.raises(MessageRefused, match="every point of the cloud is NaN"):
         grid_of_cloud(cloud_of_grid(Header(frame_id="map"), GridSurvey(np.full((3, 3, 3), np.nan))), MAP)
+
+
+def scattered(points, dense=True, kind="f4"):
+    """An unorganised cloud of points (N, 3)."""
+    cloud = cloud_of_columns(HEADER, {name: points[:, i] for i, name in enumerate("xyz")})
+    if kind == "f8":
+        cloud.fields = [PointField(name=n, offset=8 * i, datatype=8, count=1) for i, n in enumerate("xyz")]
+        cloud.point_step, cloud.row_step = 24, 24 * len(points)
+        cloud.data = points.astype("<f8").tobytes()
+    cloud.is_dense = dense
+    return cloud
+
+
+CORNERS = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 2.0], [0.0, 4.0, 3.0], [4.0, 4.0, 4.0]])
+
+
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+def test_scattered_points_are_a_cloud(kind):
+    survey = survey_of_cloud(scattered(CORNERS, kind=kind), MapFrame())
+    assert isinstance(survey, CloudSurvey)
+    assert survey.points.dtype == np.float64
+    assert survey.points.tolist() == CORNERS.tolist()
+
+
+def test_a_column_of_points_is_a_cloud_too():
+    cloud = scattered(CORNERS)
+    cloud.height, cloud.width, cloud.row_step = 4, 1, cloud.point_step
+    assert survey_of_cloud(cloud, MapFrame()).points.tolist() == CORNERS.tolist()
+
+
+def test_rows_of_points_are_a_grid():
+    survey = survey_of_cloud(cloud_of_grid(HEADER, grid()), MapFrame())
+    assert isinstance(survey, GridSurvey)
+    assert np.array_equal(survey.points, grid().points, equal_nan=True)
+
+
+def test_points_that_are_not_there_are_left_out_of_a_cloud():
+    holed = np.concatenate([CORNERS, [[np.nan, 1.0, 1.0], [1.0, 1.0, np.nan]]])
+    assert survey_of_cloud(scattered(holed, dense=False), MapFrame()).points.tolist() == CORNERS.tolist()
+
+
+@pytest.mark.parametrize("points", [CORNERS[:1], CORNERS[:2], np.full((9, 3), np.nan)])
+def test_a_cloud_of_less_than_a_triangle_is_refused(points):
+    with pytest.raises(MessageRefused, match="points that are not NaN; terrain needs 3"):
+        survey_of_cloud(scattered(points, dense=False), MapFrame())
+
+
+def announced(height, width):
+    """A cloud that says it holds so many points and holds none."""
+    fields = [PointField(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
+    return PointCloud2(header=HEADER, height=height, width=width, fields=fields, point_step=12, row_step=12 * width)
+
+
+@pytest.mark.parametrize("read", [check_cloud, survey_of_cloud])
+@pytest.mark.parametrize(("height", "width"), [(1, 50_000_000), (10_000, 5_000)])
+def test_fifty_million_points_are_refused_with_the_limit_and_nothing_is_made_of_them(read, height, width):
+    tracemalloc.start()
+    with pytest.raises(MessageRefused, match="50,000,000 points, more than the 10,000,000"):
+        read(announced(height, width), MapFrame())
+    assert tracemalloc.get_traced_memory()[1] < A_FEW_OBJECTS
+    tracemalloc.stop()
+
+
+def test_a_mesh_of_too_many_vertices_or_triangles_is_refused_with_the_limit():
+    whole = cdr_of_mesh(SQUARE)
+    with pytest.raises(MessageRefused, match="more than the 2 that a survey may have"):
+        mesh_of_cdr(whole, MapFrame(), "map", most=2)
+    huge = struct.pack("<I", 2 * 50_000_000) + whole[8:]
+    with pytest.raises(MessageRefused, match="50,000,000 points, more than"):
+        check_mesh(whole[:4] + huge)
+
+
+def test_a_sound_cloud_and_mesh_pass_the_checks_of_a_callback():
+    check_cloud(cloud_of_grid(HEADER, grid()), MapFrame())
+    check_mesh(cdr_of_mesh(SQUARE))

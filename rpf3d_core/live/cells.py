@@ -1,0 +1,58 @@
+"""Where a raster lies over ground, and how high that is there: what a map needs beside what rocks did."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.compiling import loop
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.terrain.facets import Terrain
+
+
+class Cells(NamedTuple):
+    """The C cells of a raster over a terrain; worked out once for each ground.
+
+    covered : (C,) whether there is ground below the middle of the cell
+    height : (C,) m, local frame, of the highest ground there; beside it where the middle has none, NaN where no facet
+        is near
+    """
+
+    covered: NDArray[np.bool_]
+    height: NDArray[np.float32]
+
+
+def cells_over(terrain: Terrain, raster: Raster) -> Cells:
+    """The cells of a raster over a terrain."""
+    covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
+    height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
+    cover(terrain.vertices, terrain.triangles, *raster, covered, height)
+    return Cells(covered, height)
+
+
+@loop
+def cover(
+    vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, covered: Any, height: Any
+) -> None:
+    """Look at the middles of all cells within the box of each facet."""
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
+        bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
+        cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        west, east = int((min(ax, bx, cx) - x) / cell), int((max(ax, bx, cx) - x) / cell)
+        south, north = int((min(ay, by, cy) - y) / cell), int((max(ay, by, cy) - y) / cell)
+        for j in range(max(south, 0), min(north, ny - 1) + 1):
+            for i in range(max(west, 0), min(east, nx - 1) + 1):
+                px, py, at = x + (i + 0.5) * cell, y + (j + 0.5) * cell, j * nx + i
+                u = (bx - px) * (cy - py) - (cx - px) * (by - py)
+                v = (cx - px) * (ay - py) - (ax - px) * (cy - py)
+                w = area - u - v
+                inside = area != 0.0 and u * area >= 0.0 and v * area >= 0.0 and w * area >= 0.0
+                z = (u * az + v * bz + w * cz) / area if inside else (az + bz + cz) / 3.0
+                known = height[at] == height[at]
+                if not known or (inside and not covered[at]) or (inside == covered[at] and z > height[at]):
+                    height[at] = z
+                if inside:
+                    covered[at] = True

@@ -1,0 +1,107 @@
+"""One survey in one file: never half-written, never half-read.
+
+A line that names the kind of file, the length of a header and the header (JSON), the arrays, and the SHA-256 of all
+that. It is written beside its place, flushed to the disk, and put there in one step.
+"""
+
+import hashlib
+import json
+import os
+import struct
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
+
+MAGIC = b"rpf3d survey 1\n"
+CHECK = 32
+"""Bytes of a SHA-256."""
+LONGEST_HEADER = 65_536
+"""Bytes; a header has some hundred."""
+SUFFIX = ".survey"
+KINDS: dict[str, Any] = {kind.__name__: kind for kind in (GridSurvey, MeshSurvey, CloudSurvey)}
+LENGTH = struct.Struct("<Q")
+
+
+class Piece(NamedTuple):
+    """A survey that was made ground, or sewn into one.
+
+    digest : of the ground that came of it; upon : of the ground that it was sewn into, "" for a whole one
+    stamp_ns, received_ns : as of `ground.Ground`
+    """
+
+    survey: Survey
+    digest: str
+    upon: str
+    stamp_ns: int
+    received_ns: int
+
+
+def write_piece(path: Path, piece: Piece) -> None:
+    """Write a piece, in place of what is there, in one step. Raises OSError."""
+    beside = path.with_suffix(".part")
+    arrays = _arrays(piece.survey)
+    parts = [{"type": array.dtype.str, "shape": array.shape} for array in arrays]
+    header = json.dumps({"kind": type(piece.survey).__name__, "arrays": parts, **_told(piece)}).encode()
+    digest = hashlib.sha256()
+    with beside.open("wb") as file:
+        for part in (MAGIC, LENGTH.pack(len(header)), header, *(_bytes_of(array) for array in arrays)):
+            digest.update(part)
+            file.write(part)
+        file.write(digest.digest())
+        file.flush()
+        os.fsync(file.fileno())
+    beside.replace(path)
+    sync_folder(path.parent)
+
+
+def read_piece(path: Path) -> Piece:
+    """Read a piece. Raises TerrainError, in one sentence, where anything is missing or changed, and OSError."""
+    content = path.read_bytes()
+    body = memoryview(content)[: max(len(content) - CHECK, 0)]
+    if bytes(body[: len(MAGIC)]) != MAGIC:
+        raise TerrainError(f"{path}: this is no survey that rpf3d keeps, or its beginning is damaged")
+    if hashlib.sha256(body).digest() != content[len(body) :]:
+        raise TerrainError(f"{path}: the survey is damaged or cut short: its checksum is another")
+    return _piece(body)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the disk know of names that were made, replaced or taken away in a folder."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _told(piece: Piece) -> dict[str, Any]:
+    return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns")}
+
+
+def _arrays(survey: Survey) -> list[NDArray[Any]]:
+    if isinstance(survey, MeshSurvey):
+        return [np.ascontiguousarray(survey.vertices, "<f8"), np.ascontiguousarray(survey.triangles, "<i4")]
+    return [np.ascontiguousarray(survey.points, "<f8")]
+
+
+def _bytes_of(array: Any) -> memoryview:
+    return memoryview(array).cast("B")
+
+
+def _piece(body: memoryview) -> Piece:
+    """What a body whose checksum is right holds."""
+    begin = len(MAGIC) + LENGTH.size
+    (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
+    header = json.loads(bytes(body[begin : begin + min(length, LONGEST_HEADER)]))
+    arrays, at = [], begin + length
+    for part in header["arrays"]:
+        count = int(np.prod(part["shape"]))
+        arrays.append(np.frombuffer(body, part["type"], count, at).reshape(part["shape"]))
+        at += arrays[-1].nbytes
+    survey = KINDS[header["kind"]](*arrays)
+    return Piece(survey, header["digest"], header["upon"], header["stamp_ns"], header["received_ns"])

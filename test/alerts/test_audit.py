@@ -1,0 +1,191 @@
+"""The audit: every decision again, bit for bit, and whatever is changed or missing found."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from alert_evidence import SHIFT, logged_shift
+from command_line import call, refused
+
+from rpf3d_core.alerts import audit
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.alerts.lines import BEGINNING, content_of, line_of
+from rpf3d_core.alerts.log import DecisionLog
+
+LEVELS_SHOWN = ["normal", "watch", "evacuate", "evacuate", "evacuate", "normal"]
+"""At the changes of the shift: the fault is told while evacuate is held, and clears to it."""
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    logged_shift(tmp_path / "log")
+    return tmp_path / "log"
+
+
+def file_of(log: Path) -> Path:
+    return log / "decisions-000001.jsonl"
+
+
+def lines_of(log: Path) -> list[bytes]:
+    return file_of(log).read_bytes().splitlines(keepends=True)
+
+
+def forged(log: Path, change: Callable[[list[dict]], object]) -> None:
+    """Change what lines hold and write the whole log anew, with hashes that fit."""
+    contents = [content_of(raw) for raw in lines_of(log)]
+    change(contents)
+    written, before = b"", BEGINNING
+    for number, content in enumerate(contents):
+        facts = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
+        raw, before = line_of(number, before, content["kind"], facts)
+        written += raw
+    file_of(log).write_bytes(written)
+
+
+def test_a_log_as_it_was_written_is_sound(log: Path) -> None:
+    found = audit_log(log)
+    assert found.sound and found.findings == found.notes == []
+    assert (found.files, found.decisions, found.reproduced) == (1, len(SHIFT), len(SHIFT))
+    assert found.versions == ["0.1.0"]
+    assert found.head == content_of(lines_of(log)[-1])["sha256"]
+    assert audit_log(log, head=content_of(lines_of(log)[3])["sha256"]).sound
+
+
+def test_the_changes_are_told_with_their_reasons(log: Path) -> None:
+    changes = audit_log(log).changes
+    assert [change.alert.level.word for change in changes] == LEVELS_SHOWN
+    assert [bool(change.alert.faults) for change in changes] == [False, False, False, True, False, False]
+    assert changes[-1].alert.acknowledgement.by == "A. Shift"
+
+
+@pytest.mark.parametrize("place", range(9))
+def test_a_changed_byte_in_any_line_is_found(log: Path, place: int) -> None:
+    lines = lines_of(log)
+    middle = len(lines[place]) // 2
+    byte = b"0" if lines[place][middle : middle + 1] != b"0" else b"1"
+    lines[place] = lines[place][:middle] + byte + lines[place][middle + 1 :]
+    file_of(log).write_bytes(b"".join(lines))
+    found = audit_log(log)
+    assert not found.sound
+    assert any(f"line {place + 1}: is not as it was written" in finding for finding in found.findings)
+
+
+@pytest.mark.parametrize("place", range(8))
+def test_a_missing_line_is_found(log: Path, place: int) -> None:
+    lines = lines_of(log)
+    file_of(log).write_bytes(b"".join(lines[:place] + lines[place + 1 :]))
+    assert any("1 lines before it are missing" in finding for finding in audit_log(log).findings)
+
+
+def test_lines_taken_off_the_end_are_found_by_a_hash_that_was_noted_elsewhere(log: Path) -> None:
+    head = audit_log(log).head
+    file_of(log).write_bytes(b"".join(lines_of(log)[:-1]))
+    assert audit_log(log).sound, "the chain alone cannot tell"
+    found = audit_log(log, head=head)
+    assert not found.sound and "no line of the log has the hash" in found.findings[0]
+
+
+def test_exchanged_lines_are_found(log: Path) -> None:
+    lines = lines_of(log)
+    file_of(log).write_bytes(b"".join([*lines[:4], lines[5], lines[4], *lines[6:]]))
+    assert not audit_log(log).sound
+
+
+def test_a_torn_last_line_is_told(log: Path) -> None:
+    file_of(log).write_bytes(file_of(log).read_bytes()[:-30])
+    found = audit_log(log)
+    told = "line 9: is torn: its end was never written; what it held cannot be told"
+    assert found.findings == [f"{file_of(log).name}, {told}"]
+    assert found.reproduced == len(SHIFT) - 1
+
+
+FORGERIES: dict[str, tuple[Callable[[list[dict]], object], str]] = {
+    "a level": (lambda lines: lines[4]["alert"].update(level="normal"), '`level` is "normal", but decides to'),
+    "a reason": (lambda lines: lines[4]["alert"].update(reasons=["all is well"]), "`reasons` is"),
+    "an energy": (lambda lines: lines[4]["evidence"]["areas"][0].update(high=0.01, reached=3), "is not reproduced"),
+    "the time": (lambda lines: lines[4].update(now_ns=1), "is not reproduced"),
+    "no number": (lambda lines: lines[4].update(now_ns="yesterday"), "nothing can be decided from what it holds"),
+    "the thresholds": (lambda lines: lines[1].update(text=lines[1]["text"].replace("0.2", "0.9")), "the digest is not"),
+    "no thresholds": (lambda lines: lines.pop(1), "do not stand in the log before it"),
+    "a missing field": (lambda lines: lines[4]["alert"].pop("held"), "does not understand the decision"),
+    "a strange level": (lambda lines: lines[4]["alert"].update(level="fine"), "does not understand the decision"),
+    "a decision less": (lambda lines: lines.pop(4), "does not go on from the decision before it"),
+    "a strange line": (lambda lines: lines[4].update(kind="note"), "of the kind 'note'"),
+    "another format": (lambda lines: lines[0].update(format=2), "of the format 2, and this version reads 1"),
+    "thresholds of no site": (lambda lines: lines[1].update(text="{}"), "thresholds in the log are not understood"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "sentence"), FORGERIES.values(), ids=FORGERIES)
+def test_a_log_written_anew_with_hashes_that_fit_does_not_reproduce(log: Path, change: Callable, sentence: str) -> None:
+    forged(log, lambda _: None)
+    assert audit_log(log).sound, "the forger writes lines as the log does"
+    forged(log, change)
+    found = audit_log(log)
+    assert not found.sound
+    assert any(sentence in finding for finding in found.findings), found.findings
+
+
+def test_a_file_that_is_missing_is_found(tmp_path: Path) -> None:
+    logged_shift(tmp_path, largest_bytes=4000)
+    assert audit_log(tmp_path / "decisions-000002.jsonl").notes[0].endswith("earlier files are not looked at")
+    (tmp_path / "decisions-000002.jsonl").unlink()
+    assert any("files before decisions-000003.jsonl are missing" in finding for finding in audit_log(tmp_path).findings)
+    (tmp_path / "decisions-000003.jsonl").write_bytes(b"")
+    assert any("holds nothing" in finding for finding in audit_log(tmp_path).findings)
+
+
+def test_another_version_is_made_again_too_and_told(log: Path) -> None:
+    forged(log, lambda lines: [line.update(version="0.0.9") for line in lines[2:5]])
+    found = audit_log(log)
+    assert found.sound and found.versions == ["0.0.9", "0.1.0"]
+
+
+def test_a_version_that_decides_otherwise_is_found(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    decide = audit.decide
+    monkeypatch.setattr(audit, "decide", lambda *given: decide(*given)._replace(valid_until_ns=0))
+    found = audit_log(log)
+    assert (found.reproduced, len(found.findings)) == (0, len(SHIFT))
+
+
+def test_the_command_prints_the_changes_and_a_verdict(log: Path, monkeypatch, capsys) -> None:
+    assert call(monkeypatch, "audit", log) == 0
+    printed = capsys.readouterr().out
+    assert "watch > evacuate" in printed
+    assert "ramp: evacuate, for 3,000 of 10,000 rocks came" in printed
+    assert "acknowledged by A. Shift: inspected from the other side" in printed
+    assert "2027-01-15 08:00:02.000 UTC" in printed
+    assert "7 of 7 decisions reproduced bit for bit; the chain of lines is whole" in printed
+    assert "written by version 0.1.0" in printed
+
+
+def test_the_command_ends_with_1_where_anything_is_wrong(log: Path, monkeypatch, capsys) -> None:
+    forged(log, FORGERIES["a level"][0])
+    assert call(monkeypatch, "audit", log) == 1
+    printed = capsys.readouterr()
+    assert "6 of 7 decisions reproduced bit for bit; the log is NOT sound" in printed.out
+    assert "`level` is" in printed.err
+
+
+def test_the_command_prints_json(log: Path, monkeypatch, capsys) -> None:
+    assert call(monkeypatch, "audit", log, "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["sound"], told["decisions"], told["reproduced"]) == (True, 7, 7)
+    assert told["changes"][2]["alert"]["level"] == "evacuate"
+    assert call(monkeypatch, "audit", log, "--json", "--head", "f" * 64) == 1
+    assert json.loads(capsys.readouterr().out)["findings"]
+
+
+def test_a_log_that_is_not_there_is_refused(tmp_path: Path, monkeypatch, capsys) -> None:
+    assert refused(monkeypatch, capsys, "audit", tmp_path / "none") == f"{tmp_path / 'none'}: there is no such log"
+    assert refused(monkeypatch, capsys, "audit", tmp_path) == f"{tmp_path}: the folder holds no log of decisions"
+
+
+def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
+    (tmp_path / "picture.png").write_bytes(bytes(range(256)) * 4)
+    assert not audit_log(tmp_path / "picture.png").sound
+    with DecisionLog(tmp_path / "log", "0.1.0"):
+        pass
+    with pytest.raises(Exception, match="holds no log"):
+        audit_log(tmp_path / "log")

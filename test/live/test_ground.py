@@ -1,0 +1,180 @@
+"""A ground made whole from a survey."""
+
+import gc
+import threading
+
+import numpy as np
+import pytest
+from surveyed_hills import cloud, edge_counts, grid, mesh
+
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.ground import WELD, ZONE, Workshop
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey
+from rpf3d_core.terrain.facets import facets_of
+from rpf3d_core.terrain.survey import mesh_terrain
+
+ROUNDING = 1e-10
+"""Of normals, where local origins differ: coordinates of 5 km and triangles of some centimetres."""
+
+
+def as_from_a_file(survey):
+    """Facets and buckets as everything that is no survey gets them."""
+    vertices, triangles = survey.vertices, survey.triangles
+    facets = facets_of(mesh_terrain(vertices, triangles, ZONE, WELD))
+    return facets, bucket_locator(facets)
+
+
+def equal(ground, facets, buckets):
+    arrays = [(ground.facets.geometry, facets.geometry), (ground.facets.zone, facets.zone)]
+    arrays += [(getattr(ground.locator, name), getattr(buckets, name)) for name in ("starts", "ids", "boxes")]
+    arrays += list(zip(ground.locator.slabs, buckets.slabs, strict=True))
+    return all(np.array_equal(a, b) for a, b in arrays) and ground.facets[4:] == facets[4:]
+
+
+def holed(survey):
+    survey.points[10:14, 20:25] = np.nan
+    survey.points[3, 3, 2] = np.nan
+    return survey
+
+
+def soup(survey):
+    corners = survey.vertices[survey.triangles].reshape(-1, 3)
+    return MeshSurvey(corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+def wound(survey, some):
+    triangles = survey.triangles.copy()
+    triangles[some] = triangles[some][:, ::-1]
+    return MeshSurvey(survey.vertices, triangles)
+
+
+@pytest.mark.parametrize("rows", [2, 40, 200])
+@pytest.mark.parametrize("turned", [0.0, 2.0])
+def test_a_grid_becomes_the_bits_of_a_terrain_that_was_read_as_a_mesh(rows, turned):
+    survey = grid(rows, turned=turned)
+    assert equal(Workshop().whole(survey), *as_from_a_file(mesh(survey)))
+
+
+def test_so_does_a_grid_with_holes_and_one_whose_rows_run_the_other_way():
+    for survey in (holed(grid()), GridSurvey(grid().points[::-1].copy())):
+        assert equal(Workshop().whole(survey), *as_from_a_file(mesh(survey)))
+        assert (Workshop().whole(survey).facets.normals[:, 2] > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda m: m, soup, lambda m: wound(m, slice(None)), lambda m: wound(m, slice(0, 400, 7))],
+    ids=["sound", "a soup", "all down", "some down"],
+)
+def test_so_does_a_mesh_whatever_is_wrong_with_it(change):
+    survey = change(mesh(grid()))
+    ground = Workshop().whole(survey)
+    assert equal(ground, *as_from_a_file(survey))
+    assert len(ground.terrain.vertices) == 40 * 44
+    assert (ground.facets.normals[:, 2] > 0.0).all()
+
+
+def test_two_sides_of_a_seam_within_the_tolerance_are_welded():
+    left, right = mesh(grid(columns=10)), mesh(grid(columns=10, east=9.0))
+    seam = left.vertices.reshape(40, 10, 3)[:, -1]
+    right.vertices.reshape(40, 10, 3)[:, 0] = seam + np.array([0.0, 0.0, 0.5 * WELD])
+    both = MeshSurvey(
+        np.concatenate([left.vertices, right.vertices]),
+        np.concatenate([left.triangles, right.triangles + len(left.vertices)]),
+    )
+    assert len(Workshop().whole(both).terrain.vertices) == 40 * 19
+
+
+def test_a_cloud_is_cut_in_plan_and_a_gap_of_the_survey_is_a_hole():
+    points = cloud(4000, 0.0, 0.0, 40.0).points
+    whole = Workshop(longest_edge=4.0).whole(CloudSurvey(points))
+    middle = np.abs(points[:, :2] - points[:, :2].mean(axis=0)).max(axis=1) < 8.0
+    ground = Workshop(longest_edge=4.0).whole(CloudSurvey(points[~middle]))
+    assert edge_counts(ground)[0] > edge_counts(whole)[0] + 10
+    centre = np.array([[0.0, 0.0, 1e3]])
+    assert ground.engine.ground_below(centre)[0, 1] < 0 <= whole.engine.ground_below(centre)[0, 1]
+    assert (ground.facets.normals[:, 2] > 0.0).all()
+
+
+def test_a_cloud_with_doubles_and_holes_is_the_cloud_without():
+    points = cloud(500, 0.0, 0.0, 20.0).points
+    more = np.concatenate([points, points[:50] + np.array([0.0, 0.0, 3.0]), np.full((5, 3), np.nan)])
+    one, other = Workshop().whole(CloudSurvey(points)), Workshop().whole(CloudSurvey(more))
+    assert len(one.facets.zone) == len(other.facets.zone)
+    assert np.allclose(one.facets.normals, other.facets.normals, atol=ROUNDING, rtol=0.0)
+
+
+@pytest.mark.parametrize(
+    ("survey", "reason"),
+    [
+        (GridSurvey(np.full((5, 5, 3), np.nan)), "no square of four points"),
+        (GridSurvey(grid().points[:1]), "no square of four points"),
+        (GridSurvey(np.where(np.arange(3) == 2, np.inf, grid().points)), "NaN or infinite"),
+        (MeshSurvey(np.zeros((3, 3)), np.array([[0, 1, 2]])), "no facet has an area"),
+        (MeshSurvey(np.eye(3), np.array([[0, 1, 3]])), "a vertex that there is not"),
+        (MeshSurvey(np.eye(3), np.array([[0, 1, -1]])), "a vertex that there is not"),
+        (MeshSurvey(np.array([[0, 0, 0], [1, 0, np.nan], [0, 1, 0]]), np.array([[0, 1, 2]])), "NaN or infinite"),
+        (MeshSurvey(np.eye(3), np.empty((0, 3), int)), "no triangles"),
+        (CloudSurvey(np.eye(3)[:2]), "at least three"),
+        (CloudSurvey(np.repeat(np.arange(9.0)[:, None], 3, axis=1)), "no triangle"),
+    ],
+)
+def test_what_is_no_terrain_is_refused_with_a_reason(survey, reason):
+    with pytest.raises(TerrainError, match=reason):
+        Workshop().whole(survey)
+
+
+@pytest.mark.parametrize("kind", [GridSurvey, CloudSurvey])
+def test_fifty_million_points_are_refused_by_name_of_the_limit_before_memory_is_taken(kind):
+    shape = (5_000, 10_000, 3) if kind is GridSurvey else (50_000_000, 3)
+    workshop = Workshop()
+    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 10,000,000"):
+        workshop.whole(kind(np.broadcast_to(np.zeros(3), shape)))
+    assert workshop.size == 0
+
+
+def test_a_limit_of_ones_own_holds_to_the_point():
+    survey = grid(10, 10)
+    Workshop(most_points=100).whole(survey)
+    with pytest.raises(TerrainError, match="more than the 99 "):
+        Workshop(most_points=99).whole(survey)
+
+
+def test_a_ground_in_use_is_never_written_to_and_memory_is_used_again():
+    workshop = Workshop()
+    running = workshop.whole(grid())
+    before = running.facets.geometry.copy(), running.locator.ids.copy()
+    sizes = []
+    for k in range(6):
+        workshop.whole(grid(seed=k + 1))
+        gc.collect()
+        sizes.append(workshop.size)
+    assert np.array_equal(running.facets.geometry, before[0])
+    assert np.array_equal(running.locator.ids, before[1])
+    assert len(set(sizes)) == 1
+
+
+def test_two_grounds_in_use_both_keep_their_memory_while_a_third_is_made():
+    workshop = Workshop()
+    grounds = [workshop.whole(grid(seed=k)) for k in range(3)]
+    for k, ground in enumerate(grounds):
+        assert equal(ground, *as_from_a_file(mesh(grid(seed=k))))
+
+
+def test_the_digest_tells_surveys_apart_and_the_same_survey_again():
+    workshop = Workshop()
+    one, same, other = (workshop.whole(grid(seed=k)).digest for k in (0, 0, 1))
+    assert one == same != other
+    assert len(one) == 64
+    assert workshop.whole(mesh(grid())).digest != one
+
+
+def test_a_ground_can_be_made_on_another_thread_than_it_is_flown_on():
+    made = []
+    workshop = Workshop()
+    thread = threading.Thread(target=lambda: made.append(workshop.whole(grid(), stamp_ns=7)))
+    thread.start()
+    thread.join()
+    assert made[0].stamp_ns == 7
+    assert made[0].engine.ground_below(made[0].terrain.vertices[900][None] + (0, 0, 5))[0, 0] == pytest.approx(5.0)

@@ -1,0 +1,171 @@
+"""The last good terrain on disk."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from surveyed_hills import cloud, grid, live_facets, mesh
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.store import WHOLE, Store, read_last
+from rpf3d_core.live.stored import Piece, read_piece, write_piece
+
+ROOT = Path(__file__).parents[2]
+PIECE = Piece(grid(4, 5), "d" * 64, "", 12, 34)
+
+
+def kept(folder, *surveys, most_patches=64):
+    """The ground of a survey and patches, kept in a folder."""
+    workshop, store = Workshop(), Store(folder, most_patches)
+    ground = workshop.whole(surveys[0], stamp_ns=1)
+    store.keep(ground, surveys[0])
+    for k, patch in enumerate(surveys[1:]):
+        ground = workshop.patched(ground, patch, stamp_ns=2 + k)
+        store.keep(ground, patch)
+    store.close(20.0)
+    assert store.fault is None
+    return ground
+
+
+PATCHES = (grid(8, 8, 12.3, 9.2, seed=1), cloud(100, 20.0, 14.0, 8.0, seed=2), grid(6, 9, 15.1, 9.9, seed=3))
+
+
+@pytest.mark.parametrize("survey", [grid(), mesh(grid()), cloud(300, 0.0, 0.0, 20.0)], ids=["grid", "mesh", "cloud"])
+def test_a_ground_comes_back_to_the_last_bit_and_says_how_old_it_is(tmp_path, survey):
+    ground = kept(tmp_path, survey)
+    last = read_last(tmp_path)
+    again = last.ground(Workshop())
+    assert np.array_equal(again.facets.geometry, ground.facets.geometry)
+    assert (again.digest, again.stamp_ns) == (ground.digest, 1)
+    assert last.age_s(ground.received_ns + 90 * 10**9) == 90.0
+    assert last.age_s(ground.received_ns - 5) == 0.0
+
+
+def test_patches_come_back_in_their_order(tmp_path):
+    ground = kept(tmp_path, grid(), *PATCHES)
+    again = read_last(tmp_path).ground(Workshop())
+    assert np.array_equal(again.facets.geometry, ground.facets.geometry)
+    assert (again.digest, again.stamp_ns, again.patches) == (ground.digest, 4, 3)
+
+
+def test_a_whole_survey_takes_the_place_of_all_before(tmp_path):
+    kept(tmp_path, grid(), *PATCHES)
+    ground = kept(tmp_path, grid(seed=9))
+    assert [path.name for path in tmp_path.iterdir()] == [WHOLE]
+    assert read_last(tmp_path).ground(Workshop()).digest == ground.digest
+
+
+def test_patches_of_a_ground_before_are_not_laid_upon_another(tmp_path):
+    kept(tmp_path, grid(), *PATCHES)
+    stale = {path.name: path.read_bytes() for path in tmp_path.glob("patch*")}
+    ground = kept(tmp_path, grid(seed=9))
+    for name, content in stale.items():
+        (tmp_path / name).write_bytes(content)  # as after a kill between the two steps
+    last = read_last(tmp_path)
+    assert [piece.digest for piece in last.pieces] == [ground.digest]
+    assert last.faults == ()
+
+
+def test_many_patches_are_folded_into_a_whole_mesh(tmp_path):
+    ground = kept(tmp_path, grid(), *PATCHES, most_patches=2)
+    last = read_last(tmp_path)
+    again = last.ground(Workshop())
+    assert len(last.pieces) == 1
+    assert again.digest == ground.digest
+    assert len(live_facets(again)) == len(live_facets(ground))
+
+
+def test_patches_go_on_after_a_return(tmp_path):
+    kept(tmp_path, grid(), *PATCHES[:1])
+    last, store, workshop = read_last(tmp_path), Store(tmp_path), Workshop()
+    ground = workshop.patched(last.ground(workshop), PATCHES[1])
+    store.follow(last)
+    store.keep(ground, PATCHES[1])
+    store.close(20.0)
+    assert read_last(tmp_path).ground(Workshop()).digest == ground.digest
+    assert len(read_last(tmp_path).pieces) == 3
+
+
+def test_an_empty_folder_holds_nothing(tmp_path):
+    assert read_last(tmp_path) is None
+    assert read_last(tmp_path / "none") is None
+
+
+def test_every_cut_and_every_flipped_bit_is_refused_with_a_sentence(tmp_path):
+    path = tmp_path / WHOLE
+    write_piece(path, PIECE)
+    content = path.read_bytes()
+    rng = np.random.default_rng(0)
+    damaged = [content[:n] for n in range(0, len(content), 7)]
+    for bit in rng.integers(0, 8 * len(content), 400).tolist():
+        changed = bytearray(content)
+        changed[bit // 8] ^= 1 << bit % 8
+        damaged.append(bytes(changed))
+    for bad in [*damaged, content + b"x"]:
+        path.write_bytes(bad)
+        with pytest.raises(TerrainError, match=r"damaged|no survey that rpf3d keeps"):
+            read_last(tmp_path)
+    path.write_bytes(content)
+    assert read_piece(path).digest == PIECE.digest
+
+
+def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
+    kept(tmp_path, grid(), *PATCHES)
+    second = sorted(tmp_path.glob("patch*"))[1]
+    second.write_bytes(second.read_bytes()[:-9])
+    last = read_last(tmp_path)
+    assert len(last.pieces) == 2
+    assert last.faults[0].endswith("the terrain is that before this patch")
+    assert second.name in last.faults[0]
+
+
+def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
+    ground, store = Workshop().whole(grid()), Store(tmp_path / "store")
+    (tmp_path / "store").rmdir()
+    store.keep(ground, grid())
+    assert store.flush(20.0)
+    assert "could not be kept" in store.fault
+    (tmp_path / "store").mkdir()
+    store.keep(ground, grid())
+    assert store.flush(20.0)
+    assert store.fault is None
+
+
+WRITER = """
+import sys
+from pathlib import Path
+sys.path[:0] = [{root!r}, {test!r}]
+from surveyed_hills import grid
+from rpf3d_core.live.stored import Piece, write_piece
+from rpf3d_core.live.store import WHOLE
+surveys = [grid(300, 300, seed=k) for k in range(2)]
+while True:
+    for k, survey in enumerate(surveys):
+        write_piece(Path({folder!r}) / WHOLE, Piece(survey, str(k), "", k, k))
+        print(k, flush=True)
+"""
+
+
+def test_a_writer_that_is_killed_at_any_moment_leaves_a_whole_file(tmp_path):
+    code = WRITER.format(root=str(ROOT), test=str(ROOT / "test"), folder=str(tmp_path))
+    expected = [grid(300, 300, seed=k).points for k in range(2)]
+    writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    try:
+        for _ in range(3):
+            writer.stdout.readline()
+        for _ in range(20):
+            os.kill(writer.pid, signal.SIGSTOP)  # what is on the disk now is what a kill would leave
+            piece = read_last(tmp_path).pieces[0]
+            assert np.array_equal(piece.survey.points, expected[int(piece.digest)])
+            os.kill(writer.pid, signal.SIGCONT)
+            time.sleep(0.003)
+    finally:
+        writer.kill()
+        writer.wait()
+    assert read_last(tmp_path) is not None

@@ -1,0 +1,91 @@
+"""Results and alerts as messages."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import Header
+
+from rpf3d_ros.alert_messages import LEVELS, alarm_message, alerts_message
+from rpf3d_ros.diagnostic_messages import OK, WARN, healths_of
+from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.result_messages import ResultFacts, facts_of, results_message
+
+HEADER = Header(frame_id="map", stamp=Time(sec=12, nanosec=34))
+FACTS = ResultFacts(7, 1, False, 400, 20, 1, 0.25, "0" * 64, "1" * 64, {"stopped": 390, "left_terrain": 10})
+LEVEL_WORDS = ["normal", "watch", "restrict", "evacuate", "fault"]
+
+
+def sent(message):
+    return deserialize_message(serialize_message(message), type(message))
+
+
+@pytest.mark.parametrize("facts", [FACTS, replace(FACTS, complete=True, outcomes={}, warning="2 rocks failed")])
+def test_the_facts_of_a_result_survive_its_message(facts):
+    assert facts_of(sent(results_message(HEADER, facts))) == facts
+
+
+def test_a_result_is_stamped_as_what_caused_it_and_warns_where_it_has_to():
+    message = results_message(HEADER, FACTS)
+    assert message.header == HEADER
+    assert healths_of(message)[0].level == OK
+    assert healths_of(message)[0].message == "result 7: 400 rocks from 20 sources, to be refined"
+    assert healths_of(results_message(HEADER, replace(FACTS, warning="2 rocks failed")))[0].level == WARN
+
+
+def test_a_message_without_a_result_is_refused():
+    with pytest.raises(MessageRefused, match="holds no status 'rpf3d: result'"):
+        facts_of(DiagnosticArray())
+
+
+@pytest.mark.parametrize("key", ["result", "complete", "seconds", "terrain_digest", "outcome.stopped"])
+def test_a_damaged_result_is_refused(key):
+    message = results_message(HEADER, FACTS)
+    for pair in message.status[0].values:
+        if pair.key == key:
+            pair.key, pair.value = ("gone", "") if key == "terrain_digest" else (key, "many")
+    with pytest.raises(MessageRefused, match="is damaged"):
+        facts_of(message)
+
+
+def alert(word, alarm=False):
+    level = SimpleNamespace(word=word)
+    reasons = ("ramp: 12 % of rocks reach it", "held since 08:15")
+    return SimpleNamespace(level=level, held=level, reasons=reasons, alarm=alarm, at_ns=5, valid_until_ns=2**62)
+
+
+@pytest.mark.parametrize("word", LEVEL_WORDS)
+def test_an_alert_says_its_level_its_reasons_and_until_when_they_hold(word):
+    (health,) = healths_of(sent(alerts_message(HEADER, alert(word, alarm=True), 7)))
+    assert health.name == "rpf3d: alert"
+    assert health.message == f"{word}: ramp: 12 % of rocks reach it; held since 08:15"
+    assert {key: health.values[key] for key in ("level", "alarm", "result", "valid_until_ns", "reason.1")} == {
+        "level": word, "alarm": "true", "result": "7", "valid_until_ns": str(2**62), "reason.1": "held since 08:15",
+    }  # fmt: skip
+
+
+def test_a_fault_is_above_every_error_and_the_levels_rise():
+    levels = [LEVELS[word] for word in LEVEL_WORDS]
+    assert levels == sorted(levels)
+    assert levels[0] == OK
+    assert levels[-1] > DiagnosticStatus.ERROR[0]
+
+
+def test_every_level_of_the_alerts_has_one_of_the_message():
+    levels = pytest.importorskip("rpf3d_core.alerts.levels", reason="alerts are not there")
+    assert set(LEVELS) == {level.word for level in levels.Level}
+
+
+def test_the_alarm_is_what_the_alert_says():
+    assert alarm_message(alert("watch")).data is False
+    assert alarm_message(alert("evacuate", alarm=True)).data is True
+
+
+def test_an_alert_without_an_answer_names_none():
+    assert healths_of(alerts_message(HEADER, alert("fault"), None))[0].values["result"] == ""
