@@ -151,11 +151,11 @@ class LivePeer:
         began = time.monotonic_ns()
         self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
-    def spin(self, seconds=0.0):
-        """Take what comes for so long."""
-        until = time.monotonic() + seconds
+    def spin(self, seconds=0.0, until_something_is_said=False):
+        """Take what comes for so long, or until the simulator says anything."""
+        until, said = time.monotonic() + seconds, len(self.said)
         self._turn(0.0)
-        while (left := until - time.monotonic()) > 0:
+        while (left := until - time.monotonic()) > 0 and not (until_something_is_said and len(self.said) > said):
             self._turn(left)
 
     def _turn(self, longest):
