@@ -54,7 +54,7 @@ test: venv
 guards: venv
 	$(BIN)/python test/hard/guards.py
 
-# 29 properties; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
+# 36 properties, seven of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
@@ -72,6 +72,7 @@ bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
 	$(BIN)/python benchmarks/flight.py
 	$(BIN)/python benchmarks/ensemble.py
+	$(BIN)/python benchmarks/live_ground.py
 
 accuracy: venv
 	$(BIN)/python docs/accuracy.py

@@ -42,7 +42,8 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/launch", glob("launch/*.launch.py")),
-        (f"share/{NAME}/config", glob("config/*.yaml")),
+        (f"share/{NAME}/config", [name for name in glob("config/*") if isfile(name)]),
+        (f"share/doc/{NAME}", glob("docs/*.md")),
         (f"share/{NAME}/config/scenes", [name for name in glob("config/scenes/*") if isfile(name)]),
     ],
     entry_points={

@@ -21,7 +21,7 @@ SPARE = 8
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
-    """A new array, as `Memory`."""
+    """A new array (N,) of a length N, as `Memory`."""
     return np.empty(length, dtype)
 
 
@@ -44,7 +44,7 @@ class Kept:
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """As a call, with the content kept."""
+        """The array (N,) of a length N, as a call gives it, with the content kept."""
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)

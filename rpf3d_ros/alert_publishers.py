@@ -7,6 +7,7 @@ from std_msgs.msg import Bool, Header
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_ros.alert_messages import alarm_message, alerts_message
+from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.stamps import stamp_of
 
@@ -23,9 +24,10 @@ class AlertPublishers:
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> None:
         """Publish a decision, stamped as the sources that it rests on, or as itself where it rests on none."""
-        if self.closed or not self._node.context.ok() or not self._alerts.is_activated:
+        if self.closed or not self._alerts.is_activated:
             return
         stamp = alert.at_ns if evidence is None else evidence.trigger_stamp_ns
         header = Header(frame_id=frame, stamp=stamp_of(stamp))
-        self._alarm.publish(alarm_message(alert))
-        self._alerts.publish(alerts_message(header, alert, None if evidence is None else evidence.result))
+        publish(self._node, self._alarm, alarm_message(alert))
+        message = alerts_message(header, alert, None if evidence is None else evidence.result)
+        publish(self._node, self._alerts, message)

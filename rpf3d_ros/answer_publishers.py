@@ -18,6 +18,7 @@ from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.hazard_messages import hazard_points, occupancy_grid
 from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
 from rpf3d_ros.parameters import SimulatorParameters
+from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.result_messages import ResultFacts, results_message
 from rpf3d_ros.stamps import stamp_of
@@ -52,9 +53,9 @@ class AnswerPublishers:
         """
         header = Header(frame_id=parameters.map_frame, stamp=stamp_of(answer.trigger.stamp_ns))
         for topic, message in messages_of(header, answer, parameters, made):
-            if self.closed or not self._node.context.ok() or not self._publishers[topic].is_activated:
+            if self.closed or not self._publishers[topic].is_activated:
                 return
-            self._publishers[topic].publish(message)
+            publish(self._node, self._publishers[topic], message)
 
 
 def messages_of(

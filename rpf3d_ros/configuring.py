@@ -82,7 +82,8 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
             return transition(node, state)
         except Exception as error:
             node.broken = f"{type(error).__name__}: {error}"
-            node.get_logger().error(traceback.format_exc())
+            if node.context.ok():  # a signal in the middle of it is no error
+                node.get_logger().error(traceback.format_exc())
             raise
 
     return noted

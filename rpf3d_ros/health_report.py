@@ -8,6 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
 from rpf3d_ros.diagnostic_messages import ERROR, OK, Health, diagnostics_of
+from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE
 
 PERIOD = 1.0
@@ -65,9 +66,9 @@ class HealthReport:
 
     def _publish(self) -> None:
         self._published = time.monotonic()
-        if not self.closed and self._node.context.ok():
+        if not self.closed:
             now = self._node.get_clock().now().to_msg()
-            self._publisher.publish(diagnostics_of(now, self._parts.values()))
+            publish(self._node, self._publisher, diagnostics_of(now, self._parts.values()))
 
     def _log(self, part: str, level: int, message: str) -> None:
         now = time.monotonic()

@@ -161,7 +161,7 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
-            tried.whole, self._tried = None, None
+            tried.whole, self._tried, self.lost_patches = None, None, 0
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""

@@ -93,7 +93,7 @@ class SimulatorParameters(InputParameters):
     equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
     store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
     site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
-    decision_log: str = parameter("", "file that every decision on alerts is written to; empty: beside the site file")
+    decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one beside the site file")
     acknowledged_by: str = parameter("", "who acknowledges the alert: why; set before ~/acknowledge is called")
     trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
     displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)

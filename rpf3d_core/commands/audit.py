@@ -10,6 +10,7 @@ from rpf3d_core.commands.screen import complaints, print_table, screen
 
 if TYPE_CHECKING:
     from rpf3d_core.alerts.audit import Audit, Change
+    from rpf3d_core.alerts.levels import Alert
 
 HEADER = ("line", "time", "shown", "held", "alarm", "why")
 
@@ -54,16 +55,24 @@ def _row(change: "Change") -> tuple[str, ...]:
     steps = [f"acknowledged by {given.by}: {given.why}"] if given is not None else []
     first, *more = [*steps, *alert.reasons]
     why = first + (f" (and {len(more)} more)" if more else "")
-    shown = alert.level.word if change.before is None else f"{change.before.level.word} > {alert.level.word}"
+    shown = _shown(alert)
+    if change.before is not None and _shown(change.before) != shown:
+        shown = f"{_shown(change.before)} > {shown}"
     return (str(change.line), when(alert.at_ns), shown, alert.held.word, "on" if alert.alarm else "off", why)
+
+
+def _shown(alert: "Alert") -> str:
+    """The level, and the fault that evacuate covers."""
+    return f"{alert.level.word} (fault)" if alert.faults and alert.level == alert.held else alert.level.word
 
 
 def _verdict(found: "Audit") -> list[str]:
     versions = ", ".join(found.versions) or "none"
     told = f"{found.reproduced:,} of {found.decisions:,} decisions reproduced bit for bit"
     state = "the chain of lines is whole" if found.sound else "the log is NOT sound"
+    files = f"{found.files:,} {'file' if found.files == 1 else 'files'}"
     return [
-        f"{found.files:,} files, {found.lines:,} lines, written by version {versions}; last line {found.head}",
+        f"{found.lines:,} lines in {files}, written by version {versions}; last line {found.head}",
         f"{told}; {state}",
     ]
 

@@ -31,7 +31,10 @@ class Block(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """What the buckets of some facets S hold, cell by cell of a block, row by row: as `Buckets`, of numbers below S."""
+    """What the cells of a block hold of S facets, row by row: those of cell k are ids[starts[k] : starts[k + 1]].
+
+    starts : (cells + 1,); ids : (E,) numbers below S
+    """
 
     starts: NDArray[np.int64]
     ids: NDArray[np.int32]

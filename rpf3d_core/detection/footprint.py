@@ -35,7 +35,7 @@ def touched(
 def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """(E,) whether a facet that stays has the edge, of E pairs of vertices."""
+    """(E,) whether a facet that stays has the edge, of E pairs (E, 2) of vertices (V, 3) m; triangles : (F, 3)."""
     out = np.zeros(len(edges), np.bool_)
     _beside(edges, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
     return out
@@ -44,7 +44,7 @@ def beside_what_stays(
 def used_by_what_stays(
     some: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """(N,) whether a facet that stays has the vertex, of N vertices."""
+    """(N,) whether a facet that stays has the vertex, of N of the vertices (V, 3) m; triangles : (F, 3)."""
     out = np.zeros(len(some), np.bool_)
     _used(some, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
     return out

@@ -60,7 +60,7 @@ class Ground:
 
 
 class Workshop:
-    """Makes grounds. One thread at a time; what it made may be flown over by others meanwhile.
+    """Makes grounds. One thread may make a whole one while another patches its own, and a third flies over a third.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ class Workshop:
         """
         check_points(points_of(survey), self._most)
         told = self._aside.submit(lambda: digest or digest_of(survey))
-        room = self._rooms.free_one()
-        terrain = self._terrain(self._mesh(survey, room), room)
-        facets = _laid_out(terrain, room, self._share)
-        locator = bucket_locator(facets, room.memory, self._share)
-        room.begin()
-        return self._ground(terrain, facets, locator, room, told.result(), stamp_ns, 0)
+        with self._rooms.free_one() as room:
+            room.begin()
+            terrain = self._terrain(self._mesh(survey, room), room)
+            facets = _laid_out(terrain, room, self._share)
+            locator = bucket_locator(facets, room.memory, self._share)
+            return self._ground(terrain, facets, locator, room, told.result(), stamp_ns, 0)
 
     def patched(self, ground: Ground, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> Ground:
         """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.

@@ -1,6 +1,9 @@
 """Sets of memory for grounds: one is given out again only when nothing uses the ground that lay in it any more."""
 
 import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -15,12 +18,14 @@ SETS = 2
 class Room:
     """A set of memory, and who uses it.
 
+    claimed : a ground is being made here
     patches : sewn into the ground here; free_rows, free_vertices : of facets and vertices that are there no more
     """
 
     def __init__(self) -> None:
         self.memory = Kept()
         self._users: list[weakref.ref[Any]] = []
+        self.claimed = False
         self.begin()
 
     def begin(self) -> None:
@@ -40,9 +45,9 @@ class Room:
 
     @property
     def free(self) -> bool:
-        """Whether all of them are gone."""
+        """Whether all of them are gone, and no ground is being made here."""
         self._users = [user for user in self._users if user() is not None]
-        return not self._users
+        return not (self._users or self.claimed)
 
 
 class Rooms:
@@ -50,15 +55,22 @@ class Rooms:
 
     def __init__(self) -> None:
         self._rooms: list[Room] = []
+        self._lock = Lock()
 
-    def free_one(self) -> Room:
-        """A set that nobody uses; a new one where all are in use."""
-        free = [room for room in self._rooms if room.free]
-        self._rooms = [room for room in self._rooms if room not in free[SETS:]]
-        if free:
-            return free[0]
-        self._rooms.append(Room())
-        return self._rooms[-1]
+    @contextmanager
+    def free_one(self) -> Iterator[Room]:
+        """A set that nobody uses, to make a ground in; a new one where all are in use."""
+        with self._lock:
+            free = [room for room in self._rooms if room.free]
+            self._rooms = [room for room in self._rooms if room not in free[SETS:]]
+            if not free:
+                free = [Room()]
+                self._rooms += free
+            free[0].claimed = True
+        try:
+            yield free[0]
+        finally:
+            free[0].claimed = False
 
     @property
     def size(self) -> int:

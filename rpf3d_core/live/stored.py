@@ -89,7 +89,7 @@ def _arrays(survey: Survey) -> list[NDArray[Any]]:
     return [np.ascontiguousarray(survey.points, "<f8")]
 
 
-def _bytes_of(array: Any) -> memoryview:
+def _bytes_of(array: Any) -> Any:
     return memoryview(array).cast("B")
 
 

@@ -6,8 +6,8 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 
-MOST_POINTS = 10_000_000
-"""Points that a survey may have, unless a user says otherwise: 20 million facets, about 4 GB of ground."""
+MOST_POINTS = 5_000_000
+"""Points that a survey may have, unless a user says otherwise: 10 million facets, of which two grounds take 4.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)

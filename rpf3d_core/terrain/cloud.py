@@ -38,7 +38,7 @@ def cloud_mesh(
     first = origin_of(np.stack([there.min(axis=0), there.max(axis=0)])[None])
     vertices = np.ascontiguousarray(there - np.array(first if origin is None else origin)) + 0.0  # no -0.0 is left
     plan = np.ascontiguousarray(vertices[:, :2])
-    parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.multipoints(plan)))
+    parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(plan)))
     triangles = _numbers(plan, parts).reshape(-1, 4)[:, :3]
     kept = _looking_up(plan, triangles, longest_edge)
     if len(kept) == 0:

@@ -17,6 +17,7 @@ from rpf3d_core.memory import Memory, Share, fresh, halves, one_by_one
 from rpf3d_core.terrain.facets import IntArray, area_vector, vertex
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
+from rpf3d_core.terrain.mesh_pieces import turn_wrong_pieces
 from rpf3d_core.terrain.survey import mesh_terrain
 from rpf3d_core.terrain.welding import weld
 from rpf3d_core.terrain.zero_area import NO_AREA
@@ -40,10 +41,13 @@ def ready_mesh(
         raise TerrainError("the terrain holds no triangles; it needs at least one")
     mesh = _moved(vertices, triangles, memory, share)
     looks = _looks(mesh, memory, share)
-    if looks == MIXED or not _needs_no_weld(mesh, weld_tolerance, memory, share):
+    starts, to = _sides(mesh, memory, share)
+    if not _is_sound(mesh, starts, to, weld_tolerance, memory, share):
         return _repaired(vertices, triangles, zone, weld_tolerance, memory)
     if looks == DOWN:
         _turn(mesh.triangles)
+    elif looks == MIXED:
+        turn_wrong_pieces(mesh.vertices, mesh.triangles, starts, to, memory, share)
     return mesh
 
 
@@ -71,8 +75,8 @@ def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
     return UP if down == 0 else DOWN if up + level == 0 else MIXED
 
 
-def _needs_no_weld(mesh: Mesh, tolerance: float, memory: Memory, share: Share) -> bool:
-    """Whether no side runs twice the same way, and no two vertices on borders are within the tolerance (m)."""
+def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
+    """Where the sides that run from vertex v run to: those of v are to[starts[v] : starts[v + 1]]."""
     count = len(mesh.vertices)
     starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
     starts[:] = 0
@@ -82,8 +86,16 @@ def _needs_no_weld(mesh: Mesh, tolerance: float, memory: Memory, share: Share) -
     cursor = memory("out_cursor", count + 1, np.int32)
     cursor[:] = starts
     share([lambda a=a, b=b: _fill_out(mesh.triangles, a, b, cursor, to) for a, b in parts])  # type: ignore[misc]
-    border = memory("border", count, np.bool_)
+    return starts, to
+
+
+def _is_sound(
+    mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
+) -> bool:  # fmt: skip
+    """Whether no side runs twice the same way, and no two vertices on borders are within the tolerance (m)."""
+    border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
+    parts = halves(len(mesh.vertices))
     if not all(share([lambda a=a, b=b: _sides_agree(starts, to, a, b, border) for a, b in parts])):  # type: ignore[misc]
         return False
     rim = mesh.vertices[border]

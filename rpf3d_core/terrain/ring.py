@@ -10,6 +10,7 @@ from fractions import Fraction
 
 import numpy as np
 import shapely
+import shapely.errors
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
@@ -35,10 +36,13 @@ def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
     They cover the hull of the points, and what is in its bays as well: who calls picks. Raises TerrainError where two
     points are one in plan, or two edges cross.
     """
-    mesh = _Mesh(plan)
     given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
-    for a, b in sorted(given):
-        mesh.bring_in(a, b, given)
+    try:
+        mesh = _Mesh(plan)
+        for a, b in sorted(given):
+            mesh.bring_in(a, b, given)
+    except (KeyError, shapely.errors.GEOSException) as error:  # the first triangulation has a gap, or failed
+        raise TerrainError(CROSSING) from error
     return mesh.triangles(len(plan))
 
 
@@ -54,7 +58,7 @@ class _Mesh:
         number = {place: k for k, place in enumerate(self._at)}
         if len(number) < len(points):
             raise TerrainError(CROSSING)
-        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.multipoints(points))).tolist()
+        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(points))).tolist()
         corners = [number[x, y] for x, y in parts]
         self._left: dict[Edge, int] = {}
         self._beside: list[set[int]] = [set() for _ in points]

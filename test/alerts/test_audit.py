@@ -92,6 +92,17 @@ def test_exchanged_lines_are_found(log: Path) -> None:
     assert not audit_log(log).sound
 
 
+def test_a_line_exchanged_for_another_with_a_hash_of_its_own_is_found(log: Path) -> None:
+    lines = lines_of(log)
+    content = content_of(lines[4])
+    content["evidence"]["seed"] = 2  # which no decision depends on
+    facts = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
+    lines[4], _ = line_of(content["n"], content["before"], "decision", facts)
+    file_of(log).write_bytes(b"".join(lines))
+    (finding,) = audit_log(log).findings
+    assert "line 6: does not follow the line before it" in finding
+
+
 def test_a_torn_last_line_is_told(log: Path) -> None:
     file_of(log).write_bytes(file_of(log).read_bytes()[:-30])
     found = audit_log(log)
@@ -153,6 +164,8 @@ def test_the_command_prints_the_changes_and_a_verdict(log: Path, monkeypatch, ca
     assert call(monkeypatch, "audit", log) == 0
     printed = capsys.readouterr().out
     assert "watch > evacuate" in printed
+    assert "evacuate > evacuate (fault)" in printed
+    assert "evacuate > normal" in printed
     assert "ramp: evacuate, for 3,000 of 10,000 rocks came" in printed
     assert "acknowledged by A. Shift: inspected from the other side" in printed
     assert "2027-01-15 08:00:02.000 UTC" in printed

@@ -213,6 +213,7 @@ FAULTS: dict[str, tuple[Evidence | None, str]] = {
     "an area is missing": (evidence(area(name="crusher")), "ramp: the site watches this area"),
     "no area": (evidence()._replace(areas=()), "of no area that the site has limits for"),
     "fewer than no sources": (evidence(sources=-1), "-1 sources"),
+    "an interval of no rocks": (nothing_seen(areas=(area(flown=0, low=0.0, high=0.9),)), "the interval"),
     "rocks without a source": (evidence(sources=0), "but there is no source"),
     "sources without rocks": (evidence(area(flown=0)), "no rock flew"),
     "fewer than none came": (evidence(area(0)._replace(reached=-1)), "-1 of 10000 rocks came"),
@@ -289,6 +290,24 @@ def test_an_acknowledgement_counts_again_after_the_clock_went_back() -> None:
     assert first.level == Level.EVACUATE
     later_on = back + S
     assert decide(first, evidence(now=later_on), site(), later_on, seen_by(later_on)).level == Level.NORMAL
+
+
+def test_what_is_held_is_never_held_since_a_time_to_come() -> None:
+    held, back = decided(NORMAL, EVACUATE), NOW - 100 * S
+    assert decide(held, evidence(now=back), site(), back).held_since_ns == back
+
+
+def test_an_answer_stamped_in_the_future_does_not_make_the_next_one_old() -> None:
+    faulty = decide(decided(NORMAL), evidence(at_ns=NOW + 60 * S), site(), NOW)
+    assert faulty.level == Level.FAULT
+    assert decide(faulty, later(NORMAL, 1), site(), NOW + S).level == Level.NORMAL
+
+
+def test_what_holds_a_level_is_told_of_the_areas_that_raised_it_only() -> None:
+    limit = {"reach_probability": 0.01}
+    thresholds = site({"ramp": {"watch": limit}, "cr*": {"evacuate": limit}})
+    alert = decided(evidence(area(200), area(200, name="crusher")), thresholds=thresholds)
+    assert [sentence.split(",")[0] for sentence in alert.held_by] == ["crusher: evacuate"]
 
 
 def test_an_answer_older_than_one_that_was_decided_on_is_a_fault() -> None:

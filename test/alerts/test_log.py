@@ -195,13 +195,17 @@ def test_on_a_full_disk_the_caller_is_told_and_the_log_stays_whole(
         for _ in range(2):
             with pytest.raises(NotLogged, match="cannot be written: No space left on device"):
                 log.decided(Decision(before, None, None, NOW + S, unlogged), thresholds)
+            assert [path.read_bytes() for _, path in files_in(tmp_path)] == whole
         disk.make_room()
-        assert [path.read_bytes() for _, path in files_in(tmp_path)] == whole
         after = decide(unlogged, NORMAL, thresholds, NOW + 2 * S)
         log.decided(Decision(unlogged, NORMAL, None, NOW + 2 * S, after), thresholds)
-    assert contents(tmp_path)[-1]["lost"] == 2
+        assert log.last_alert == after
+        again = decide(after, NORMAL, thresholds, NOW + 3 * S)
+        log.decided(Decision(after, NORMAL, None, NOW + 3 * S, again), thresholds)
+    decisions = [line for line in contents(tmp_path) if line["kind"] == "decision"]
+    assert [line.get("lost") for line in decisions] == [None, 2, None]
     found = audit_log(tmp_path)
-    assert found.reproduced == found.decisions == 2
+    assert found.reproduced == found.decisions == 3
     assert any("2 decisions before it could not be written" in finding for finding in found.findings)
 
 

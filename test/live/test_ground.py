@@ -43,6 +43,18 @@ def soup(survey):
     return MeshSurvey(corners, np.arange(len(corners)).reshape(-1, 3))
 
 
+def boulders(survey, turned):
+    """The mesh with three closed pieces above it, and an overhang; pieces wound the wrong way or not."""
+    survey.vertices.reshape(40, 44, 3)[18:22, 20] += (1.6, 0.0, 5.0)
+    ball = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    vertices, triangles = [survey.vertices], [survey.triangles[:, ::-1] if turned else survey.triangles]
+    for k in range(3):
+        triangles.append((faces[:, ::-1] if k % 2 else faces) + len(survey.vertices) + 4 * k)
+        vertices.append(ball + survey.vertices[500 + 300 * k] + np.array([0, 0, 9.0]))
+    return MeshSurvey(np.concatenate(vertices), np.concatenate(triangles))
+
+
 def wound(survey, some):
     triangles = survey.triangles.copy()
     triangles[some] = triangles[some][:, ::-1]
@@ -73,6 +85,14 @@ def test_so_does_a_mesh_whatever_is_wrong_with_it(change):
     assert equal(ground, *as_from_a_file(survey))
     assert len(ground.terrain.vertices) == 40 * 44
     assert (ground.facets.normals[:, 2] > 0.0).all()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_so_does_a_mesh_with_overhangs_and_closed_pieces_each_turned_to_its_free_side(turned):
+    survey = boulders(mesh(grid()), turned)
+    ground = Workshop().whole(survey)
+    assert equal(ground, *as_from_a_file(survey))
+    assert (ground.facets.normals[:, 2] < 0.0).any()
 
 
 def test_two_sides_of_a_seam_within_the_tolerance_are_welded():
@@ -129,7 +149,7 @@ def test_what_is_no_terrain_is_refused_with_a_reason(survey, reason):
 def test_fifty_million_points_are_refused_by_name_of_the_limit_before_memory_is_taken(kind):
     shape = (5_000, 10_000, 3) if kind is GridSurvey else (50_000_000, 3)
     workshop = Workshop()
-    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 10,000,000"):
+    with pytest.raises(TerrainError, match=r"50,000,000 points, more than the 5,000,000"):
         workshop.whole(kind(np.broadcast_to(np.zeros(3), shape)))
     assert workshop.size == 0
 
@@ -168,6 +188,39 @@ def test_the_digest_tells_surveys_apart_and_the_same_survey_again():
     assert one == same != other
     assert len(one) == 64
     assert workshop.whole(mesh(grid())).digest != one
+
+
+def test_a_sound_mesh_is_not_sorted_whatever_it_overhangs(monkeypatch):
+    monkeypatch.setattr("rpf3d_core.terrain.mesh_ready.mesh_terrain", None)
+    Workshop().whole(boulders(mesh(grid()), True))
+    with pytest.raises(TypeError):
+        Workshop().whole(wound(mesh(grid()), slice(0, 400, 7)))
+
+
+def test_whole_grounds_are_made_while_another_is_patched():
+    workshop = Workshop()
+    running, bits = workshop.whole(grid()), []
+    alone = Workshop()
+    expected = alone.whole(grid())
+    patches = [grid(8, 8, 5.0 + k, 9.3, seed=k) for k in range(20)]
+    for patch in patches:
+        expected = alone.patched(expected, patch)
+
+    def make():
+        for k in range(20):
+            bits.append(workshop.whole(grid(seed=k)).facets.geometry.copy())
+
+    threads = [threading.Thread(target=make) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for patch in patches:
+        running = workshop.patched(running, patch)
+    for thread in threads:
+        thread.join()
+    assert np.array_equal(running.facets.geometry, expected.facets.geometry)
+    alone_bits = [Workshop().whole(grid(seed=k)).facets.geometry for k in range(20)]
+    assert all(any(np.array_equal(made, one) for one in alone_bits) for made in bits)
+    assert len(bits) == 40
 
 
 def test_a_ground_can_be_made_on_another_thread_than_it_is_flown_on():

@@ -228,7 +228,7 @@ REFUSED = {
     "beside the ground": (grid(5, 5, 100.0, 100.0), "beside the ground"),
     "without a square": (GridSurvey(np.full((4, 4, 3), np.nan)), "no square"),
     "far too wide": (grid(4, 4, 20.0, 20.0, step=30.0), "far beyond the ground"),
-    "too many points": (GridSurvey(np.broadcast_to(np.zeros(3), (5_000, 10_000, 3))), "more than the 10,000,000"),
+    "too many points": (GridSurvey(np.broadcast_to(np.zeros(3), (5_000, 10_000, 3))), "more than the 5,000,000"),
     "points on a line": (CloudSurvey(np.linspace(0, 1, 9)[:, None] + np.array([EAST, NORTH, 0.0])), "no triangle"),
 }
 

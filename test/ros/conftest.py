@@ -10,29 +10,48 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray
+from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
 from live_peer import LivePeer
+from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
+from std_msgs.msg import Bool
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
 from rpf3d_ros.diagnostic_messages import healths_of
 from rpf3d_ros.qos import EVENTS, LATCHED
 
-PATIENCE = 60.0
-"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 20."""
+PATIENCE = 240.0
+"""Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
+takes 40 on one core with a cold cache, and several times that on busy ones."""
 
-INPUTS = {"terrain/points": PointCloud2, "terrain/mesh": Mesh, "sources": PoseArray}
+INPUTS = {
+    "terrain/points": PointCloud2,
+    "terrain/mesh": Mesh,
+    "terrain/update": PointCloud2,
+    "sources": PoseArray,
+    "/clicked_point": PointStamped,
+    "source_cloud": PointCloud2,
+    "areas/polygon": PolygonStamped,
+    "areas/equipment": PoseArray,
+    "/clock": Clock,
+}
+LATCHED_INPUTS = ("terrain/points", "terrain/mesh")
+ALERTS = {"alerts": DiagnosticArray, "alarm": Bool}
 RESULTS = {
     "trajectories": MarkerArray,
     "trajectories/points": PointCloud2,
     "impacts": PointCloud2,
     "deposits": PointCloud2,
+    "hazard/grid": OccupancyGrid,
+    "hazard/points": PointCloud2,
     "hazard/zones": MarkerArray,
+    "results": DiagnosticArray,
 }
 DOMAIN = itertools.count(os.getpid() * 13)
 
@@ -49,14 +68,14 @@ class Peer:
     """What stands at the other end of the topics: publishes anything, keeps all that it hears."""
 
     def __init__(self, publishes=(), hears=()):
-        kinds = INPUTS | RESULTS
+        kinds = INPUTS | RESULTS | ALERTS
         self.heard = {topic: [] for topic in hears}
         self.health = {}
         self.context = Context()
         self.context.init()
         self.node = Node("rpf3d_peer", context=self.context)
         self.publishers = {
-            topic: self.node.create_publisher(kinds[topic], topic, EVENTS if topic == "sources" else LATCHED)
+            topic: self.node.create_publisher(kinds[topic], topic, LATCHED if topic in LATCHED_INPUTS else EVENTS)
             for topic in publishes
         }
         for topic in hears:
@@ -92,6 +111,15 @@ class Peer:
     def send(self, topic, message):
         """Publish a message, or bytes that claim to be one."""
         self.publishers[topic].publish(message)
+
+    def call(self, kind, service, request):
+        """Call a service; its response."""
+        client = self.node.create_client(kind, service)
+        self.wait(client.service_is_ready, f"the service {service}")
+        future = client.call_async(request)
+        self.wait(future.done, f"the answer of {service}")
+        self.node.destroy_client(client)
+        return future.result()
 
     def close(self):
         """Leave the domain."""

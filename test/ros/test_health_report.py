@@ -60,6 +60,7 @@ def test_no_part_is_lost_where_threads_set_parts_at_once(tiny_switch_interval):
         thread.start()
     for thread in threads:
         thread.join()
+    report.publish()
     assert len(healths_of(node.arrays[-1])) == THREADS * PARTS
     sizes = [len(array.status) for array in node.arrays]
     assert sizes == sorted(sizes), "an older state was published after a newer one"

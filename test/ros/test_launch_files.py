@@ -62,9 +62,10 @@ def test_a_launch_file_compiles_and_describes_a_launch(path):
 
 @pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
 def test_every_launched_node_is_one_of_the_package(path):
-    nodes = [keywords(call) for call in calls(ast.parse(path.read_text()), "Node")]
-    assert nodes
-    assert {node["package"] for node in nodes} == {"rpf3d"}
+    tree = ast.parse(path.read_text())
+    nodes = [keywords(call) for call in calls(tree, "Node")]
+    assert nodes or calls(tree, "IncludeLaunchDescription")
+    assert {node["package"] for node in nodes} <= {"rpf3d"}
     assert {node["executable"] for node in nodes} <= set(PARAMETERS)
 
 
@@ -85,11 +86,13 @@ class Made:
 
 STUBS = {
     "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription"],
+    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription", "SetEnvironmentVariable"],
+    "launch.conditions": ["IfCondition"],
     "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
-    "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
+    "launch.substitutions": ["LaunchConfiguration", "NotEqualsSubstitution", "PathJoinSubstitution"],
     "launch_ros": [],
     "launch_ros.actions": ["Node"],
+    "launch_ros.parameter_descriptions": ["ParameterValue"],
     "launch_ros.substitutions": ["FindPackageShare"],
 }
 
@@ -128,7 +131,7 @@ def test_a_launch_file_names_files_that_are_there(described):
 
 @pytest.mark.parametrize("described", LAUNCH_FILES, ids=lambda path: path.name, indirect=True)
 def test_a_launched_node_gets_the_parameter_file_and_only_parameters_that_it_has(described):
-    for node in described["Node"]:
+    for node in described.get("Node", []):
         given, *own = node.named["parameters"]
         assert given.arguments == ("params_file",)
         known = known_to(node.named["executable"])
@@ -141,3 +144,30 @@ def test_the_parameter_file_sets_only_parameters_that_exist_and_of_their_type():
         for name, value in flat(section["ros__parameters"]):
             assert name in known, f"{node}: {name}"
             assert isinstance(value, list if isinstance(known[name], tuple) else type(known[name])), f"{node}: {name}"
+
+
+@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+def test_the_simulator_is_always_launched_and_the_others_are_by_argument(described):
+    conditions = {node.named["executable"]: node.named.get("condition") for node in described["Node"]}
+    assert conditions[simulator_node.NAME] is None
+    assert all(conditions[name] for name in (recorder_node.NAME, scene_publisher_node.NAME))
+
+
+@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+def test_every_argument_of_a_launch_file_reaches_a_node_with_its_type(described):
+    given = {}
+    for node in described["Node"]:
+        for section in node.named["parameters"][1:]:
+            given |= {value.arguments[0].arguments[0]: value.named["value_type"] for value in section.values()}
+    declared = {argument.arguments[0] for argument in described["DeclareLaunchArgument"]}
+    assert declared == set(given) | {"params_file", "record", "discovery_range"}
+    assert given.pop("autostart") is bool
+    assert set(given.values()) == {str}, "an empty name is a name, and no null"
+
+
+@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+def test_nodes_are_launched_for_this_machine_alone_unless_told(described):
+    (variable,) = described["SetEnvironmentVariable"]
+    name, value = variable.arguments
+    defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
+    assert (name, defaults[value.arguments[0]]) == ("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

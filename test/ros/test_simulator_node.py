@@ -12,25 +12,31 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from std_msgs.msg import Header
 
+from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_core.values import STANDARD_GRAVITY
+from rpf3d_ros.answer_publishers import TOPICS
 from rpf3d_ros.cloud_messages import cloud_of_columns, columns_of_cloud
 from rpf3d_ros.diagnostic_messages import OK, WARN
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.marker_messages import facets_of_markers, strips_of_markers
+from rpf3d_ros.result_messages import facts_of
 from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey, cdr_of_mesh, cloud_of_grid
+from rpf3d_ros.terrain_messages import cdr_of_mesh, cloud_of_grid
 
 SIDE, HEIGHT = 20, 5.0
 NODE = "rpf3d_simulator"
 MAP = MapFrame()
-RESULTS = ("trajectories", "trajectories/points", "impacts", "deposits", "hazard/zones")
+RESULTS = tuple(TOPICS)
 FLOAT32 = 1e-5
 """Results travel as float32, of numbers up to 100: steps of 1e-5 at most."""
 
 ABANDONED_WITHIN = 8.0
 """Seconds: the 2 s that the node gives the run, and what a busy machine adds; the run itself takes a minute."""
 
-QUIET_PARAMETERS = {"engine": "reference", "ground": "sliding", "materials.default.normal_restitution": 0.5}
+ONE_EACH = {"first_rocks": 1, "target.most_rocks": 1, "position_spread": 0.0, "velocity_spread": 0.0}
+"""One rock a source, and it starts where the source was seen."""
+
+QUIET_PARAMETERS = {"engine": "reference", "ground": "sliding", "materials.default.normal_restitution": 0.5, **ONE_EACH}
 STAMPS = iter(range(1, 1000))
 
 
@@ -84,7 +90,14 @@ def test_a_dropped_rock_is_simulated_and_published_with_the_stamp_of_its_source(
     assert [column(last["deposits"], name)[0] for name in "xyz"] == pytest.approx([10.3, 10.4, 0.0], abs=FLOAT32)
     assert column(last["trajectories/points"], "z").max() == pytest.approx(HEIGHT, rel=FLOAT32)
     assert len(strips_of_markers(last["trajectories"], MAP)) == 1
-    assert [len(corners) for corners, _ in facets_of_markers(last["hazard/zones"], MAP).values()] == [1]
+    assert [len(corners) for corners, _ in facets_of_markers(last["hazard/zones"], MAP).values() if len(corners)] == [1]
+    grid = np.array(last["hazard/grid"].data)
+    assert (np.count_nonzero(grid == 100), np.count_nonzero(grid > 0)) == (1, 1)
+    assert column(last["hazard/points"], "reach_probability").tolist() == [1.0]
+    facts = facts_of(last["results"])
+    assert (facts.rocks, facts.sources, facts.complete, facts.outcomes) == (1, 1, True, {"stopped": 1})
+    numbers = [column(last[name], "result").tolist() for name in ("impacts", "deposits", "hazard/points")]
+    assert {number for each in numbers for number in each} == {facts.result}
     assert all(m.header.frame_id == "map" for m in last["trajectories"].markers)
     health = peer.wait_for_health(f"{NODE}: run", "every rock has an outcome")
     assert (health.level, health.values["rocks"], health.values["stopped"]) == (OK, "1", "1")
@@ -148,7 +161,7 @@ def busy(stage, rocks, normal_restitution):
     """A peer of a node that is flying many rocks of many bounces, slowly, and the message that set it going."""
     ground = {"normal_restitution": normal_restitution, "tangential_restitution": 1.0}
     material = {f"materials.default.{name}": value for name, value in ground.items()}
-    stage.node("simulator_node", engine="reference", **material)
+    stage.node("simulator_node", engine="reference", **material, **ONE_EACH)
     peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
@@ -241,7 +254,6 @@ BAD = {
     "cloud_in_a_foreign_frame": ("terrain/points", lambda: floor_cloud("lidar"), "frame_id is 'lidar'"),
     "cloud_with_nan_that_says_it_is_dense": ("terrain/points", dense_with_nan, "NaN points but says is_dense"),
     "float32_survey_coordinates": ("terrain/points", far_float32, "float32 coordinates beyond"),
-    "unorganised_cloud": ("terrain/points", flat_cloud, "unorganised"),
     "cloud_without_z": ("terrain/points", no_heights, "must have one field 'z'"),
     "cloud_of_integers": ("terrain/points", integer_heights, "'z' is uint32"),
     "truncated_mesh": ("terrain/mesh", lambda: floor_mesh()[:-5], "the mesh ends after"),
@@ -250,7 +262,6 @@ BAD = {
     "mesh_with_a_wrong_index": ("terrain/mesh", wrong_index, "triangle 5 of the mesh names a vertex beyond"),
     "poses_in_a_foreign_frame": ("sources", lambda: poses((5.0, 5.0, 5.0), frame="radar"), "frame_id is 'radar'"),
     "pose_that_is_not_finite": ("sources", lambda: poses((5.0, math.inf, 5.0)), "pose 0 is not finite"),
-    "no_poses": ("sources", lambda: poses(), "holds no poses"),
     "source_under_the_ground": ("sources", lambda: poses((5.0, 5.2, -2.0)), "2 m under the ground"),
     "source_off_the_terrain": ("sources", lambda: poses((50.0, 5.0, 5.0)), "off the terrain"),
 }
@@ -324,3 +335,75 @@ def test_a_node_with_a_wrong_parameter_ends_with_exit_code_2_and_a_sentence(stag
     assert process.wait(timeout=30.0) == 2
     assert "parameter `rock.diameter` is 0.0, but must be a number above 0 (m)" in stage.output("simulator_node")
     assert "Traceback" not in stage.output("simulator_node")
+
+
+def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", floor_cloud())
+    seen, nothing = poses((10.3, 10.4, HEIGHT)), poses()
+    peer.send("sources", seen)
+    answers(peer, seen)
+    peer.send("sources", nothing)
+    last = answers(peer, nothing)
+    assert (last["deposits"].width, last["hazard/points"].width, max(last["hazard/grid"].data)) == (0, 0, 0)
+    assert facts_of(last["results"]).sources == 0
+    assert peer.wait_for_health(f"{NODE}: sources", "nothing seen").level == OK
+
+
+def test_a_scattered_cloud_is_terrain_too(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", flat_cloud())
+    sent = poses((10.3, 10.4, HEIGHT))
+    peer.send("sources", sent)
+    assert column(answers(peer, sent)["deposits"], "z") == pytest.approx([0.0], abs=FLOAT32)
+
+
+def test_a_patch_changes_the_ground_in_its_footprint_and_what_goes_back_is_refused(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=("terrain/points", "terrain/update", "sources"), hears=RESULTS)
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=50)), floor()))
+    sent = poses((10.3, 10.4, HEIGHT), (2.3, 2.4, HEIGHT))
+    peer.send("sources", sent)
+    answers(peer, sent)
+    raised = GridSurvey(floor().points[7:14, 7:14] + (0.0, 0.0, 1.5))
+    count = len(peer.heard["results"])
+    peer.send("terrain/update", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=60)), raised))
+    peer.wait(lambda: len(peer.heard["results"]) > count, "an answer over the patched terrain")
+    assert column(peer.heard["deposits"][-1], "z") == pytest.approx([1.5, 0.0], abs=FLOAT32)
+    assert column(answers(peer, sent)["hazard/points"], "rocks").sum() > 0
+    peer.send("terrain/update", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=55)), floor()))
+    assert peer.wait_for_health(f"{NODE}: terrain", "goes back by 5.000 s").level == WARN
+    peer.send("terrain/points", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=49)), floor()))
+    assert peer.wait_for_health(f"{NODE}: terrain", "goes back by 1.000 s").level == WARN
+
+
+def test_a_burst_is_answered_at_once_and_refined_until_the_target_is_met(stage):
+    stage.node("simulator_node", first_rocks=50, **{"target.most_rocks": 400, "target.half_width": 0.0001})
+    peer = stage.peer(publishes=("terrain/points", "sources"), hears=("results", "hazard/grid"))
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", floor_cloud())
+    sent = poses((10.3, 10.4, HEIGHT), (5.3, 5.4, HEIGHT))
+    peer.send("sources", sent)
+    facts = lambda: [facts_of(message) for message in peer.heard["results"]]  # noqa: E731
+    peer.wait(lambda: facts() and facts()[-1].complete, "the last answer")
+    told = facts()
+    assert told[-1].rocks == 400 and {each.rocks for each in told} <= {50, 100, 200, 400}
+    assert [each.result for each in told] == sorted(each.result for each in told)
+    assert len({each.sources_digest for each in told}) == len({each.terrain_digest for each in told}) == 1
+    assert all(message.header.stamp == sent.header.stamp for message in peer.heard["results"])
+
+
+def test_sources_off_the_terrain_are_left_out_and_named_and_the_others_are_answered(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", floor_cloud())
+    sent = poses((10.3, 10.4, HEIGHT), (50.0, 5.0, 5.0))
+    peer.send("sources", sent)
+    assert facts_of(answers(peer, sent)["results"]).sources == 1
+    assert peer.wait_for_health(f"{NODE}: run", "1 of 2 sources is off the terrain: source 1").level == WARN

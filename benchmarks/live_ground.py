@@ -1,0 +1,155 @@
+"""How fast a survey becomes ground: a grid of 1.17 million points, a mesh of 2.33 million triangles, patches, a store.
+
+    python benchmarks/live_ground.py [updates]
+
+Medians of 10, wall and CPU seconds of this process, without the first ones, which compile and touch new memory. Beside
+them the longest time that another thread, which wants to wake each millisecond, was kept waiting: what a callback of a
+node would have waited for the interpreter. Then so many updates in turn (100 unless told), one whole to nine patches,
+with the memory of the process before, in the middle, and after.
+"""
+
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.live.ground import Ground, Workshop
+from rpf3d_core.live.store import Store, read_last
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
+from rpf3d_core.terrain.grid_rows import grid_mesh
+
+SIDE = 1081
+"""Points a side of the grid: 2.33 million triangles."""
+PATCH = 71
+"""Points a side of a patch: 9,800 triangles."""
+CLOUD = 5_000
+"""Points of a scattered patch: 10,000 triangles."""
+TIMES = 10
+REPEATED = 10
+"""Updates of which one is whole."""
+
+
+def hills(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
+    """Benches of 15 m in a bowl, with noise of 0.15 m."""
+    away = np.hypot(x - 0.5 * SIDE, y - 0.5 * SIDE)
+    noise = np.random.default_rng(seed).normal(0.0, 0.15, x.shape)
+    return 15.0 * np.floor(away / 45.0) + np.minimum(15.0, 3.0 * (away % 45.0)) + noise
+
+
+def grid(side: int, east: float, north: float, seed: int) -> GridSurvey:
+    """A grid of 1 m from a corner (m)."""
+    y, x = np.mgrid[0:side, 0:side] + np.array([north, east])[:, None, None]
+    return GridSurvey(np.stack([x, y, hills(x, y, seed)], axis=-1))
+
+
+def cloud(east: float, north: float, seed: int) -> CloudSurvey:
+    """Points scattered over a square of a patch's width."""
+    x, y = np.random.default_rng(seed).uniform(0.0, PATCH - 1.0, (2, CLOUD)) + np.array([[east], [north]])
+    return CloudSurvey(np.column_stack([x, y, hills(x, y, seed)]))
+
+
+def mesh(survey: GridSurvey) -> MeshSurvey:
+    """The mesh of a grid."""
+    made = grid_mesh(survey.points)
+    return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
+
+
+class Heartbeat:
+    """A thread that wants to wake each millisecond; `longest` tells by how much it was late since it was last asked."""
+
+    def __init__(self) -> None:
+        self._late = 0.0
+        threading.Thread(target=self._beat, daemon=True).start()
+
+    def longest(self) -> float:
+        """Seconds."""
+        late, self._late = self._late, 0.0
+        return late
+
+    def _beat(self) -> None:
+        while True:
+            began = time.perf_counter()
+            time.sleep(0.001)
+            self._late = max(self._late, time.perf_counter() - began)
+
+
+def resident() -> float:
+    """Memory of this process now (GB)."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1e6
+
+
+def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
+    """Print a line of the table."""
+    walls, cpus, gaps = [], [], []
+    for k in range(TIMES + 2):
+        beat.longest()
+        wall, cpu = time.perf_counter(), time.process_time()
+        work(k)
+        walls.append(time.perf_counter() - wall)
+        cpus.append(time.process_time() - cpu)
+        gaps.append(beat.longest())
+    wall, cpu, gap = (statistics.median(values[2:]) for values in (walls, cpus, gaps))
+    late = f"{1e3 * gap:10.1f} {1e3 * max(gaps[2:]):10.1f}"
+    print(f"{name:40} {wall:8.3f} {cpu:8.3f} {late} {resident():8.2f}", flush=True)
+
+
+class Updates:
+    """The ground as it goes from one survey to the next."""
+
+    def __init__(self, survey: Survey) -> None:
+        self.workshop = Workshop()
+        self.ground: Ground = self.workshop.whole(survey)
+
+    def whole(self, survey: Survey) -> None:
+        """A whole survey."""
+        self.ground = self.workshop.whole(survey)
+
+    def patched(self, patch: GridSurvey | CloudSurvey) -> None:
+        """A patch."""
+        self.ground = self.workshop.patched(self.ground, patch)
+
+
+def places(count: int) -> list[tuple[float, float]]:
+    """Where patches come, metres east and north, beside the lines of the grid."""
+    return [tuple(place) for place in np.random.default_rng(0).uniform(20.0, SIDE - PATCH - 20.0, (count, 2)).tolist()]
+
+
+def main(updates: int) -> None:
+    """Print the table, then the memory."""
+    beat, survey, at = Heartbeat(), grid(SIDE, 0.0, 0.0, 0), places(updates)
+    meshed, patches = mesh(survey), [grid(PATCH, *at[k], k) for k in range(TIMES + 2)]
+    clouds = [cloud(*at[k], k) for k in range(TIMES + 2)]
+    now = Updates(survey)
+    print(f"{'':40} {'wall s':>8} {'CPU s':>8} {'late ms':>10} {'worst ms':>10} {'RSS GB':>8}")
+    timed(f"whole grid, {SIDE * SIDE:,} points", beat, lambda k: now.whole(survey))
+    timed(f"whole mesh, {len(meshed.triangles):,} triangles", beat, lambda k: now.whole(meshed))
+    meshed.vertices.reshape(SIDE, SIDE, 3)[9::50, 9::50, 0] += 1.6
+    timed("whole mesh, some of it overhanging", beat, lambda k: now.whole(meshed))
+    timed(f"patch, grid of {PATCH} x {PATCH}", beat, lambda k: now.patched(patches[k]))
+    timed(f"patch, cloud of {CLOUD:,} points", beat, lambda k: now.patched(clouds[k]))
+    with tempfile.TemporaryDirectory() as folder:
+        store = Store(Path(folder))
+        timed("kept on disk, until handed over", beat, lambda k: store.keep(now.workshop.whole(survey), survey))
+        timed("kept on disk, until it is there", beat, lambda k: store.flush())
+        timed("read from disk", beat, lambda k: read_last(Path(folder)))
+        store.close()
+    for k in range(updates):
+        if k % (updates // 4 or 1) == 0:
+            grounds = now.workshop.size / 1e9
+            print(f"after {k:4} updates {resident():6.2f} GB, of that grounds {grounds:.2f} GB", flush=True)
+        if k % REPEATED == 0:
+            now.whole(survey)
+        else:
+            now.patched(grid(PATCH, *at[k], k))
+    print(f"after {updates:4} updates {resident():6.2f} GB, {len(now.ground.facets.zone):,} rows of facets")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

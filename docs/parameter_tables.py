@@ -1,0 +1,84 @@
+"""Write the tables of parameters in docs/operations.md from their declarations, so that nothing is told twice.
+
+python docs/parameter_tables.py
+"""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.io.scene_fields import SceneField
+from rpf3d_core.live.scene import live_parameters
+from rpf3d_ros.parameters import FrameParameters, RecorderParameters, ScenePublisherParameters, SimulatorParameters
+
+PAGE = Path(__file__).with_name("operations.md")
+KINDS = {
+    "all nodes": FrameParameters,
+    "rpf3d_simulator": SimulatorParameters,
+    "rpf3d_recorder": RecorderParameters,
+    "rpf3d_scene_publisher": ScenePublisherParameters,
+}
+SCENE = "scene"
+BOUNDS = {"gt": "above {:g}", "ge": "from {:g}", "lt": "below {:g}", "le": "to {:g}"}
+BEGIN, END = "<!-- parameters: {} -->\n", "<!-- end -->"
+"""Stand around each table; what is between is written by this program."""
+
+
+def with_tables(page: str) -> str:
+    """The page with its tables as they should be."""
+    for name in (*KINDS, SCENE):
+        begin, table = BEGIN.format(name), table_of(name)
+        before, _, after = page.partition(begin)
+        page = f"{before}{begin}{table}\n{after[after.index(END) :]}"
+    return page
+
+
+def table_of(name: str) -> str:
+    """The table of one kind of parameters."""
+    return _scene_table() if name == SCENE else _table(name)
+
+
+def _table(name: str) -> str:
+    common = {each.name for each in fields(FrameParameters)} if name != "all nodes" else set()
+    rows = [each for each in fields(KINDS[name]) if each.name not in common]
+    lines = [
+        f"| `{each.name}` | {_shown(each.default)} | {_range(each.metadata)} | {each.metadata['description']} |"
+        for each in rows
+    ]
+    return "\n".join(["| parameter | default | range | meaning |", "|---|---|---|---|", *lines])
+
+
+def _range(about: Any) -> str:
+    if about["choices"]:
+        return ", ".join(about["choices"])
+    return "" if about["low"] is None else f"{about['low']:g} to {about['high']:g}"
+
+
+def _scene_table() -> str:
+    lines = [
+        f"| `{field.key}` | {field.kind.__name__ if field.kind else ''} | {_default(field)} | {_limits(field)} |"
+        for field in live_parameters()
+    ]
+    return "\n".join(["| parameter | type | default | range |", "|---|---|---|---|", *lines])
+
+
+def _default(field: SceneField) -> str:
+    if field.default is None:
+        return "not set"
+    return f"not set ({_shown(field.default)})" if field.within else _shown(field.default)
+
+
+def _limits(field: SceneField) -> str:
+    if field.choices:
+        return ", ".join(map(str, field.choices))
+    return " ".join(BOUNDS[kind].format(bound) for kind, bound in (field.bounds or {}).items())
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(str, value))}]"
+    return str(value).lower() if isinstance(value, bool) else str(value) or '""'
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,228 @@
+"""The thread that answers: what it does first, what ends a refinement, and what it tells."""
+
+import itertools
+import threading
+import time
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_ground import over_the_wall, pit_ground, pit_scene
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.flyer import Flyer
+from rpf3d_ros.intake import WaitingSources
+
+PATIENCE = 120.0
+"""Seconds; what is waited for takes one, or thirty while everything is compiled."""
+ENDLESS = "target: {half_width: 1.0e-9, most_rocks: 100000000}"
+SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
+
+
+class Heard:
+    """Keeps what the flyer tells."""
+
+    def __init__(self):
+        self.answers, self.refused, self.missing, self.errors = [], [], [], []
+
+    def answered(self, answer):
+        self.answers.append((answer.trigger.stamp_ns, answer.rocks, answer.standing.ground.digest, answer.complete))
+
+    def unanswerable(self, trigger, why):
+        self.refused.append((trigger.stamp_ns, why))
+
+    def waiting(self, what):
+        self.missing.append(what)
+
+    def failed(self, error):
+        self.errors.append(error)
+
+
+def wait(condition):
+    deadline = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    return found
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Makes flyers over the pit, and ends them."""
+    flyers = []
+
+    def make(more=SHORT):
+        scene, heard = pit_scene(tmp_path, more), Heard()
+        sources, around = WaitingSources(50.0, 10), Around(above_ground=2.0)
+        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard)
+        flyers.append(flyer)
+        return flyer, heard, stand_on(pit_ground(scene), scene)
+
+    yield make
+    assert all(flyer.close(PATIENCE) for flyer in flyers)
+
+
+def complete(heard, stamp):
+    return lambda: any(answer[0] == stamp and answer[3] for answer in heard.answers)
+
+
+def test_a_trigger_without_ground_waits_for_it_and_is_answered_then(made):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    assert wait(lambda: heard.missing) == ["terrain"]
+    flyer.hand_over(ready=standing)
+    wait(complete(heard, 5))
+    assert [answer[:2] for answer in heard.answers] == [(5, 102), (5, 204)]
+
+
+def test_new_ground_is_answered_with_the_last_trigger(made):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(complete(heard, 5))
+    other = stand_on(pit_ground(standing.scene), standing.scene)
+    object.__setattr__(other.ground, "digest", "another")
+    count = len(heard.answers)
+    flyer.hand_over(ready=other)
+    wait(lambda: len(heard.answers) == 2 * count)
+    assert {answer[2] for answer in heard.answers[count:]} == {"another"}
+
+
+def test_a_newer_trigger_ends_a_refinement_that_would_never_end(made):
+    flyer, heard, standing = made(ENDLESS)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(lambda: len(heard.answers) > 2)
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    wait(lambda: heard.answers[-1][0] == 6)
+    flyer.deactivate()
+
+
+def test_a_first_answer_is_given_whatever_comes_meanwhile(made):
+    flyer, heard, standing = made(ENDLESS)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    stop = threading.Event()
+
+    def flood():
+        for stamp in itertools.count(10):
+            if stop.is_set():
+                return
+            flyer.submit(over_the_wall(3, stamp_ns=stamp))
+            time.sleep(1e-3)
+
+    thread = threading.Thread(target=flood)
+    thread.start()
+    wait(lambda: len(heard.answers) > 5)
+    stop.set()
+    thread.join()
+    flyer.deactivate()
+
+
+def test_a_refused_change_of_ground_is_told_to_who_made_it_and_changes_nothing(made):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+
+    def refuse(ground):
+        raise TerrainError("no terrain")
+
+    with pytest.raises(TerrainError, match="no terrain"):
+        flyer.hand_over(change=refuse)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(complete(heard, 5))
+
+
+def test_a_refinement_goes_on_after_a_change_that_was_refused(made):
+    flyer, heard, standing = made(ENDLESS)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(lambda: len(heard.answers) > 2)
+
+    def refuse(ground):
+        raise TerrainError("no terrain")
+
+    with pytest.raises(TerrainError):
+        flyer.hand_over(change=refuse)
+    count = len(heard.answers)
+    wait(lambda: len(heard.answers) > count)
+    flyer.deactivate()
+
+
+def test_a_change_without_ground_is_refused(made):
+    flyer, _, _ = made()
+    with pytest.raises(Exception, match="no terrain yet"):
+        flyer.hand_over(change=lambda ground: ground)
+
+
+def test_sources_that_cannot_be_released_are_told_of_and_the_next_are_answered(made):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    good = over_the_wall(3, stamp_ns=6)
+    flyer.submit(trigger_of(good.positions + 1e5, good.velocities, None, 5))
+    wait(lambda: heard.refused)
+    flyer.submit(good)
+    wait(complete(heard, 6))
+    assert heard.refused[0][0] == 5 and "off the terrain" in heard.refused[0][1]
+
+
+def test_an_inactive_flyer_answers_nothing_and_forgets_what_waits(made):
+    flyer, heard, standing = made()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    time.sleep(0.2)
+    assert not heard.answers
+    flyer.activate()
+    wait(complete(heard, 5))
+    flyer.deactivate()
+    count = len(heard.answers)
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    flyer.deactivate()
+    flyer.activate()
+    time.sleep(0.2)
+    assert len(heard.answers) == count
+
+
+def test_after_walls_have_taken_turns_the_newest_trigger_is_refined(made):
+    flyer, heard, standing = made()
+    far = over_the_wall(1, stamp_ns=5)
+    near = trigger_of(-far.positions * (1, 1, -1), -far.velocities, None, 6)
+    flyer.hand_over(ready=standing)
+    flyer.submit(far)
+    flyer.submit(near)
+    flyer.activate()
+    wait(complete(heard, 6))
+    assert heard.answers[-1][0] == 6 and any(answer[0] == 5 for answer in heard.answers)
+
+
+def test_live_areas_are_in_the_next_answer(made):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(complete(heard, 5))
+    count = len(heard.answers)
+    flyer.set_areas("areas/polygon", {"live_area": [over_the_wall(3).positions[:, :2]]})
+    wait(lambda: len(heard.answers) > count and heard.answers[-1][3])
+    assert not heard.errors
+
+
+def test_an_error_that_nobody_has_foreseen_is_told_and_the_next_trigger_is_answered(made, monkeypatch):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    monkeypatch.setattr("rpf3d_ros.flyer.answers", lambda *args: 1 / 0)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    assert isinstance(wait(lambda: heard.errors)[0], ZeroDivisionError)
+    monkeypatch.undo()
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    wait(complete(heard, 6))

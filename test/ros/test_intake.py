@@ -1,0 +1,181 @@
+"""What waits, in which order, and what is dropped."""
+
+import threading
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.intake import SECOND, UNTRIED, StampGuards, WaitingSources, WaitingTerrain
+from rpf3d_ros.refusals import MessageRefused
+
+SIZE = 50.0
+"""m, of a region."""
+
+
+def at(x, y, stamp):
+    return trigger_of(np.array([[x, y, 0.0]]), np.zeros((1, 3)), None, stamp)
+
+
+def taken(waiting):
+    return [trigger.stamp_ns for trigger in iter(waiting.take, None)]
+
+
+def test_a_newer_message_takes_the_place_of_one_from_the_same_wall():
+    waiting = WaitingSources(SIZE, 10)
+    for stamp in range(5):
+        waiting.put(at(10.0, 10.0, stamp))
+    assert len(waiting) == 1 and waiting.dropped == 4
+    assert taken(waiting) == [4]
+
+
+def test_a_flood_from_one_wall_pushes_out_nothing_of_another():
+    waiting = WaitingSources(SIZE, 10)
+    waiting.put(at(10.0, 10.0, 1))
+    for stamp in range(2, 10_000):
+        waiting.put(at(500.0, 500.0, stamp))
+    assert taken(waiting) == [9_999, 1]
+    assert waiting.dropped == 9_997
+
+
+def test_walls_take_turns_while_a_flood_goes_on():
+    waiting, answered = WaitingSources(SIZE, 10), []
+    waiting.put(at(10.0, 10.0, 1))
+    for stamp in range(2, 6):
+        waiting.put(at(500.0, 500.0, stamp))
+        answered.append(waiting.take().stamp_ns)
+    assert 1 in answered[:2]
+
+
+def test_so_many_walls_wait_and_no_more_and_the_oldest_is_dropped():
+    waiting = WaitingSources(SIZE, 3)
+    for stamp in range(6):
+        waiting.put(at(1000.0 * stamp, 0.0, stamp))
+    assert sorted(taken(waiting)) == [3, 4, 5]
+    assert waiting.dropped == 3
+
+
+def test_messages_of_nobody_are_a_region_of_their_own():
+    waiting = WaitingSources(SIZE, 10)
+    waiting.put(trigger_of(np.empty((0, 3)), np.empty((0, 3)), None, 1))
+    waiting.put(at(1.0, 1.0, 2))
+    assert sorted(taken(waiting)) == [1, 2]
+
+
+def test_what_is_remembered_of_walls_is_bounded():
+    waiting = WaitingSources(SIZE, 3)
+    for stamp in range(1000):
+        waiting.put(at(1000.0 * stamp, 0.0, stamp))
+        waiting.take()
+    assert len(waiting._served) <= 6
+
+
+def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_is_set_back():
+    guards = StampGuards()
+    guards.note("sources", 10 * SECOND)
+    guards.check("sources", 10 * SECOND)
+    guards.check("source_cloud", 1)
+    with pytest.raises(MessageRefused, match=r"goes back by 2\.500 s behind the last message of sources"):
+        guards.check("sources", int(7.5 * SECOND))
+    guards.note("sources", 1)
+    with pytest.raises(MessageRefused):
+        guards.check("sources", 9 * SECOND)
+    guards.reset()
+    guards.check("sources", 1)
+
+
+def surveys(*wholes, patches=()):
+    waiting = WaitingTerrain(8)
+    for whole in wholes:
+        waiting.put_whole(whole)
+    for patch in patches:
+        waiting.put_patch(patch)
+    return waiting
+
+
+def test_the_latest_whole_survey_wins_and_the_older_are_history_once_it_is_terrain():
+    waiting = surveys("a", "b", "c")
+    assert waiting.take() == ("whole", "c")
+    waiting.accepted()
+    assert len(waiting) == 0 and waiting.overtaken == 2
+
+
+def test_a_good_survey_that_a_bad_one_overtook_becomes_the_terrain():
+    waiting = surveys("good", "bad")
+    assert waiting.take() == ("whole", "bad")
+    waiting.refused()
+    assert waiting.take() == ("whole", "good")
+    waiting.accepted()
+    assert len(waiting) == 0
+
+
+def test_only_so_many_whole_surveys_wait():
+    waiting, found = surveys(*range(10)), []
+    while len(waiting):
+        found.append(waiting.take()[1])
+        waiting.refused()
+    assert found == [9, 8, 7] and len(found) == UNTRIED
+
+
+def test_patches_are_applied_in_order_after_the_survey_they_follow():
+    waiting = surveys("old", patches=("of old",))
+    waiting.put_whole("new")
+    for patch in ("first", "second"):
+        waiting.put_patch(patch)
+    assert waiting.take() == ("whole", "new")
+    waiting.accepted()
+    assert [waiting.take(), waiting.take()] == [("patch", "first"), ("patch", "second")]
+    assert len(waiting) == 0
+
+
+def test_patches_outlive_a_survey_that_is_refused():
+    waiting = surveys("bad", patches=("kept",))
+    waiting.take()
+    waiting.put_patch("kept too")
+    waiting.refused()
+    assert [waiting.take(), waiting.take()] == [("patch", "kept"), ("patch", "kept too")]
+
+
+def test_a_survey_that_comes_while_another_is_tried_is_next():
+    waiting = surveys("first")
+    waiting.take()
+    waiting.put_whole("second")
+    waiting.accepted()
+    assert waiting.take() == ("whole", "second")
+
+
+def test_patches_that_find_no_room_are_refused_and_counted():
+    waiting = surveys(patches=range(8))
+    with pytest.raises(MessageRefused, match=r"8 patches wait already \(waiting_patches\)"):
+        waiting.put_patch(9)
+    assert waiting.lost_patches == 1
+
+
+def test_a_whole_survey_makes_good_what_patches_were_lost():
+    waiting = surveys(patches=range(8))
+    with pytest.raises(MessageRefused):
+        waiting.put_patch(9)
+    waiting.put_whole("new")
+    waiting.take()
+    waiting.accepted()
+    assert waiting.lost_patches == 0
+
+
+def test_nothing_waits_after_clearing_but_what_is_being_tried_can_still_be_told_of():
+    waiting = surveys("tried", patches=("p",))
+    waiting.take()
+    waiting.put_whole("newer")
+    waiting.clear()
+    waiting.accepted()
+    assert len(waiting) == 0
+
+
+def test_who_waits_is_let_go_when_it_is_closed():
+    waiting, found = surveys(), []
+    thread = threading.Thread(target=lambda: found.append(waiting.take()))
+    thread.start()
+    waiting.close()
+    thread.join(5.0)
+    assert found == [None]

@@ -1,0 +1,171 @@
+"""docs/operations.md and the files to bring rpf3d up say what the code does."""
+
+import ast
+import configparser
+import json
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import yaml
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from parameter_tables import PAGE, with_tables
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted((ROOT / "rpf3d_ros").glob("*.py"))
+TEXT = PAGE.read_text(encoding="utf-8")
+NOT_DRAWN_BY_RVIZ = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
+NOT_DRAWN_IN_3D = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
+ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen"}
+OF_EVERY_NODE = {"parameter_events", "rosout", "clock", "~/transition_event"}
+"""Topics that rclpy itself has."""
+
+
+def documented(direction):
+    """Topic -> (type, quality of service) in one of the page's tables."""
+    table = TEXT.partition(f"<!-- topics: {direction} -->")[2].partition("<!-- end -->")[0]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.strip().splitlines()[2:]]
+    return {row[0].strip("`"): (row[1], row[2]) for row in rows}
+
+
+IN, OUT = documented("in"), documented("out")
+
+
+def topics_in_code():
+    """(topic, name of the message class) of publishers and subscriptions whose names stand in the sources."""
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ENDPOINTS and len(node.args) > 1:
+                kind, topic = node.args[:2]
+                if isinstance(topic, ast.Constant) and isinstance(kind, ast.Name):
+                    yield topic.value, kind.id
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "TOPICS":
+                for key, value in zip(node.value.keys, node.value.values, strict=True):
+                    yield key.value, getattr(value, "id", None)
+
+
+def test_the_tables_of_parameters_are_those_of_the_code():
+    assert with_tables(TEXT) == TEXT, "run python docs/parameter_tables.py"
+
+
+def test_every_topic_of_the_code_is_documented_with_its_type():
+    found = set(topics_in_code())
+    assert len(found) > 8, "the sources must have been understood"
+    for topic, kind in found:
+        documented_kind, _ = (IN | OUT).get(topic, ("", ""))
+        assert documented_kind, topic
+        assert kind is None or documented_kind.split("/")[-1] == kind, topic
+
+
+@pytest.mark.skipif(not (ROOT / "rpf3d_ros" / "inputs.py").exists(), reason="the simulator does not hear all of them")
+def test_every_documented_topic_is_in_the_code():
+    assert set(IN | OUT) <= {topic for topic, _ in topics_in_code()}
+
+
+def test_every_part_that_reports_its_health_is_documented():
+    parts = re.findall(r"^\| `([a-z ]+)` \|", TEXT.partition("## Diagnostics")[2].partition("## Failure")[0], re.M)
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            call = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "set"
+            if call and getattr(node.func.value, "attr", "") in ("health", "_health") and node.args:
+                first = node.args[0]
+                assert not isinstance(first, ast.Constant) or first.value in parts, f"{path.name}: {first.value}"
+
+
+def policy():
+    """Node -> what it may publish, hear and serve by SROS2."""
+    root = ElementTree.parse(ROOT / "config" / "sros2_policy.xml").getroot()
+    for profile in root.iter("profile"):
+        allowed = {"publish": set(), "subscribe": set(), "reply": set(), "request": set()}
+        for group in profile:
+            (action, allow), *more = group.attrib.items()
+            assert (allow, more) == ("ALLOW", []), "nothing else is needed for least privilege"
+            allowed[action] |= {item.text for item in group}
+        yield profile.get("node"), allowed
+
+
+def without_slash(topics):
+    return {topic.lstrip("/") for topic in topics}
+
+
+def test_the_policy_allows_each_node_the_documented_topics_and_no_more():
+    nodes = dict(policy())
+    simulator, recorder = nodes["rpf3d_simulator"], nodes["rpf3d_recorder"]
+    assert simulator["subscribe"] - OF_EVERY_NODE == without_slash(IN)
+    assert simulator["publish"] - OF_EVERY_NODE == without_slash(OUT)
+    assert recorder["subscribe"] - OF_EVERY_NODE == without_slash(IN | OUT)
+    assert recorder["publish"] - OF_EVERY_NODE == {"diagnostics"}
+    assert nodes["rpf3d_scene_publisher"]["publish"] - OF_EVERY_NODE == {"terrain/mesh", "sources", "diagnostics"}
+    assert nodes["plc_bridge"]["publish"] <= OF_EVERY_NODE
+
+
+def test_the_policy_has_no_wildcards():
+    assert not any("*" in name for _, allowed in policy() for names in allowed.values() for name in names)
+
+
+def displays():
+    """Topic -> display of the RViz configuration."""
+    rviz = yaml.safe_load((ROOT / "config" / "rpf3d.rviz").read_text())["Visualization Manager"]
+    assert rviz["Global Options"]["Fixed Frame"] == "map"
+    return {display["Topic"]["Value"]: display for display in rviz["Displays"] if "Topic" in display}
+
+
+def test_rviz_shows_every_topic_that_it_can_draw():
+    assert without_slash(displays()) == without_slash(set(IN | OUT) - NOT_DRAWN_BY_RVIZ)
+
+
+def test_rviz_asks_for_what_is_offered():
+    for topic, display in displays().items():
+        _, quality = (IN | OUT).get(topic.lstrip("/")) or (IN | OUT)[topic]
+        latched = display["Topic"]["Durability Policy"] == "Transient Local"
+        assert latched == (quality == "latched"), topic
+        assert display["Topic"]["Reliability Policy"] == "Reliable"
+
+
+def panels(layout):
+    """Ids of the panels of a Foxglove layout, in order."""
+    return [layout] if isinstance(layout, str) else [*panels(layout["first"]), *panels(layout["second"])]
+
+
+def test_the_foxglove_layout_has_a_configuration_for_each_panel_and_draws_every_topic():
+    layout = json.loads((ROOT / "config" / "rpf3d_foxglove.json").read_text())
+    assert sorted(panels(layout["layout"])) == sorted(layout["configById"])
+    kinds = {panel.split("!")[0] for panel in layout["configById"]}
+    assert kinds >= {"3D", "RawMessages", "Plot", "DiagnosticSummary", "CallService"}
+    drawn = layout["configById"]["3D!rpf3d"]
+    assert drawn["followTf"] == "map"
+    assert without_slash(drawn["topics"]) == without_slash(set(IN | OUT) - NOT_DRAWN_IN_3D)
+
+
+def test_the_service_ends_in_time_starts_again_and_stays_on_this_machine():
+    unit = configparser.ConfigParser(strict=False, interpolation=None)
+    unit.optionxform = str
+    text = (ROOT / "config" / "rpf3d.service").read_text()
+    unit.read_string(text)
+    service = unit["Service"]
+    assert (service["Restart"], service["RestartPreventExitStatus"]) == ("on-failure", "2")
+    assert service["TimeoutStopSec"] == "5"
+    assert "Environment=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n" in text
+    assert (service["IPAddressDeny"], service["IPAddressAllow"]) == ("any", "localhost")
+    assert service["NoNewPrivileges"] == "yes"
+    assert "MemoryDenyWriteExecute=" not in text, "the engine is compiled while it runs"
+    assert service["ExecStart"].split()[0].endswith("/rpf3d_simulator")
+
+
+def test_every_file_that_the_page_names_is_there():
+    for name in re.findall(r"`((?:config|launch)/[\w./]+)`", TEXT):
+        assert (ROOT / name).is_file(), name
+
+
+def test_every_argument_of_the_launch_file_is_documented():
+    tree = ast.parse((ROOT / "launch" / "rpf3d.launch.py").read_text())
+    names = [
+        node.args[0].value for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "DeclareLaunchArgument"
+    ]  # fmt: skip
+    rows = TEXT.partition("| argument |")[2].partition("\n\n")[0].splitlines()[2:]
+    told = [name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])]
+    assert sorted(names) == sorted(told)
