@@ -26,13 +26,27 @@ NOBODY = "nobody"
 
 
 class StampGuards:
-    """The last stamp of each topic: what comes with an older one is refused."""
+    """The last stamp of each topic: what comes with an older one is refused, and what comes from the future.
 
-    def __init__(self) -> None:
+    Without the second, one damaged stamp would shut a topic for all that follows.
+    """
+
+    def __init__(self, most_ahead: float) -> None:
+        """most_ahead : seconds that a stamp may be ahead of the clock."""
         self._last: dict[str, int] = {}
+        self._most_ahead = most_ahead
 
-    def check(self, topic: str, stamp_ns: int) -> None:
-        """Refuse a stamp (ns) that lies before the last one of its topic. Raises MessageRefused."""
+    def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
+        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
+
+        now_ns : 0 where the clock has not begun yet, so that nothing is ahead of it
+        """
+        ahead = (stamp_ns - now_ns) / SECOND
+        if now_ns > 0 and ahead > self._most_ahead:
+            raise MessageRefused(
+                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
+                f"(most_ahead)"
+            )
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND

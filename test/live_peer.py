@@ -1,6 +1,5 @@
 """The mine around a live simulator: sends it terrain, sources and areas, and hears all that it says."""
 
-import os
 import resource
 import time
 from pathlib import Path
@@ -181,12 +180,13 @@ class LivePeer:
         """Publish a message, or bytes that claim to be one."""
         self.publishers[topic].publish(message)
 
-    def wait_for_sentence(self, sentence, after=0):
-        """Spin until the simulator says a sentence that holds this one, after so many others; what it said."""
-        def found():
-            return next((s for s in self.said[after:] if s.part.startswith(NODE) and sentence in s.message), None)
+    def wait_for_sentence(self, sentence, after=0, node=NODE):
+        """Spin until a node says a sentence that holds this one, after so many others; what it said."""
 
-        return self.wait(found, f"the simulator to say {sentence!r}")
+        def found():
+            return next((s for s in self.said[after:] if s.part.startswith(node) and sentence in s.message), None)
+
+        return self.wait(found, f"{node} to say {sentence!r}")
 
     def refused(self, topic, message, sentence):
         """Send what has to be refused, and wait for the refusal."""
@@ -262,7 +262,8 @@ class LivePeer:
 SITE = """site: test pit
 valid_s: 1
 alarm_from: restrict
-evidence: {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 0.5}}
+evidence:
+  {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 0.5}}
 areas:
   live_area*: {{restrict: {{reach_probability: 0.1}}, evacuate: {{reach_probability: 0.5}}}}
 """

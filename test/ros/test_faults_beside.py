@@ -8,10 +8,11 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-from live_peer import full_disk, poses, with_alerts
+from live_peer import full_disk, with_alerts
+from rpf3d_core.recordings.content import repair, rows_by_entity, verify
 
 from rpf3d_core.alerts.audit import audit_log
-from rpf3d_core.recordings.content import repair, rows_by_entity, verify
+from rpf3d_ros.diagnostic_messages import ERROR
 
 pytestmark = pytest.mark.skipif(
     not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only"
@@ -80,25 +81,22 @@ def test_while_a_recorder_has_no_room_alerts_go_on_and_it_tells_its_fault(living
     before = len(peer.said)
     for _ in range(3):
         decided(peer)
-    told = peer.wait(
-        lambda: next((s for s in peer.said[before:] if RECORDER in s.part and "could not be written" in s.message), None),
-        "the recorder to tell its fault",
-    )
-    assert told.level == 2
+    told = peer.wait_for_sentence("could not be written", before, node=RECORDER)
+    assert told.level == ERROR
     decided(peer)
     full_disk(recorder.pid, None)
     recorder.send_signal(signal.SIGTERM)
     assert recorder.wait(20.0) == 0
 
 
-def test_while_the_decision_log_has_no_room_alerts_go_on_and_the_log_tells_afterwards_what_it_lacks(living, shared_stage):
+def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what_it_lacks(living, shared_stage):
     process, peer = living
     folder = shared_stage.folder / "decisions"
     (file,) = folder.glob("*.jsonl")
     full_disk(process.pid, file.stat().st_size + 10)
     decided(peer)
     told = peer.wait_for_sentence("log of decisions cannot be written")
-    assert told.level == 2
+    assert told.level == ERROR
     decided(peer)
     full_disk(process.pid, None)
     peer.wait_for_sentence("every decision is on disk", len(peer.said))

@@ -88,7 +88,7 @@ TERRAIN = {
     "points_above_each_other": (lambda stamp: cloud(scattered(*[(5.0, 5.0, z) for z in range(40)]), stamp), "refused"),
     "fifty_million_announced": (announcing(MANY), f"50,000,000 points, more than the {MOST:,}"),
     "more_than_the_limit": (fine, f"22,500 points, more than the {MOST:,}"),
-    "fifty_million_triangles_announced": (lambda stamp: mesh_announcing(MANY), f"25,000,000 points, more than the {MOST:,}"),
+    "fifty_million_triangles_announced": (lambda stamp: mesh_announcing(MANY), f"more than the {MOST:,}"),
     "another_frame": (lambda stamp: cloud(ramp(), stamp, "lidar"), "frame_id is 'lidar'"),
     "an_older_stamp": (lambda stamp: cloud(ramp(), stamp - HOUR), "goes back by"),
     "a_stamp_from_the_future": (lambda stamp: cloud(ramp(), stamp + HOUR), "future"),
