@@ -23,11 +23,11 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.qos import EVENTS, LATCHED
+from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
-PATIENCE = 120.0
+PATIENCE = 25.0
 """Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 60."""
 
 TURN = 0.02
@@ -124,8 +124,8 @@ class LivePeer:
             self.publishers["/clock"] = self.node.create_publisher(Clock, "/clock", EVENTS)
         for topic, kind, take, qos in (
             ("/diagnostics", DiagnosticArray, self._note, EVENTS),
-            ("results", DiagnosticArray, self.results.append, LATCHED),
-            ("alerts", DiagnosticArray, self.alerts.append, EVENTS),
+            ("results", DiagnosticArray, self.results.append, RESULTS),
+            ("alerts", DiagnosticArray, self.alerts.append, RESULTS),
             ("alarm", Bool, lambda message: self.alarms.append(message.data), LATCHED),
             ("hazard/grid", OccupancyGrid, self.grids.append, LATCHED),
         ):
@@ -263,7 +263,7 @@ SITE = """site: test pit
 valid_s: 1
 alarm_from: restrict
 evidence:
-  {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 0.5}}
+  {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 1}}
 areas:
   live_area*: {{restrict: {{reach_probability: 0.1}}, evacuate: {{reach_probability: 0.5}}}}
 """

@@ -24,7 +24,7 @@ from rpf3d_ros.terrain_messages import cdr_of_mesh
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
 """For each of eight topics."""
 
-REFUSED = 3
+REFUSED = 2
 """How many different refusals must be told of at least: damage must reach the simulator, not the middleware alone."""
 
 PACE = 0.03
