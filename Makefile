@@ -97,7 +97,8 @@ colcon: $(COLCON)/.installed
 	cd "$$work"; colcon list; \
 	colcon list | grep -q 'ros.ament_python' || { echo "colcon does not see an ament_python package: check package.xml"; exit 1; }; \
 	colcon build; \
-	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher share/rpf3d/package.xml \
+	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher \
+	  lib/rpf3d/rpf3d_play_bag share/rpf3d/package.xml \
 	  share/ament_index/resource_index/packages/rpf3d; do \
 	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
 	echo "colcon: built and installed as ros.ament_python"

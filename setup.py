@@ -27,8 +27,9 @@ setup(
         "pydantic>=2.7,<3",
         "PyYAML>=6.0",
         "rasterio>=1.4",
-        "rerun-sdk>=0.38,<0.42",  # its interface changes from month to month
+        "rerun-sdk>=0.41,<0.42",  # its interface changes from month to month
         "rich>=13",
+        "rosbags>=0.11,<0.12",  # reads and writes rosbag2 bags where there is no ROS; young, so it is pinned
         "shapely>=2.1",  # the first that cuts polygons into triangles (constrained_delaunay_triangles)
         "typer>=0.12",
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
@@ -51,6 +52,7 @@ setup(
             "rpf3d = rpf3d_core.cli:main",
             "rpf3d_simulator = rpf3d_ros.simulator_node:main",
             "rpf3d_recorder = rpf3d_ros.recorder_node:main",
+            "rpf3d_play_bag = rpf3d_ros.play_bag:main",
             "rpf3d_scene_publisher = rpf3d_ros.scene_publisher_node:main",
         ],
     },

@@ -1,4 +1,4 @@
-"""The command line: `rpf3d run | check | cost | effects | pit | replay | compare | study | audit | import`.
+"""The command line: `rpf3d run`, `check`, `cost`, and the others that `rpf3d --help` lists.
 
 Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130. The commands
 import what they need when they run: `rpf3d --help` loads neither VTK nor numba.
@@ -15,15 +15,17 @@ from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
 from rpf3d_core.commands.effects import effects
+from rpf3d_core.commands.from_bag import from_bag
 from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.pit import pit
+from rpf3d_core.commands.recover import recover
 from rpf3d_core.commands.replay import replay
 from rpf3d_core.commands.run import run
 from rpf3d_core.commands.screen import INTERRUPTED, Interrupted, complaints, screen
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
-COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit)
+COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover, from_bag)
 """In the order of `rpf3d --help`."""
 
 app = typer.Typer(

@@ -6,7 +6,8 @@ from typing import Protocol
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
 
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN, Health, diagnostics_of
+from rpf3d_ros.diagnostic_messages import diagnostics_of
+from rpf3d_ros.health import ERROR, OK, WARN, Health
 
 NAME = "rpf3d: alert"
 

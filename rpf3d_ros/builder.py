@@ -8,7 +8,7 @@ from typing import Protocol
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.live.ground import Ground, Workshop
-from rpf3d_core.live.standing import stand_on
+from rpf3d_core.live.standing import Standing, stand_after, stand_on
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_ros.flyer import Flyer
@@ -96,12 +96,18 @@ class Builder:
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
-        change = self._workshop.patched
-        made = self._flyer.hand_over(change=lambda ground: change(ground, patch, arrival.stamp_ns)).standing
-        assert made is not None
+        grounds: list[Ground] = []
+
+        def sewn_in(standing: Standing) -> Standing:
+            cells = standing.cells
+            assert isinstance(standing.ground, Ground) and cells is standing.cells  # known before the ground changes
+            grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
+            return stand_after(standing, grounds[0], patch.points)
+
+        self._flyer.hand_over(change=sewn_in)
         self._mesh = b""
-        self._listener.stands(made.ground, "received, patched")
-        self._keep(made.ground, patch)
+        self._listener.stands(grounds[0], "received, patched")
+        self._keep(grounds[0], patch)
 
     def _keep(self, ground: Ground, survey: Survey) -> None:
         if self._store is not None:

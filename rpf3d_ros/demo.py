@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
-from rpf3d_ros.recording_content import rows_by_entity, verify
 
 SOURCE_TREE = Path(__file__).resolve().parent.parent
 INSTALLED = Path(sysconfig.get_path("data")) / "share" / "rpf3d"

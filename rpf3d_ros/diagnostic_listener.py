@@ -7,7 +7,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from rpf3d_ros.diagnostic_messages import Health, healths_of
+from rpf3d_ros.health import Health, healths_of
 from rpf3d_ros.qos import EVENTS
 
 PATIENCE = 0.1

@@ -20,7 +20,7 @@ from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import Standing, stand_on
+from rpf3d_core.live.standing import Standing, stand_after, stand_on
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
@@ -87,7 +87,10 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     anywhere = scene.model_copy(update={"areas_of_interest": ()})
     workshop = _workshop_of(scene, parameters)
     whole = workshop.whole(slope)
-    standing = stand_on(workshop.patched(whole, GridSurvey(slope.points[20:30, 20:30] + (0.5, 0.5, 0.1))), anywhere)
+    before = stand_on(whole, anywhere)
+    _ = before.cells
+    patch = GridSurvey(slope.points[20:30, 20:30] + (0.5, 0.5, 0.1))
+    standing = stand_after(before, workshop.patched(whole, patch), patch.points)
     _ = standing.cells
     middle = 0.5 * WARM_SIDE * WARM_STEP
     source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)

@@ -7,18 +7,18 @@ import threading
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
-from rpf3d_core.errors import InputError
+from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.live.answers import Answer, answers
 from rpf3d_core.live.released import Around
-from rpf3d_core.live.standing import Outlines, Standing, Surveyed, stand_on
+from rpf3d_core.live.standing import Outlines, Standing
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.intake import WaitingSources
 
-Change = Callable[[Any], Surveyed]
-"""Makes the ground that follows another; the former must not be flown over any more."""
+Change = Callable[[Standing], Standing]
+"""Makes what is stood on after a change of the ground; the former must not be flown over any more."""
 
 
 class Listener(Protocol):
@@ -195,9 +195,13 @@ class Flyer:
         """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
         if self.standing is None:
             raise InputError("there is no terrain yet that it could change")
-        ground = change(self.standing.ground)
-        self.standing = None  # its arrays have changed
-        return stand_on(ground, self._scene)
+        try:
+            return change(self.standing)
+        except TerrainError:
+            raise  # refused before anything was changed
+        except Exception:
+            self.standing = None  # its arrays may have changed: nothing is flown over them
+            raise
 
     def _begin(self, trigger: Trigger) -> None:
         self._trigger, self._anew, self._stages = trigger, False, None

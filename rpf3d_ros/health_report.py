@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 
-from rpf3d_ros.diagnostic_messages import ERROR, OK, Health, diagnostics_of
+from rpf3d_ros.diagnostic_messages import diagnostics_of
+from rpf3d_ros.health import ERROR, OK, Health
 from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE
 

@@ -5,7 +5,7 @@ import time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from rpf3d_ros.diagnostic_messages import OK, WARN
+from rpf3d_ros.health import OK, WARN
 from rpf3d_ros.health_report import HealthReport
 
 BEAT = 0.01

@@ -14,7 +14,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.builder import Arrival
-from rpf3d_ros.diagnostic_messages import OK, WARN
+from rpf3d_ros.health import OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import StampGuards
 from rpf3d_ros.parameters import SimulatorParameters

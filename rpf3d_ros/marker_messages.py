@@ -1,23 +1,20 @@
-"""Trajectories and hazard zones <-> visualization_msgs/MarkerArray.
+"""Trajectories and hazard zones -> visualization_msgs/MarkerArray; `marker_reading` reads them.
 
 Every array begins with DELETEALL, so that nothing of an earlier event stays on the screen. What is sent is laid out as
 bytes (`marker_layout`): a burst of sources must be answered faster than Python makes as many objects.
 """
 
 from collections.abc import Iterable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import Marker
 
 from rpf3d_core.ensemble.colours import speed_colours
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.marker_layout import CLEARING, WHITE, Layout, cdr_of_markers
-from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.results import Columns
 
 TRAJECTORIES, HAZARD = "trajectories", "hazard/"
@@ -31,13 +28,6 @@ LINE_WIDTH = 0.3
 
 LEAST, GREATEST = np.array([1.0, 0.85, 0.2, 0.45]), np.array([0.8, 0.05, 0.1, 0.75])
 """Red, green, blue, opacity of the facets of the first hazard level and of the last; those between lie between."""
-
-
-class Strip(NamedTuple):
-    """points : (T, 3) m, T >= 2; colours : (T, 4) red, green, blue, opacity, 0 to 255."""
-
-    points: FloatArray
-    colours: NDArray[np.uint8]
 
 
 def trajectory_markers(header: Header, columns: Columns, most: int, points_each: int, result: int = 0) -> bytes:
@@ -84,34 +74,6 @@ def text_of(result: int) -> str:
     return f"result {result}"
 
 
-def strips_of_markers(array: MarkerArray, frame: MapFrame) -> list[Strip]:
-    """Every LINE_STRIP of a received array, in the map frame.
-
-    Raises MessageRefused for a marker in a foreign frame or with a pose, and for points or colours that are not finite.
-    """
-    lines = [m for m in array.markers if m.action == Marker.ADD and m.type == Marker.LINE_STRIP]
-    return [Strip(_positions(line, frame), _received_colours(line)) for line in lines if len(line.points) > 1]
-
-
-def facets_of_markers(
-    array: MarkerArray, frame: MapFrame
-) -> dict[str, tuple[FloatArray, tuple[float, float, float, float]]]:
-    """Namespace -> corners (F, 3, 3) m, map frame, and colour of each TRIANGLE_LIST of a received array.
-
-    Raises MessageRefused as `strips_of_markers`, and where a marker's points do not make triangles.
-    """
-    found = {}
-    for marker in array.markers:
-        if marker.action != Marker.ADD or marker.type != Marker.TRIANGLE_LIST:
-            continue
-        points = _positions(marker, frame)
-        if len(points) % 3:
-            raise MessageRefused(f"TRIANGLE_LIST '{marker.ns}' has {len(points)} points; a triangle needs three")
-        colour = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)
-        found[marker.ns] = (points.reshape(-1, 3, 3), colour)
-    return found
-
-
 def evenly(count: int, most: int) -> NDArray[np.int64]:
     """At most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
@@ -121,28 +83,3 @@ def _colours(speed: FloatArray) -> NDArray[np.float32]:
     """Colours (N, 4) by speed, as shares."""
     shown = speed_colours(speed, float(np.max(speed, initial=0.0))) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)
-
-
-def _received_colours(marker: Marker) -> NDArray[np.uint8]:
-    each = marker.colors if len(marker.colors) == len(marker.points) else [marker.color] * len(marker.points)
-    shares = np.array([(c.r, c.g, c.b, c.a) for c in each])
-    if not bool(np.isfinite(shares).all()):
-        raise MessageRefused(f"marker '{marker.ns}' {marker.id} has colours that are not finite")
-    return (255.0 * shares.clip(0.0, 1.0)).round().astype(np.uint8)
-
-
-def _positions(marker: Marker, frame: MapFrame) -> FloatArray:
-    _check_pose(marker)
-    points = np.array([(p.x, p.y, p.z) for p in marker.points], dtype=float).reshape(-1, 3)
-    if not bool(np.isfinite(points).all()):
-        raise MessageRefused(f"marker '{marker.ns}' {marker.id} has points that are not finite")
-    return frame.points(points, marker.header.frame_id)
-
-
-def _check_pose(marker: Marker) -> None:
-    """Refuse a pose that moves the points; an all-zero orientation is taken as none, as RViz does."""
-    at, turn = marker.pose.position, marker.pose.orientation
-    if any((at.x, at.y, at.z, turn.x, turn.y, turn.z)) or abs(turn.w) not in (0.0, 1.0):
-        raise MessageRefused(
-            f"marker '{marker.ns}' {marker.id} has a pose that moves its points; it must be the identity"
-        )

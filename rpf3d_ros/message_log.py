@@ -1,22 +1,29 @@
-"""Received messages -> rows of a recording, one method a topic; what is refused leaves no row."""
+"""Received messages -> what a recording is to show, one method a topic; what is refused leaves nothing.
 
+No message class is imported: messages are read by the names of their fields, from rclpy or from a bag.
+"""
+
+import hashlib
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
 
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray
-from sensor_msgs.msg import PointCloud2
-from visualization_msgs.msg import MarkerArray
+import numpy as np
 
-from rpf3d_ros.cloud_messages import columns_of_cloud, positions_of_cloud
-from rpf3d_ros.diagnostic_messages import Health, healths_of
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.alert_reading import SITE, Alert, alerts_of
+from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.grid_reading import percent_of_grid
+from rpf3d_ros.health import healths_of
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import facets_of_markers, strips_of_markers
+from rpf3d_ros.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
+from rpf3d_ros.moving_rocks import motion_of
 from rpf3d_ros.recording import Recording
-from rpf3d_ros.source_messages import sources_of_poses
+from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.source_reading import placed
 from rpf3d_ros.survey_terrain import ground_mesh
-from rpf3d_ros.terrain_messages import grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.terrain_messages import MeshSurvey, grid_of_cloud, mesh_of_cdr
 
 COUNT_OF_RECORDED = "rpf3d_recorder: recording"
 """The state that changes with every message recorded, so that logging it would log itself."""
@@ -26,6 +33,27 @@ SECOND = 1_000_000_000
 
 EVENTS_KEPT = 1000
 """Stamps whose event is remembered: results later than a thousand further sources count as an event of their own."""
+
+UPDATES_SHOWN = 200
+"""Patches of a terrain that are shown together; the next one replaces the oldest."""
+
+LARGEST_PATCH = 10_000_000
+"""Points of a patch at most."""
+
+HAZARD = "hazard/"
+"""Namespaces of hazard markers begin so."""
+
+
+class Entry(NamedTuple):
+    """Rows of one moment: stamp_ns and event place them, draw logs them.
+
+    keeps : name of the state whose last one they are, which a new file begins with; "" for none
+    """
+
+    stamp_ns: int
+    event: int
+    draw: Callable[[Recording], None]
+    keeps: str = ""
 
 
 class EventNumbers:
@@ -46,82 +74,207 @@ class EventNumbers:
 
 
 class MessageLog:
-    """Writes messages into a recording; an event is everything with the stamp of one message of sources."""
+    """Turns messages into entries; an event is everything with the stamp of one message of sources."""
 
-    def __init__(self, recording: Recording, frame: MapFrame, mesh_frame: str, now: Callable[[], Time]) -> None:
-        """mesh_frame : frame of terrain/mesh; now : the node's time, for messages that carry none."""
-        self._recording, self._frame, self._mesh_frame, self._now = recording, frame, mesh_frame, now
+    def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int]) -> None:
+        """mesh_frame : frame of terrain/mesh; now : time (ns since the epoch), for messages that carry none."""
+        self._frame, self._mesh_frame, self._now = frame, mesh_frame, now
         self._events = EventNumbers()
-        self._last_mesh = b""
-        self._last_health: dict[str, Health] = {}
+        self._terrain, self._updates = b"", 0
+        self._said: dict[str, object] = {}
+        self._levels: set[str] = set()
 
-    def grid(self, cloud: PointCloud2) -> None:
-        """terrain/points."""
-        mesh = ground_mesh(grid_of_cloud(cloud, self._frame))
-        self._between_events(cloud.header.stamp)
-        self._recording.terrain(mesh.vertices, mesh.triangles)
-        self._last_mesh = b""
+    def entries(self, topic: str, message: Any) -> list[Entry]:
+        """The entries of a message of a topic of TOPICS; terrain/mesh as CDR bytes. Raises MessageRefused."""
+        methods = {
+            "terrain/points": self._grid,
+            "terrain/mesh": self._mesh,
+            "terrain/update": self._update,
+            "sources": self._sources,
+            "/clicked_point": self._clicked,
+            "source_cloud": self._source_cloud,
+            "areas/polygon": self._polygon,
+            "areas/equipment": self._equipment,
+            "trajectories": self._trajectories,
+            "hazard/zones": self._zones,
+            "hazard/points": self._reach,
+            "hazard/grid": self._reach_grid,
+            "results": self._results,
+            "alerts": self._alerts,
+            "alarm": self._alarm,
+            "/diagnostics": self._diagnostics,
+        }
+        method = methods.get(topic)
+        return list(method(message) if method else self._cloud(topic, message))
 
-    def mesh(self, data: bytes) -> None:
-        """terrain/mesh, in CDR; a repetition of the last one is not logged again."""
-        if data != self._last_mesh:
-            mesh = mesh_of_cdr(data, self._frame, self._mesh_frame)
-            self._between_events(self._now())
-            self._recording.terrain(mesh.vertices, mesh.triangles)
-            self._last_mesh = data
+    def _grid(self, cloud: Any) -> Iterator[Entry]:
+        survey = grid_of_cloud(cloud, self._frame)
+        digest = hashlib.sha256(survey.points.tobytes()).digest()
+        if digest != self._terrain:
+            yield self._ground(ground_mesh(survey), digest, _nanoseconds(cloud.header.stamp))
 
-    def sources(self, poses: PoseArray) -> None:
-        """sources."""
-        sources = sources_of_poses(poses, self._frame)
-        self._at(poses.header.stamp)
-        self._recording.sources(sources.positions, sources.directions)
+    def _mesh(self, data: bytes) -> Iterator[Entry]:
+        digest = hashlib.sha256(data).digest()
+        if digest != self._terrain:
+            yield self._ground(mesh_of_cdr(data, self._frame, self._mesh_frame), digest, self._now())
 
-    def trajectories(self, array: MarkerArray) -> None:
-        """trajectories."""
+    def _ground(self, mesh: MeshSurvey, digest: bytes, stamp_ns: int) -> Entry:
+        self._terrain, self._updates = digest, 0
+        return self._between(stamp_ns, lambda r: r.terrain(mesh.vertices, mesh.triangles), "terrain")
+
+    def _update(self, cloud: Any) -> Iterator[Entry]:
+        if cloud.width * cloud.height > LARGEST_PATCH:
+            raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
+        points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
+        points = points[~np.isnan(points).any(axis=1)]
+        number = self._updates % UPDATES_SHOWN
+        self._terrain, self._updates = b"", self._updates + 1  # the survey before it would change the ground back
+        stamp_ns = _nanoseconds(cloud.header.stamp)
+        yield self._between(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
+
+    def _sources(self, poses: Any) -> Iterator[Entry]:
+        positions, directions = placed(poses, self._frame)
+        yield self._at(poses, lambda r: r.sources(positions, directions), "sources")
+
+    def _clicked(self, point: Any) -> Iterator[Entry]:
+        at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
+        yield self._released(point, self._finite(at, point.header.frame_id), np.zeros((1, 3)))
+
+    def _source_cloud(self, cloud: Any) -> Iterator[Entry]:
+        points = self._positions(cloud)
+        names = [field.name for field in cloud.fields]
+        directions = np.zeros_like(points)
+        if {"vx", "vy", "vz"} <= set(names) and len(points):
+            velocity = np.stack([_column(cloud, name) for name in ("vx", "vy", "vz")], axis=-1).astype(float)
+            with np.errstate(over="ignore"):
+                speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+            directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
+        yield self._released(cloud, points, directions)
+
+    def _released(self, message: Any, positions: FloatArray, directions: FloatArray) -> Entry:
+        return self._at(message, lambda r: r.sources(positions, directions), "sources")
+
+    def _polygon(self, polygon: Any) -> Iterator[Entry]:
+        corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
+        corners = self._finite(corners, polygon.header.frame_id)
+        stamp_ns = _nanoseconds(polygon.header.stamp)
+        yield self._between(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
+
+    def _equipment(self, poses: Any) -> Iterator[Entry]:
+        positions, _ = placed(poses, self._frame)
+        stamp_ns = _nanoseconds(poses.header.stamp)
+        yield self._between(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
+
+    def _trajectories(self, array: Any) -> Iterator[Entry]:
         strips = strips_of_markers(array, self._frame)
-        self._at_markers(array)
-        self._recording.trajectories(strips)
+        yield self._at_markers(array, lambda r: r.trajectories(strips))
 
-    def cloud(self, entity: str, cloud: PointCloud2) -> None:
+    def _cloud(self, topic: str, cloud: Any) -> Iterator[Entry]:
         """trajectories/points, impacts, deposits; a cloud without points takes the last event's off the screen."""
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
-            self._at(cloud.header.stamp)
-            self._recording.clear(entity)
+            yield self._at(cloud, lambda r: r.clear(topic))
             return
-        points = self._frame.points(positions_of_cloud(cloud), cloud.header.frame_id).reshape(-1, 3)
-        energy = columns_of_cloud(cloud, ("energy",))["energy"].ravel()
-        self._at(cloud.header.stamp)
-        self._recording.points(entity, points, energy)
+        points = self._positions(cloud)
+        energy = _column(cloud, "energy")
+        if topic == "trajectories/points":
+            motion = motion_of(points, _column(cloud, "t").astype(float), _column(cloud, "rock"))
+            yield self._at(cloud, lambda r: r.motion(motion))
+        yield self._at(cloud, lambda r: r.points(topic, points, energy))
+        if topic == "impacts":
+            yield self._at(cloud, lambda r: r.energies(energy))
 
-    def hazard(self, array: MarkerArray) -> None:
-        """hazard/zones."""
+    def _zones(self, array: Any) -> Iterator[Entry]:
         levels = facets_of_markers(array, self._frame)
-        self._at_markers(array)
-        self._recording.clear("hazard")
+        outlines = outlines_of_markers(array, self._frame)
+        for level in (*levels, *outlines):
+            if not level.removeprefix(HAZARD).strip("/") or not level.startswith(HAZARD):
+                raise MessageRefused(f"a marker is in namespace '{level}'; it must be {HAZARD}<level>")
+        for level in sorted(self._levels):
+            yield self._at_markers(array, lambda r, level=level: r.clear_hazard(level))
+        self._levels = {level.removeprefix(HAZARD) for level in (*levels, *outlines)}
         for level, (corners, colour) in levels.items():
-            self._recording.hazard(level, corners, colour)
+            name = level.removeprefix(HAZARD)
+            yield self._at_markers(array, lambda r, n=name, k=corners, c=colour: r.hazard(n, k, c))
+        for level, (lines, colour) in outlines.items():
+            name = level.removeprefix(HAZARD)
+            yield self._at_markers(array, lambda r, n=name, k=lines, c=colour: r.outline(n, k, c))
 
-    def diagnostics(self, array: DiagnosticArray) -> None:
-        """/diagnostics; what a node repeats every second is logged once, the count of what is recorded not at all."""
+    def _reach(self, cloud: Any) -> Iterator[Entry]:
+        self._frame.check(cloud.header.frame_id)
+        if cloud.width == 0:
+            yield self._at(cloud, lambda r: r.clear("hazard/points"))
+            return
+        points, reach = self._positions(cloud), _column(cloud, "reach_probability")
+        given = {field.name for field in cloud.fields}
+        beside = {
+            name: _column(cloud, name) for name in ("p95_energy", "first_arrival", "rocks", "result") if name in given
+        }
+        yield self._at(cloud, lambda r: r.reach(points, reach, beside))
+
+    def _reach_grid(self, grid: Any) -> Iterator[Entry]:
+        percent = percent_of_grid(grid, self._frame)
+        yield self._at(grid, lambda r: r.grid(percent))
+
+    def _results(self, array: Any) -> Iterator[Entry]:
         for health in healths_of(array):
-            if self._last_health.get(health.name) != health and health.name != COUNT_OF_RECORDED:
-                self._last_health[health.name] = health
-                self._between_events(array.header.stamp)
-                self._recording.health(health)
+            yield self._at(array, lambda r, health=health: r.text("results", health))
 
-    def _at_markers(self, array: MarkerArray) -> None:
-        if array.markers:
-            self._at(array.markers[0].header.stamp)
-        else:
-            self._between_events(self._now())
+    def _alerts(self, array: Any) -> Iterator[Entry]:
+        """The level every time, for its series; words and lanes where they change."""
+        stamp_ns = _nanoseconds(array.header.stamp)
+        for alert in alerts_of(array):
+            if alert.area == SITE:
+                yield self._between(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
+            if self._is_new(f"alert/{alert.area}", (alert.level, alert.health.message)):
+                yield self._between(stamp_ns, lambda r, a=alert: _draw_alert(r, a), f"alert/{alert.area}")
 
-    def _between_events(self, stamp: Time) -> None:
-        self._recording.at(_nanoseconds(stamp), self._events.last)
+    def _alarm(self, alarm: Any) -> Iterator[Entry]:
+        state = "on" if alarm.data else "off"
+        if self._is_new("alarm", state):
+            yield self._between(self._now(), lambda r: r.alert_state("alarm", state), "alarm")
 
-    def _at(self, stamp: Time) -> None:
-        self._recording.at(_nanoseconds(stamp), self._events.of(_nanoseconds(stamp)))
+    def _diagnostics(self, array: Any) -> Iterator[Entry]:
+        """What a node repeats every second is logged once, the count of what is recorded not at all."""
+        stamp_ns = _nanoseconds(array.header.stamp)
+        for health in healths_of(array):
+            if health.name != COUNT_OF_RECORDED and self._is_new(f"health/{health.name}", health):
+                yield self._between(stamp_ns, lambda r, h=health: r.text("diagnostics", h))
+
+    def _is_new(self, name: str, state: object) -> bool:
+        if self._said.get(name) == state:
+            return False
+        self._said[name] = state
+        return True
+
+    def _positions(self, cloud: Any) -> FloatArray:
+        """Points (N, 3) m of a cloud in the map frame, none of them missing."""
+        return self._finite(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
+
+    def _finite(self, points: FloatArray, frame_id: str) -> FloatArray:
+        if not bool(np.isfinite(points).all()):
+            raise MessageRefused("a point is not finite")
+        return self._frame.points(points, frame_id)
+
+    def _at_markers(self, array: Any, draw: Callable[..., None]) -> Entry:
+        return self._at(array.markers[0], draw) if array.markers else self._between(self._now(), draw)
+
+    def _between(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> Entry:
+        return Entry(stamp_ns, self._events.last, draw, keeps)
+
+    def _at(self, message: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
+        stamp_ns = _nanoseconds(message.header.stamp)
+        return Entry(stamp_ns, self._events.of(stamp_ns), draw, keeps)
 
 
-def _nanoseconds(stamp: Time) -> int:
+def _draw_alert(recording: Recording, alert: Alert) -> None:
+    recording.alert_state(alert.area, alert.state)
+    recording.text("alerts", replace(alert.health, name=alert.area))
+
+
+def _column(cloud: Any, name: str) -> np.ndarray:
+    return columns_of_cloud(cloud, (name,))[name].ravel()
+
+
+def _nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * SECOND + int(stamp.nanosec)

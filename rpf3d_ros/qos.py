@@ -3,6 +3,8 @@
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
+from rpf3d_ros.recorded_topics import EVENT, RESULT, STATE, TERRAIN
+
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """State: terrain as we publish it, and every result; who joins late gets the last one."""
 
@@ -22,3 +24,16 @@ def terrain_qos(durability: str) -> QoSProfile:
     if durability == "transient_local":
         return LATCHED
     return QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
+
+
+RECORDED = {
+    STATE: LATCHED,
+    RESULT: RESULTS,
+    EVENT: QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE),
+}
+"""By how a topic is offered (`recorded_topics`); events may wait while a large terrain is being written."""
+
+
+def recorded_qos(offered: str, durability: str) -> QoSProfile:
+    """How a topic is recorded; durability : of terrain, as the user says."""
+    return terrain_qos(durability) if offered == TERRAIN else RECORDED[offered]

@@ -1,76 +1,116 @@
-"""The node rpf3d_recorder: subscribes to terrain, sources, results and diagnostics and logs them to a .rrd."""
+"""The node rpf3d_recorder: subscribes to terrain, sources, results, alerts and diagnostics and logs them to a .rrd."""
 
 from collections import Counter
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
-from visualization_msgs.msg import MarkerArray
+from rclpy.serialization import deserialize_message
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
+from rpf3d_ros.incident_bag import IncidentBag
+from rpf3d_ros.message_classes import message_class
 from rpf3d_ros.message_log import COUNT_OF_RECORDED, MessageLog
 from rpf3d_ros.parameters import RecorderParameters, declare
-from rpf3d_ros.qos import EVENTS, OVERRIDABLE, RESULTS, terrain_qos
+from rpf3d_ros.qos import OVERRIDABLE, recorded_qos
+from rpf3d_ros.recorded_topics import TOPICS
 from rpf3d_ros.recorder_node import NAME
-from rpf3d_ros.recording import Recording
+from rpf3d_ros.recording_files import FAULTS, RecordingFiles, Rotation
+from rpf3d_ros.viewer_feed import NONE, Viewer, ViewerFeed
 
 RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
 """The part of /diagnostics that counts the messages recorded, by topic."""
 
-DIAGNOSTICS = "/diagnostics"
+FILE, BAG, VIEWER = "file", "bag", "viewer"
+"""Parts of /diagnostics."""
+
+DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
+
+LOOK_AFTER = 1.0
+"""Seconds between looks at the file's age, at a file that could not be written, and at the viewer."""
+
+LEAVING = 1.0
+"""Seconds that a viewer has to take its leave."""
 
 
 class RecorderNode(Node):
-    """Receives, converts, logs; every message is in the file before the next one is taken."""
+    """Receives CDR, converts, logs; every message is in the file before the next one is taken."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
         parameters = declare(self, RecorderParameters)
-        self.file = parameters.file
-        self.recording = Recording(Path(parameters.file))
+        self.log = MessageLog(parameters.frame, parameters.mesh_frame, self._now_ns)
+        self.bag = IncidentBag(parameters.bag)
+        viewer = Viewer(parameters.viewer, parameters.viewer_bind, parameters.viewer_port)
+        viewer.check()
+        self.files = _opened(parameters, self.bag)
         self.recorded: Counter[str] = Counter()
         self.health = HealthReport(self)
+        self.feed = ViewerFeed(viewer, self.files.head) if viewer.kind != NONE else None
+        self.abandoned = False
         self._say_recorded()
-        log = MessageLog(self.recording, parameters.frame, parameters.mesh_frame, self._now)
-        self._subscribe(log, terrain_qos(parameters.terrain_durability))
+        for topic, (kind, offered, _) in TOPICS.items():
+            qos = recorded_qos(offered, parameters.terrain_durability)
+            self._listen(topic, message_class(kind), qos)
+        self.create_timer(LOOK_AFTER, self._look_after)
 
-    def _now(self) -> Time:
-        return self.get_clock().now().to_msg()
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
 
-    def _subscribe(self, log: MessageLog, terrain: QoSProfile) -> None:
-        self._listen(PointCloud2, "terrain/points", log.grid, terrain)
-        self._listen(Mesh, "terrain/mesh", log.mesh, terrain, raw=True)
-        self._listen(PoseArray, "sources", log.sources, EVENTS)
-        self._listen(MarkerArray, "trajectories", log.trajectories, RESULTS)
-        for topic in ("trajectories/points", "impacts", "deposits"):
-            self._listen(PointCloud2, topic, partial(log.cloud, topic), RESULTS)
-        self._listen(MarkerArray, "hazard/zones", log.hazard, RESULTS)
-        self._listen(DiagnosticArray, DIAGNOSTICS, log.diagnostics, EVENTS)
+    def _listen(self, topic: str, kind: Any, qos: Any) -> None:
+        """All topics come as CDR: a message that cannot be taken apart is then refused like any other."""
+        receive = partial(self._receive, topic, kind)
+        self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
 
-    def _listen(self, kind: Any, topic: str, log: Callable[[Any], None], qos: QoSProfile, raw: bool = False) -> None:
-        receive = partial(self._record, topic, log)
-        self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=raw)
-
-    def _record(self, topic: str, log: Callable[[Any], None], message: Any) -> None:
+    def _receive(self, topic: str, kind: Any, data: bytes) -> None:
+        self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
         try:
-            log(message)
-            self.recording.flush()
+            message = data if topic == MESH else deserialize_message(data, kind)
+        except Exception as error:  # rclpy raises what its C++ calls it
+            self.health.set(topic, WARN, f"message refused: it is no {kind.__name__}: {error}")
+            return
+        self._record(topic, message)
+
+    def _record(self, topic: str, message: Any) -> None:
+        try:
+            entries = self.log.entries(topic, message)
         except InputError as refusal:
             self.health.set(topic, WARN, f"message refused: {refusal}")
-        except (OSError, RuntimeError) as error:  # rerun raises either where the file cannot be written
-            self.health.set(topic, ERROR, f"{self.file} could not be written: {error}")
+            return
+        except Exception as error:  # a message must not end the node, whatever it holds
+            self.health.set(topic, ERROR, f"message refused: {type(error).__name__}: {error}")
+            return
+        if self.feed is not None:
+            self.feed.offer(entries)
+        try:
+            self.files.write(entries)
+        except FAULTS as error:
+            self._say_fault(error)
         else:
             self._count(topic)
+
+    def _look_after(self) -> None:
+        try:
+            self.files.check()
+        except FAULTS as error:
+            self._say_fault(error)
+        else:
+            self._say_recorded()
+        if self.bag.folder is not None:
+            level = ERROR if self.bag.fault else OK
+            self.health.set(BAG, level, self.bag.fault or f"writing {self.bag.folder}")
+        self._say_viewer()
+
+    def _say_viewer(self) -> None:
+        if self.feed is not None:
+            lost = {"dropped": str(self.feed.dropped)}
+            if self.feed.fault:
+                self.health.set(VIEWER, WARN, f"no viewer is fed: {self.feed.fault}", lost)
+            else:
+                self.health.set(VIEWER, OK, "fed", lost)
 
     def _count(self, topic: str) -> None:
         if topic != DIAGNOSTICS:  # counting these would make another one each time
@@ -79,14 +119,32 @@ class RecorderNode(Node):
 
     def _say_recorded(self) -> None:
         counts = {topic: str(count) for topic, count in self.recorded.items()}
-        self.health.set(RECORDING, OK, f"writing {self.file}", counts)
+        self.health.set(RECORDING, OK, f"writing {self.files.path}", counts)
+        if self.files.lost:
+            self.health.set(FILE, WARN, f"writing again; rows that were lost before: {self.files.lost}")
+
+    def _say_fault(self, error: Exception) -> None:
+        sentence = f"{self.files.path} could not be written: {error}"
+        self.health.set(FILE, ERROR, sentence, {"lost": str(self.files.lost)})
+        self.health.set(RECORDING, ERROR, sentence)
 
     def destroy_node(self) -> None:
         """Close the recording: a file without its footer has to be repaired before it verifies."""
         self.health.closed = True
-        if hasattr(self, "recording"):
+        for close in (self.files.close, self.bag.close):
             try:
-                self.recording.close()
-            except (OSError, RuntimeError) as error:
-                self.get_logger().error(f"{self.file} could not be closed and may not verify: {error}")
+                close()
+            except FAULTS as error:
+                self.get_logger().error(f"{self.files.path} could not be closed and may not verify: {error}")
+        self.abandoned = self.feed is not None and not self.feed.close(LEAVING)
         super().destroy_node()
+
+
+def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
+    """The first file. Raises InputError where it cannot be created."""
+    path = Path(parameters.file)
+    rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
+    try:
+        return RecordingFiles(path, rotation, begun=bag.begin_with)
+    except FAULTS as error:
+        raise InputError(f"{path}: the recording cannot be written: {error}") from error

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Header
 
-from rpf3d_ros.diagnostic_messages import OK, WARN, Health, diagnostics_of, healths_of
+from rpf3d_ros.diagnostic_messages import diagnostics_of
+from rpf3d_ros.health import OK, WARN, Health, healths_of
 from rpf3d_ros.refusals import MessageRefused
 
 NAME = "rpf3d: result"

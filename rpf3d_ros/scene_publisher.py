@@ -8,7 +8,7 @@ from shape_msgs.msg import Mesh
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.diagnostic_messages import OK
+from rpf3d_ros.health import OK
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.parameters import ScenePublisherParameters, declare
 from rpf3d_ros.qos import EVENTS, LATCHED, OVERRIDABLE

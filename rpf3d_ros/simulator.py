@@ -21,7 +21,7 @@ from rpf3d_ros.configuring import (
     refuse_impossible_transitions,
     watch_clock,
 )
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.heartbeat import Heartbeat
 from rpf3d_ros.inputs import Inputs

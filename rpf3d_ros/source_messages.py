@@ -13,13 +13,11 @@ from std_msgs.msg import Header
 
 from rpf3d_core.io.scene_model import FASTEST
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.cloud_messages import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.source_reading import placed
 from rpf3d_ros.stamps import nanoseconds
-
-UNIT_TOLERANCE = 1.0e-3
-"""How far a quaternion's length may be from 1: one typed by hand with three decimals passes, a zero one does not."""
 
 MOST_SOURCES = 10_000
 """Of one message: a radar sees dozens of moving blocks, and a lidar's raw points are no sources."""
@@ -60,11 +58,8 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
     """
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
-    positions = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses]).reshape(-1, 3)
-    turned = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses.poses]
-    turns = np.array(turned).reshape(-1, 4)
-    _check_poses(positions, turns)
-    return _sources(poses.header, frame, positions, speed * x_axes(turns))
+    positions, directions = placed(poses, frame)
+    return Sources(Header(stamp=poses.header.stamp, frame_id=frame.name), positions, speed * directions)
 
 
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
@@ -103,12 +98,6 @@ def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArr
     return PoseArray(header=header, poses=poses)
 
 
-def x_axes(turns: FloatArray) -> FloatArray:
-    """First columns (S, 3) of the rotation matrices of unit quaternions (S, 4) x, y, z, w; zero for a zero one."""
-    x, y, z, w = turns.T
-    return np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)
-
-
 def quaternions_along(velocities: FloatArray) -> FloatArray:
     """Quaternions (S, 4) x, y, z, w that turn the x axis along velocities (S, 3), without roll; identity where zero."""
     vx, vy, vz = velocities.T
@@ -128,17 +117,6 @@ def _sources(
 def _check_number(sources: int) -> None:
     if sources > MOST_SOURCES:
         raise MessageRefused(f"the message holds {sources:,} sources, more than the {MOST_SOURCES:,} that it may hold")
-
-
-def _check_poses(positions: FloatArray, turns: FloatArray) -> None:
-    finite = np.isfinite(positions).all(axis=1) & np.isfinite(turns).all(axis=1)
-    if not bool(finite.all()):
-        raise MessageRefused(f"pose {int(np.flatnonzero(~finite)[0])} is not finite")
-    length = np.linalg.norm(turns, axis=1)
-    turned = (length == 0.0) | (np.abs(length - 1.0) <= UNIT_TOLERANCE)
-    if not bool(turned.all()):
-        bad = int(np.flatnonzero(~turned)[0])
-        raise MessageRefused(f"the orientation of pose {bad} has length {length[bad]:.4g}; a quaternion has length 1")
 
 
 def _velocities(cloud: PointCloud2) -> FloatArray:

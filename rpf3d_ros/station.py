@@ -20,9 +20,9 @@ from rpf3d_ros.alert_publishers import AlertPublishers
 from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
 from rpf3d_ros.builder import Arrival, Builder
-from rpf3d_ros.diagnostic_messages import ERROR, OK, WARN
 from rpf3d_ros.equipment import Equipment, around_of, version
 from rpf3d_ros.flyer import Flyer
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import SECOND, WaitingSources, WaitingTerrain
 from rpf3d_ros.stamps import stamp_of

@@ -6,16 +6,18 @@ u32[3] each, u32 vertices, padding to 8, f64[3] each.
 """
 
 import struct
+from typing import TYPE_CHECKING
 
 import numpy as np
-from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Header
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, check_points
-from rpf3d_ros.cloud_messages import check_sizes, cloud_of_columns, positions_of_cloud
+from rpf3d_ros.cloud_reading import check_sizes, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
 
 LITTLE_ENDIAN_CDR = bytes((0, 1, 0, 0))
 HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
@@ -26,7 +28,7 @@ FEWEST_POINTS = 3
 """Of a scattered cloud: a triangle."""
 
 
-def check_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS) -> None:
+def check_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> None:
     """What can be told of a cloud without looking at a point: frame, sizes, and that there are not too many.
 
     Raises MessageRefused. It takes microseconds, so a callback may wait for it.
@@ -36,7 +38,7 @@ def check_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS) ->
     check_sizes(cloud)
 
 
-def survey_of_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS) -> GridSurvey | CloudSurvey:
+def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> GridSurvey | CloudSurvey:
     """terrain/points, or a patch on terrain/update: rows of points are a grid, anything else is scattered points.
 
     Points with a NaN are holes of a grid, and none of a cloud. Raises MessageRefused as `check_cloud` and
@@ -52,7 +54,7 @@ def survey_of_cloud(cloud: PointCloud2, frame: MapFrame, most: int = MOST_POINTS
     return CloudSurvey(there)
 
 
-def grid_of_cloud(cloud: PointCloud2, frame: MapFrame) -> GridSurvey:
+def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
     """The grid of an organised cloud; a point with any NaN is a hole. Raises MessageRefused."""
     frame.check(cloud.header.frame_id)
     if cloud.height < 2 or cloud.width < 2:
@@ -66,11 +68,6 @@ def grid_of_cloud(cloud: PointCloud2, frame: MapFrame) -> GridSurvey:
         raise MessageRefused("every point of the cloud is NaN; the terrain needs at least one cell of four points")
     points[hole] = np.nan
     return GridSurvey(points)
-
-
-def cloud_of_grid(header: Header, survey: GridSurvey) -> PointCloud2:
-    """An organised cloud x, y, z of the grid, in float32; NaN stays a hole."""
-    return cloud_of_columns(header, {name: survey.points[..., i] for i, name in enumerate("xyz")})
 
 
 def mesh_of_cdr(data: bytes, frame: MapFrame, frame_id: str, most: int = MOST_POINTS) -> MeshSurvey:

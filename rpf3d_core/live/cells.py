@@ -6,8 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
+from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.terrain.facets import Terrain
+
+Plan = tuple[float, float]
+"""A place in plan (m)."""
 
 
 class Cells(NamedTuple):
@@ -28,6 +32,33 @@ def cells_over(terrain: Terrain, raster: Raster) -> Cells:
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
     cover(terrain.vertices, terrain.triangles, *raster, covered, height)
     return Cells(covered, height)
+
+
+def cells_after(
+    before: Cells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
+) -> Cells:
+    """The cells of a raster over a terrain that has changed between low and high (m, local, in plan) only.
+
+    What it costs depends on how much has changed; `before` stays as it is.
+    """
+    columns = _span(low[0], high[0], raster.x, raster.cell, raster.nx)
+    rows = _span(low[1], high[1], raster.y, raster.cell, raster.ny)
+    covered, height = before.covered.copy(), before.height.copy()
+    covered.reshape(raster.ny, raster.nx)[rows, columns] = False
+    height.reshape(raster.ny, raster.nx)[rows, columns] = np.nan
+    i = _span(low[0], high[0], locator.x, locator.cell, locator.nx)
+    j = _span(low[1], high[1], locator.y, locator.cell, locator.ny)
+    first = np.arange(j.start, j.stop) * locator.nx
+    parts = [locator.ids[locator.starts[row + i.start] : locator.starts[row + i.stop]] for row in first.tolist()]
+    near = np.unique(np.concatenate(parts)).astype(np.int64) if parts else np.empty(0, dtype=np.int64)
+    cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), *raster, covered, height)
+    return Cells(covered, height)
+
+
+def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:
+    """The columns, or rows, of squares of a side that lie between low and high (m)."""
+    first, last = (int(np.clip(np.floor((edge - origin) / cell), 0, count - 1)) for edge in (low, high))
+    return slice(first, last + 1)
 
 
 @loop

@@ -23,7 +23,7 @@ from rpf3d_core.hazard.tally import Tally
 from rpf3d_core.io.areas import area_outlines
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.live.cells import Cells, cells_over
+from rpf3d_core.live.cells import Cells, Plan, cells_after, cells_over
 from rpf3d_core.prepared import (
     empty_barriers,
     memory_of_bins,
@@ -31,10 +31,13 @@ from rpf3d_core.prepared import (
     scene_flight,
     scene_raster,
 )
-from rpf3d_core.simulation.engines import Compiled, Engine
+from rpf3d_core.simulation.engines import Compiled, Engine, facet_size
 from rpf3d_core.terrain.facets import Facets, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
+
+RIM = 4.0
+"""Sides of a usual facet around a patch within which the ground has changed, too: it is sewn to what stays."""
 
 Outlines = Mapping[str, Sequence[FloatArray]]
 """Name of an area of interest -> its rings (P, 2) m in plan, holes among them."""
@@ -69,6 +72,7 @@ class Standing:
     """A ground with all that answers over it share; for one thread at a time, which throws what it answers away first.
 
     areas : rings of the scene's own areas of interest, local frame
+    before : the cells of the ground that this one was patched from, and the corners of what has changed since
     """
 
     ground: Surveyed
@@ -77,15 +81,16 @@ class Standing:
     rock: Rock | DrawnRock
     areas: Outlines
     tallies: Tallies
+    before: tuple[Cells, Plan, Plan] | None = None
 
     def empty_tallies(
         self, live_areas: Outlines, fastest: float, highest: float, diameters: FloatArray | None
     ) -> Tallies:
         """Tallies in the memory of the last ones.
 
-        live_areas : rings, map frame; they come after the scene's own
+        live_areas : rings (P, 2) m, map frame; they come after the scene's own
         fastest, highest : bounds of what is released, m/s and m, local
-        diameters : m, of rocks beside the scene's own; None for none
+        diameters : (S,) m, of rocks beside the scene's own; None for none
         """
         frame, facets, scene = self.ground.terrain.frame, self.ground.facets, self.scene
         shift = np.array(frame.origin[:2])
@@ -112,7 +117,11 @@ class Standing:
     @cached_property
     def cells(self) -> Cells:
         """Where the raster of the maps lies over ground, and how high; worked out when it is first asked for."""
-        return cells_over(self.ground.terrain, self.tallies.ground.raster)
+        terrain, walked = self.ground.terrain, self.tallies.ground
+        if self.before is None:
+            return cells_over(terrain, walked.raster)
+        (known, low, high), self.before = self.before, None
+        return cells_after(known, terrain, walked.raster, walked.locator, low, high)
 
     @property
     def compiled(self) -> bool:
@@ -141,6 +150,18 @@ def stand_on(ground: Surveyed, scene: Scene) -> Standing:
     limit = memory_of_bins(scene, raster, ground.facets)
     tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, scales, fine, limit, compiled)
     return Standing(ground, scene, flight, rock, outlines, tallies)
+
+
+def stand_after(before: Standing, ground: Surveyed, points: FloatArray) -> Standing:
+    """As `stand_on`, of a ground that was made by a patch of points (..., 3) m, map frame, from that of `before`."""
+    standing = stand_on(ground, before.scene)
+    same = ground.terrain.frame == before.ground.terrain.frame
+    if same and standing.tallies.ground.raster == before.tallies.ground.raster:
+        plan = ground.terrain.frame.points_to_local(points.reshape(-1, 3))[:, :2]
+        rim = RIM * facet_size(ground.facets)
+        low, high = np.nanmin(plan, axis=0) - rim, np.nanmax(plan, axis=0) + rim
+        standing.before = (before.cells, (float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
+    return standing
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

@@ -24,12 +24,12 @@ class Trigger:
 
 
 def trigger_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> Trigger:
-    """A trigger with its digest."""
+    """A trigger of positions (S, 3) m, velocities (S, 3) m/s and diameters (S,) m or None, with its digest."""
     return Trigger(positions, velocities, diameters, stamp_ns, digest_of(positions, velocities, diameters, stamp_ns))
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """sha256 (hex) of sources: the same for the same numbers, whatever message they came in."""
+    """sha256 (hex) of sources, given as to `trigger_of`: the same for the same numbers, whatever they came in."""
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):
         found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())

@@ -161,7 +161,7 @@ def import_rerun() -> Any:
     try:
         import rerun
     except ImportError as fault:
-        raise InputError("recordings need rerun: pip install 'rerun-sdk>=0.38,<0.42'") from fault
+        raise InputError("recordings need rerun: pip install 'rerun-sdk>=0.41,<0.42'") from fault
     return rerun
 
 

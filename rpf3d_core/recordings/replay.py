@@ -63,5 +63,5 @@ def recording_of(folder: str | Path) -> Path:
 def viewer_command(recording: Path) -> list[str]:
     """The command that shows a recording; `InputError` if rerun is not installed."""
     if importlib.util.find_spec("rerun") is None:
-        raise InputError("replay needs rerun: pip install 'rerun-sdk>=0.38,<0.42'")
+        raise InputError("replay needs rerun: pip install 'rerun-sdk>=0.41,<0.42'")
     return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]

@@ -23,8 +23,10 @@ from std_msgs.msg import Bool
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
-from rpf3d_ros.diagnostic_messages import healths_of
+from rpf3d_ros.health import healths_of
+from rpf3d_ros.message_classes import message_class
 from rpf3d_ros.qos import EVENTS, LATCHED
+from rpf3d_ros.recorded_topics import EVENT, TOPICS
 
 PATIENCE = 240.0
 """Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
@@ -41,7 +43,6 @@ INPUTS = {
     "areas/equipment": PoseArray,
     "/clock": Clock,
 }
-LATCHED_INPUTS = ("terrain/points", "terrain/mesh")
 ALERTS = {"alerts": DiagnosticArray, "alarm": Bool}
 RESULTS = {
     "trajectories": MarkerArray,
@@ -53,6 +54,10 @@ RESULTS = {
     "hazard/zones": MarkerArray,
     "results": DiagnosticArray,
 }
+RECORDED = {name: message_class(topic.kind) for name, topic in TOPICS.items()}
+PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
+"""Topics that are not latched."""
+
 DOMAIN = itertools.count(os.getpid() * 13)
 
 
@@ -68,18 +73,18 @@ class Peer:
     """What stands at the other end of the topics: publishes anything, keeps all that it hears."""
 
     def __init__(self, publishes=(), hears=()):
-        kinds = INPUTS | RESULTS | ALERTS
+        kinds = RECORDED | INPUTS | RESULTS | ALERTS
         self.heard = {topic: [] for topic in hears}
         self.health = {}
         self.context = Context()
         self.context.init()
         self.node = Node("rpf3d_peer", context=self.context)
         self.publishers = {
-            topic: self.node.create_publisher(kinds[topic], topic, LATCHED if topic in LATCHED_INPUTS else EVENTS)
+            topic: self.node.create_publisher(kinds[topic], topic, EVENTS if topic in PASSING else LATCHED)
             for topic in publishes
         }
         for topic in hears:
-            qos = EVENTS if topic == "sources" else LATCHED
+            qos = EVENTS if topic in PASSING else LATCHED
             self.node.create_subscription(kinds[topic], topic, self.heard[topic].append, qos)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._note_health, EVENTS)
         self.executor = SingleThreadedExecutor(context=self.context)

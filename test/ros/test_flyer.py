@@ -160,7 +160,7 @@ def test_a_refinement_goes_on_after_a_change_that_was_refused(made):
 def test_a_change_without_ground_is_refused(made):
     flyer, _, _ = made()
     with pytest.raises(Exception, match="no terrain yet"):
-        flyer.hand_over(change=lambda ground: ground)
+        flyer.hand_over(change=lambda standing: standing)
 
 
 def test_sources_that_cannot_be_released_are_told_of_and_the_next_are_answered(made):

@@ -1,49 +1,64 @@
-"""Which event a message is recorded under."""
+"""Which event a message is recorded under, what is said again, and what is refused."""
+
+import math
 
 import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Pose, PoseArray
+import recorded_messages as made
+from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
 from rclpy.serialization import deserialize_message
-from std_msgs.msg import Header
+from std_msgs.msg import Bool
 from visualization_msgs.msg import MarkerArray
 
-from rpf3d_core.live.zones import ShownZone
-from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
-from rpf3d_ros.message_log import EVENTS_KEPT, EventNumbers, MessageLog
+from rpf3d_ros.marker_messages import trajectory_markers
+from rpf3d_ros.message_log import EVENTS_KEPT, UPDATES_SHOWN, EventNumbers, MessageLog
+from rpf3d_ros.recorded_topics import TOPICS
+from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.terrain_messages import GridSurvey
 
-COLUMNS = dict.fromkeys(("x", "y", "z", "t", "speed", "energy"), np.zeros(2)) | {"rock": np.zeros(2, dtype=int)}
+SECOND = made.SECOND
+header = made.header
 
 
 class Rows:
-    """Stands for a recording: which rows were logged at which second of which event."""
+    """Stands for a recording: the names of the methods that were called on it, with what they were given."""
 
     def __init__(self):
-        self.now, self.rows = None, []
-
-    def at(self, stamp_ns, event):
-        self.now = (stamp_ns // 1_000_000_000, event)
+        self.calls = []
 
     def __getattr__(self, kind):
-        return lambda *about: self.rows.append((kind, *self.now))
+        return lambda *about: self.calls.append((kind, *about))
 
 
-def header(second):
-    return Header(frame_id="map", stamp=Time(sec=second))
+def rows(entries):
+    """(method, second, event) of entries."""
+    found = []
+    for entry in entries:
+        drawn = Rows()
+        entry.draw(drawn)
+        found += [(call[0], entry.stamp_ns // SECOND, entry.event) for call in drawn.calls]
+    return found
+
+
+def calls(entries):
+    drawn = Rows()
+    for entry in entries:
+        entry.draw(drawn)
+    return drawn.calls
 
 
 @pytest.fixture
 def log():
-    return MessageLog(Rows(), MapFrame(), "map", lambda: Time(sec=99))
+    return MessageLog(MapFrame(), "map", lambda: 99 * SECOND)
 
 
 def sources(log, second):
-    log.sources(PoseArray(header=header(second), poses=[Pose()]))
+    return rows(log.entries("sources", PoseArray(header=header(second), poses=[Pose()])))
 
 
 def sent(data):
@@ -51,27 +66,25 @@ def sent(data):
 
 
 def results(log, second):
-    log.cloud("impacts", cloud_of_columns(header(second), COLUMNS))
-    log.trajectories(sent(trajectory_markers(header(second), COLUMNS, 9, 9)))
-    log.hazard(sent(zone_markers(header(second), [ShownZone("0.1", np.zeros((1, 3, 3)), np.empty((0, 2, 3)))])))
+    return [row for topic, message in made.answers(second).items() for row in rows(log.entries(topic, message))]
+
+
+def test_every_topic_that_is_subscribed_to_has_rows(log):
+    messages = {topic: message for _, topic, message in made.shift()}
+    messages["terrain/points"] = cloud_of_grid(header(1), GridSurvey(made.slope()))
+    assert set(messages) == set(TOPICS)
+    assert all(rows(log.entries(topic, message)) for topic, message in messages.items())
 
 
 def test_results_that_come_after_the_next_sources_belong_to_the_event_of_their_own(log):
-    sources(log, 10)
-    sources(log, 20)
-    results(log, 10)
-    sources(log, 30)
-    results(log, 30)
-    rows = log._recording.rows
-    assert {row[1:] for row in rows} == {(10, 1), (20, 2), (30, 3)}
-    assert [row[1:] for row in rows if row[0] == "points"] == [(10, 1), (30, 3)]
+    found = sources(log, 10) + sources(log, 20) + results(log, 10) + sources(log, 30) + results(log, 30)
+    assert {row[1:] for row in found} == {(10, 1), (20, 2), (30, 3)}
+    assert [row[1:] for row in found if row[0] == "grid"] == [(10, 1), (30, 3)]
 
 
 def test_results_of_unknown_sources_are_one_new_event(log):
-    sources(log, 10)
-    results(log, 5)
-    sources(log, 5)
-    assert {row[1:] for row in log._recording.rows} == {(10, 1), (5, 2)}
+    found = sources(log, 10) + results(log, 5) + sources(log, 5)
+    assert {row[1:] for row in found} == {(10, 1), (5, 2)}
 
 
 def test_only_so_many_stamps_are_remembered():
@@ -84,8 +97,115 @@ def test_only_so_many_stamps_are_remembered():
 
 def test_an_array_without_markers_is_recorded_now(log):
     sources(log, 10)
-    log.trajectories(sent(trajectory_markers(header(10), {name: c[:0] for name, c in COLUMNS.items()}, 9, 9)))
-    empty = sent(zone_markers(header(10), []))
+    log.entries("hazard/zones", made.hazard(header(10), {"passed": np.zeros((1, 3, 3))}))
+    empty = made.hazard(header(10), {})
     empty.markers = []
-    log.hazard(empty)
-    assert log._recording.rows[-1] == ("clear", 99, 1)
+    assert rows(log.entries("hazard/zones", empty)) == [("clear_hazard", 99, 1)]
+
+
+def test_a_terrain_is_recorded_again_when_it_is_another_or_a_patch_lay_on_it(log):
+    mesh = made.mesh()
+    assert [call[0] for call in calls(log.entries("terrain/mesh", mesh))] == ["terrain"]
+    assert log.entries("terrain/mesh", mesh) == []
+    (patch,) = log.entries("terrain/update", made.inputs(3)["terrain/update"])
+    assert (patch.keeps, calls([patch])[0][1]) == ("terrain/updates/0", 0)
+    assert len(log.entries("terrain/mesh", mesh)) == 1
+
+
+def test_patches_are_numbered_until_the_oldest_is_replaced(log):
+    patch = made.inputs(3)["terrain/update"]
+    numbers = [calls(log.entries("terrain/update", patch))[0][1] for _ in range(UPDATES_SHOWN + 2)]
+    assert numbers == [*range(UPDATES_SHOWN), 0, 1]
+
+
+def test_sources_without_poses_are_recorded_for_they_say_that_nothing_was_seen(log):
+    ((kind, positions, _),) = calls(log.entries("sources", PoseArray(header=header(4))))
+    assert kind == "sources"
+    assert positions.shape == (0, 3)
+
+
+def test_thrown_sources_of_a_cloud_point_where_they_fly(log):
+    ((_, _, directions),) = calls(log.entries("source_cloud", made.inputs(4)["source_cloud"]))
+    assert directions == pytest.approx(np.array([[0.0, 1.0, 0.0]] * 2))
+
+
+def test_an_alert_is_a_number_every_time_and_words_when_it_changes(log):
+    kinds = [[call[0] for call in calls(log.entries("alerts", made.alerts(second, "watch")))] for second in (1, 2)]
+    assert kinds == [["alert", *["alert_state", "text"] * 2], ["alert"]]
+    changed = calls(log.entries("alerts", made.alerts(3, "evacuate")))
+    assert ("alert", 3) in changed
+    assert [call for call in changed if call[0] == "alert_state"] == [
+        ("alert_state", "site", "evacuate"), ("alert_state", "haul_ramp", "evacuate"),
+    ]  # fmt: skip
+
+
+def test_an_alarm_that_is_repeated_is_recorded_once(log):
+    states = [calls(log.entries("alarm", Bool(data=data))) for data in (False, False, True)]
+    assert states == [[("alert_state", "alarm", "off")], [], [("alert_state", "alarm", "on")]]
+
+
+def of_level(level):
+    array = made.alerts(1, "watch")
+    array.status[0].values[0].value = level
+    return array
+
+
+def without_site():
+    array = made.alerts(1, "watch")
+    array.status = array.status[1:]
+    return array
+
+
+def grid(**changes):
+    message = made.grid(1)
+    for name, value in changes.items():
+        setattr(message.info if hasattr(message.info, name) else message, name, value)
+    return message
+
+
+def named(ns):
+    array = made.hazard(header(1), {"passed": np.zeros((1, 3, 3))})
+    array.markers[1].ns = ns
+    return array
+
+
+def points(**changes):
+    return cloud_of_columns(header(1), {**made.falls(rocks=2, points=3), **changes})
+
+
+REFUSED = {
+    "alert_of_no_level": ("alerts", lambda: of_level("red"), "level 'red'"),
+    "alert_of_no_site": ("alerts", without_site, "no status named 'rpf3d: alert'"),
+    "grid_shorter_than_it_says": ("hazard/grid", lambda: grid(width=7), "7 x 40 cells"),
+    "grid_without_resolution": ("hazard/grid", lambda: grid(resolution=math.nan), "resolution"),
+    "grid_beyond_100": ("hazard/grid", lambda: grid(data=[101] * made.SIDE**2), "beyond"),
+    "grid_in_a_foreign_frame": ("hazard/grid", lambda: grid(header=header(1, "lidar")), "'lidar'"),
+    "hazard_of_no_level": ("hazard/zones", lambda: named("hazard/"), "hazard/<level>"),
+    "hazard_over_other_rows": ("hazard/zones", lambda: named("terrain"), "hazard/<level>"),
+    "times_that_go_back": ("trajectories/points", lambda: points(t=np.array([0.0, 2.0, 1.0] * 2)), "goes back"),
+    "times_before_release": ("trajectories/points", lambda: points(t=np.full(6, -1.0)), "negative"),
+    "point_that_is_not_finite": (
+        "/clicked_point", lambda: PointStamped(header=header(1), point=Point(x=math.inf)), "not finite",
+    ),
+    "missing_positions": (
+        "impacts", lambda: points(x=np.array([math.nan] * 6)), "not finite",
+    ),
+    "trajectories_without_t": (
+        "trajectories/points", lambda: cloud_of_columns(header(1), {n: np.zeros(2) for n in ("x", "y", "z", "energy")}),
+        "field 't'",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_shown_is_refused_with_a_sentence(case, log):
+    topic, message, sentence = REFUSED[case]
+    with pytest.raises(MessageRefused, match=sentence):
+        log.entries(topic, message())
+
+
+def test_trajectories_without_rocks_are_recorded(log):
+    nothing = {name: column[:0] for name, column in made.falls().items()}
+    lines = made.markers(trajectory_markers(header(10), nothing, 9, 9))
+    assert calls(log.entries("trajectories", lines)) == [("trajectories", [])]
+    assert calls(log.entries("trajectories/points", cloud_of_columns(header(10), nothing)))[0][0] == "clear"

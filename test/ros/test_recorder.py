@@ -6,73 +6,95 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+import recorded_messages as made
 from diagnostic_msgs.msg import DiagnosticArray
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros import recorder
-from rpf3d_ros.diagnostic_messages import ERROR, OK
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.message_log import COUNT_OF_RECORDED
-from rpf3d_ros.qos import LATCHED
-from rpf3d_ros.recorder import RECORDING, RecorderNode
-from rpf3d_ros.recording import Recording
+from rpf3d_ros.parameters import RecorderParameters
+from rpf3d_ros.qos import recorded_qos
+from rpf3d_ros.recorded_topics import RESULT, TOPICS, topic_called
+from rpf3d_ros.recorder import FILE, RECORDING, RecorderNode, _opened
 
 
 class Stub(RecorderNode):
-    """A recorder without ROS, whose file takes nothing while `full`."""
+    """A recorder without ROS, whose file takes nothing while there is a `fault`."""
 
-    def __init__(self):
-        self.file, self.recorded, self.health, self.recording = "live.rrd", Counter(), self, self
-        self.full, self.states = True, {}
+    def __init__(self, fault=None):
+        self.recorded, self.health, self.feed, self.log = Counter(), self, None, self
+        self.files, self.path, self.lost = self, "live.rrd", 0
+        self.fault, self.states, self.unreadable = fault, {}, None
 
     def set(self, part, level, message, values=None):
         self.states[part] = (level, message)
 
-    def flush(self):
-        if self.full:
-            raise self.full
+    def entries(self, topic, message):
+        if self.unreadable:
+            raise self.unreadable
+        return []
 
-    def listen(self):
-        self.heard = {}
-        self._listen = lambda kind, topic, log, qos, raw=False: self.heard.update({topic: (log, qos)})
+    def write(self, entries):
+        if self.fault:
+            raise self.fault
 
 
-@pytest.mark.parametrize(
-    "error", [OSError("no space left"), TimeoutError("no space left"), RuntimeError("no space left")]
-)
+@pytest.mark.parametrize("error", [OSError("no room"), TimeoutError("no room"), RuntimeError("no room")])
 @pytest.mark.parametrize("topic", ["impacts", "/diagnostics"])
 def test_a_file_that_cannot_be_written_is_a_diagnostic_and_the_node_lives_on(error, topic):
-    node = Stub()
-    node.full = error
-    node._record(topic, lambda message: None, None)
-    assert node.states == {topic: (ERROR, "live.rrd could not be written: no space left")}
-    node.full = None
-    node._record("impacts", lambda message: None, None)
+    node = Stub(error)
+    node._record(topic, None)
+    assert node.states[FILE] == (ERROR, "live.rrd could not be written: no room")
+    assert node.states[RECORDING][0] == ERROR
+    node.fault = None
+    node._record("impacts", None)
     assert node.states[RECORDING][0] == OK
     assert node.recorded == {"impacts": 1}
 
 
+def test_rows_that_were_lost_are_told_after_the_fault():
+    node = Stub()
+    node.lost = 3
+    node._record("impacts", None)
+    assert node.states[FILE] == (WARN, "writing again; rows that were lost before: 3")
+
+
+@pytest.mark.parametrize(("error", "level"), [(InputError("bad"), WARN), (ZeroDivisionError("bad"), ERROR)])
+def test_a_message_that_cannot_be_taken_apart_is_refused_and_the_node_lives_on(error, level):
+    node = Stub()
+    node.unreadable = error
+    node._record("impacts", None)
+    assert node.states["impacts"][0] == level
+    assert "refused" in node.states["impacts"][1]
+    assert not node.recorded
+
+
 def test_diagnostics_are_recorded_as_all_else_and_not_counted():
     node = Stub()
-    node.full = None
-    node._record("/diagnostics", lambda message: None, DiagnosticArray())
+    node._record("/diagnostics", DiagnosticArray())
     assert not node.recorded and not node.states
     assert COUNT_OF_RECORDED.endswith(RECORDING)
 
 
 def test_results_of_several_runs_may_wait_for_the_recorder():
-    class Log:
-        def __getattr__(self, name):
-            return lambda *message: None
+    results = [topic for topic in TOPICS.values() if topic.offered == RESULT]
+    assert len(results) == 8
+    assert all(recorded_qos(topic.offered, "volatile").depth >= 10 for topic in results)
 
-    node = Stub()
-    node.listen()
-    node._subscribe(Log(), LATCHED)
-    results = ("trajectories", "trajectories/points", "impacts", "deposits", "hazard/zones")
-    assert all(node.heard[topic][1].depth >= 10 for topic in results)
-    assert set(node.heard) == {*results, "terrain/points", "terrain/mesh", "sources", recorder.DIAGNOSTICS}
+
+def test_a_topic_is_known_by_its_full_name_with_or_without_a_namespace():
+    assert [topic_called(name) for name in ("/terrain/mesh", "terrain/mesh", "/mine/terrain/mesh")] == [
+        "terrain/mesh", "terrain/mesh", None,
+    ]  # fmt: skip
+    assert topic_called("/mine/terrain/mesh", "mine") == "terrain/mesh"
+    assert topic_called("/clicked_point", "/mine/") == "/clicked_point"
 
 
 def test_a_recording_that_cannot_be_created_is_refused_in_a_sentence(tmp_path):
     pytest.importorskip("rerun", reason="rerun-sdk is not installed")
     with pytest.raises(InputError, match="cannot be written"):
-        Recording(tmp_path)
+        _opened(RecorderParameters(file=str(tmp_path)), type("NoBag", (), {"begin_with": lambda self, path: None})())
+
+
+def test_the_messages_of_the_tests_cover_every_topic_but_the_grid_of_heights():
+    assert {topic for _, topic, _ in made.shift()} == set(TOPICS) - {"terrain/points"}

@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
 from rpf3d_ros.alert_messages import LEVELS, alarm_message, alerts_message
-from rpf3d_ros.diagnostic_messages import OK, WARN, healths_of
+from rpf3d_ros.health import OK, WARN, healths_of
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.result_messages import ResultFacts, facts_of, results_message
 

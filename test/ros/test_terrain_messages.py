@@ -16,8 +16,8 @@ from sensor_msgs.msg import PointCloud2, PointField
 from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 
-from rpf3d_core.live.survey import CloudSurvey
-from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey
+from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.terrain_messages import (
@@ -27,7 +27,6 @@ from rpf3d_ros.terrain_messages import (
     cdr_of_mesh,
     check_cloud,
     check_mesh,
-    cloud_of_grid,
     grid_of_cloud,
     mesh_of_cdr,
     survey_of_cloud,
@@ -231,7 +230,7 @@ def announced(height, width):
 @pytest.mark.parametrize(("height", "width"), [(1, 50_000_000), (10_000, 5_000)])
 def test_fifty_million_points_are_refused_with_the_limit_and_nothing_is_made_of_them(read, height, width):
     tracemalloc.start()
-    with pytest.raises(MessageRefused, match="50,000,000 points, more than the 10,000,000"):
+    with pytest.raises(MessageRefused, match=f"50,000,000 points, more than the {MOST_POINTS:,}"):
         read(announced(height, width), MapFrame())
     assert tracemalloc.get_traced_memory()[1] < A_FEW_OBJECTS
     tracemalloc.stop()

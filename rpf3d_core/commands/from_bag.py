@@ -1,0 +1,42 @@
+"""`rpf3d from-bag`: a bag of the nodes' topics as a recording, without ROS."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rpf3d_core.commands.screen import complaints, screen
+from rpf3d_core.errors import InputError
+
+READER = "rpf3d_ros.from_bag"
+"""Reads the nodes' messages, so it lies with them; named here, not imported: the core does without the nodes."""
+
+SHOWN = 10
+"""Refused messages that are told one by one."""
+
+
+def from_bag(
+    bag: Annotated[Path, typer.Argument(help="Folder of a rosbag2 bag, or its .mcap or .db3 file.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="The recording (.rrd) to write.")],
+    namespace: Annotated[str, typer.Option(help="Namespace of the topics in the bag.")] = "",
+    map_frame: Annotated[str, typer.Option(help="Frame of the messages, as the nodes' parameter.")] = "map",
+    survey_frame: Annotated[str, typer.Option(help="Frame of messages in survey coordinates.")] = "",
+    map_origin: Annotated[
+        tuple[float, float, float], typer.Option(help="Survey coordinates E, N, H of the map's origin (m).")
+    ] = (0.0, 0.0, 0.0),
+    mesh_frame: Annotated[str, typer.Option(help="Frame of terrain/mesh.")] = "map",
+) -> None:
+    """Write the recording that the live recorder would have written of a bag's messages."""
+    reader = import_module(READER)
+    frame = reader.MapFrame(map_frame, survey_frame, map_origin)
+    try:
+        done = reader.convert(bag, out, frame, mesh_frame, namespace)
+    except OSError as error:
+        raise InputError(str(error)) from error
+    for sentence in done.refused[:SHOWN]:
+        complaints.print(f"refused: {sentence}", markup=False)
+    if len(done.refused) > SHOWN:
+        complaints.print(f"refused: {len(done.refused) - SHOWN} more", markup=False)
+    counts = ", ".join(f"{topic} {count}" for topic, count in done.messages.items())
+    screen.print(f"{out}: {sum(done.messages.values())} messages ({counts})", highlight=False, markup=False)

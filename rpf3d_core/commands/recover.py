@@ -1,0 +1,24 @@
+"""`rpf3d recover`: a recording that was cut off, made whole."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rpf3d_core.commands.screen import screen
+
+
+def recover(
+    recording: Annotated[Path, typer.Argument(help="A .rrd that was cut off, by a kill or by a full disk.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="File to write; FILE.recovered.rrd where it is not given.")
+    ] = None,
+) -> None:
+    """Repair a recording that was cut off; the file itself is left as it is."""
+    from rpf3d_core.recordings.content import repair
+
+    repaired = out or recording.with_name(f"{recording.stem}.recovered.rrd")
+    content = repair(recording, repaired)
+    rows = sum(count for entity, count in content.rows.items() if not entity.startswith("/__"))
+    until = f", until {content.until}" if content.until else ""
+    screen.print(f"{repaired} verifies: {rows} rows of {len(content.rows)} entities saved{until}", highlight=False)

@@ -1,0 +1,100 @@
+"""What a recording holds, read back with rerun's own tools; and one that was cut off made whole."""
+
+import subprocess
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.log import import_rerun
+
+LONGEST = 600.0
+"""Seconds that a tool of rerun may take: 1 GB takes about ten."""
+
+TIMELINES = ("ros_time", "sim_time")
+"""Timelines whose last moment is told, the first that a recording has."""
+
+
+class Content(NamedTuple):
+    """rows : by entity, over all chunks; until : the last moment, as text, "" where there is no time."""
+
+    rows: dict[str, int]
+    until: str
+
+
+def verify(recording: Path) -> None:
+    """Let `rerun rrd verify` read the recording. Raises InputError with what it says where it does not accept it."""
+    _rerun(recording, "refuses it", "verify", str(recording))
+
+
+def rows_by_entity(recording: Path) -> dict[str, int]:
+    """Rows of each entity, over all its chunks. Raises InputError for a file that is no recording."""
+    return content_of(recording).rows
+
+
+def content_of(recording: Path) -> Content:
+    """Rows by entity and the last moment. Raises InputError for a file that is no recording."""
+    rows: Counter[str] = Counter()
+    last: dict[str, Any] = {}
+    for chunk in _chunks(recording):
+        rows[str(chunk.entity_path)] += chunk.num_rows
+        if not chunk.is_static and chunk.num_rows:
+            columns = chunk.to_record_batch()
+            for name in set(TIMELINES) & set(columns.schema.names):
+                moments = (moment for moment in columns.column(name).to_numpy(zero_copy_only=False))
+                last[name] = max([*moments, *([last[name]] if name in last else [])])
+    return Content(dict(rows), next((f"{name} {last[name]}" for name in TIMELINES if name in last), ""))
+
+
+def repair(broken: Path, repaired: Path) -> Content:
+    """Write what can be read of a recording that was cut off, with the footer it lacks; what was saved.
+
+    Raises InputError where nothing can be read, or where what was written does not verify; then there is no file.
+    """
+    if repaired.resolve() == broken.resolve():
+        raise InputError(f"{broken}: would be overwritten; give another file with -o")
+    if not broken.is_file():
+        raise InputError(f"{broken}: there is no such file")
+    part = repaired.with_name(f"{repaired.stem}.part.rrd")
+    try:
+        _rerun(broken, "cannot read it", "merge", "--continue-on-error", str(broken), "-o", str(part))
+        content = _saved(broken, part)
+        verify(part)
+        part.replace(repaired)
+    finally:
+        part.unlink(missing_ok=True)
+    return content
+
+
+def _saved(broken: Path, part: Path) -> Content:
+    try:
+        content = content_of(part)
+    except InputError as error:
+        raise InputError(f"{broken}: holds no recording that could be saved ({error})") from error
+    if not any(not entity.startswith("/__") for entity in content.rows):
+        raise InputError(f"{broken}: holds no rows that could be saved")
+    return content
+
+
+def _chunks(recording: Path) -> Iterator[Any]:
+    reader = import_rerun().chunk.RrdReader
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a footer that is not there: who asks, verifies
+            yield from reader(str(recording)).stream().to_chunks()
+    except (OSError, RuntimeError, ValueError) as error:
+        raise InputError(f"{recording}: cannot be read back: {error}") from error
+
+
+def _rerun(recording: Path, complaint: str, tool: str, *arguments: str) -> None:
+    import_rerun()
+    command = [sys.executable, "-m", "rerun", "rrd", tool, *arguments]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False)
+    except subprocess.TimeoutExpired as late:
+        raise InputError(f"{recording}: rerun rrd {tool} took more than {LONGEST:g} s") from late
+    if done.returncode:
+        raise InputError(f"{recording}: rerun rrd {tool} {complaint}: {(done.stderr or done.stdout).strip()}")

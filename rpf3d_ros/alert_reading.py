@@ -1,0 +1,47 @@
+"""The DiagnosticArray of `alerts` -> the alert of the site and of each area, whoever made the message."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from rpf3d_ros.health import Health, healths_of
+from rpf3d_ros.recording_views import LEVELS
+from rpf3d_ros.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from diagnostic_msgs.msg import DiagnosticArray
+
+ALERT = "rpf3d: alert"
+"""Name of the status of the site; that of an area is followed by a space and the area's name."""
+
+SITE = "site"
+"""What the alert that holds for everything is called here."""
+
+
+class Alert(NamedTuple):
+    """area : its name, or SITE; level : an index into LEVELS; health : the status as it came."""
+
+    area: str
+    level: int
+    health: Health
+
+    @property
+    def state(self) -> str:
+        """The name of the level."""
+        return LEVELS[self.level]
+
+
+def alerts_of(array: "DiagnosticArray") -> list[Alert]:
+    """The alerts in a message; other statuses are passed over.
+
+    Raises MessageRefused for a level that is none, and where the message holds no alert of the site.
+    """
+    alerts = [_alert(health) for health in healths_of(array) if f"{health.name} ".startswith(f"{ALERT} ")]
+    if not any(alert.area == SITE for alert in alerts):
+        raise MessageRefused(f"the message has no status named '{ALERT}', which tells the level of the site")
+    return alerts
+
+
+def _alert(health: Health) -> Alert:
+    level = health.values.get("level", "")
+    if level not in LEVELS:
+        raise MessageRefused(f"'{health.name}' has the level '{level}'; it must be one of {', '.join(LEVELS)}")
+    return Alert(health.name.removeprefix(ALERT).strip() or SITE, LEVELS.index(level), health)

@@ -1,0 +1,175 @@
+"""rpf3d_simulator through its states, over its services, as a process."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from std_msgs.msg import Header
+
+from rpf3d_core.live.survey import GridSurvey
+from rpf3d_ros.answer_publishers import TOPICS
+from rpf3d_ros.cloud_messages import cloud_of_grid
+from rpf3d_ros.result_messages import facts_of
+
+NODE = "rpf3d_simulator"
+QUIET = {
+    "autostart": "false", "engine": "reference", "ground": "sliding", "first_rocks": 1, "target.most_rocks": 1,
+    "position_spread": 0.0, "velocity_spread": 0.0,
+}  # fmt: skip
+ENDS_WITHIN = 2.0
+"""Seconds that the node has, on a machine that does nothing else."""
+BUSY = 4.0
+"""Times as long as that on one which runs other tests meanwhile."""
+
+
+def cloud():
+    y, x = np.mgrid[0:21, 0:21].astype(float)
+    return cloud_of_grid(Header(frame_id="map"), GridSurvey(np.stack([x, y, np.zeros_like(x)], axis=-1)))
+
+
+def poses(stamp, count=1):
+    each = [Pose(position=Point(x=5.3, y=5.4, z=5.0), orientation=Quaternion(w=1.0))] * count
+    return PoseArray(header=Header(frame_id="map", stamp=Time(sec=stamp)), poses=each)
+
+
+def change(peer, transition):
+    request = ChangeState.Request(transition=Transition(id=transition))
+    return peer.call(ChangeState, f"{NODE}/change_state", request).success
+
+
+def state(peer):
+    return peer.call(GetState, f"{NODE}/get_state", GetState.Request()).current_state.label
+
+
+def set_parameter(peer, name, value):
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    return peer.call(SetParameters, f"{NODE}/set_parameters", request).results[0]
+
+
+def answered(peer, sent):
+    def found():
+        heard = [message for message in peer.heard["results"] if message.header.stamp == sent.header.stamp]
+        return heard and facts_of(heard[-1])
+
+    return peer.wait(found, "an answer")
+
+
+def spin(peer, seconds):
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        peer.executor.spin_once(timeout_sec=0.05)
+
+
+def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage):
+    stage.node("simulator_node", **QUIET)
+    peer = stage.peer(publishes=("terrain/points", "sources"), hears=tuple(TOPICS))
+    assert state(peer) == "unconfigured"
+    assert change(peer, Transition.TRANSITION_CONFIGURE) and state(peer) == "inactive"
+    peer.send("terrain/points", cloud())
+    peer.send("sources", poses(1))
+    spin(peer, 0.5)
+    assert change(peer, Transition.TRANSITION_ACTIVATE) and state(peer) == "active"
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", cloud())
+    first = poses(2)
+    peer.send("sources", first)
+    assert answered(peer, first).rocks == 1
+    assert not any(message.header.stamp.sec == 1 for message in peer.heard["results"])
+    assert change(peer, Transition.TRANSITION_DEACTIVATE) and state(peer) == "inactive"
+    heard = {topic: len(messages) for topic, messages in peer.heard.items()}
+    peer.send("sources", poses(3))
+    spin(peer, 1.0)
+    assert {topic: len(messages) for topic, messages in peer.heard.items()} == heard
+    assert change(peer, Transition.TRANSITION_ACTIVATE)
+    peer.wait_for_subscribers()
+    again = poses(4)
+    peer.send("sources", again)
+    answered(peer, again)  # over the ground that it still has
+    assert not any(message.header.stamp.sec == 3 for message in peer.heard["results"])
+    assert change(peer, Transition.TRANSITION_DEACTIVATE)
+    assert change(peer, Transition.TRANSITION_CLEANUP) and state(peer) == "unconfigured"
+    assert change(peer, Transition.TRANSITION_CONFIGURE) and change(peer, Transition.TRANSITION_ACTIVATE)
+    assert peer.wait_for_health(f"{NODE}: run", "waiting for terrain")
+    assert stage.clear() == [0], stage.output("simulator_node")
+
+
+def test_a_transition_that_the_state_does_not_allow_is_refused_and_the_node_lives_on(stage):
+    stage.node("simulator_node", **QUIET)
+    peer = stage.peer()
+    assert not change(peer, Transition.TRANSITION_ACTIVATE)
+    assert not change(peer, Transition.TRANSITION_CLEANUP)
+    assert state(peer) == "unconfigured"
+
+
+def test_a_node_that_cannot_be_configured_says_why_and_can_be_once_that_is_mended(stage, tmp_path):
+    stage.node("simulator_node", autostart="false", scene=str(tmp_path / "missing.yaml"))
+    peer = stage.peer()
+    assert not change(peer, Transition.TRANSITION_CONFIGURE)
+    assert "missing.yaml" in peer.wait_for_health(f"{NODE}: lifecycle", "not configured").message
+    assert state(peer) == "unconfigured"
+    assert set_parameter(peer, "scene", "").successful
+    assert change(peer, Transition.TRANSITION_CONFIGURE)
+    refused = set_parameter(peer, "first_rocks", 7)
+    assert not refused.successful and "cannot change while the node is configured" in refused.reason
+    assert change(peer, Transition.TRANSITION_CLEANUP)
+    assert set_parameter(peer, "first_rocks", 7).successful
+
+
+def test_a_node_configures_and_activates_itself_where_it_is_told_to(stage):
+    stage.node("simulator_node", **{**QUIET, "autostart": "true"})
+    peer = stage.peer()
+    peer.wait_for_health(f"{NODE}: lifecycle", "active")
+    assert state(peer) == "active"
+
+
+STATES = {
+    "unconfigured": (),
+    "inactive": (Transition.TRANSITION_CONFIGURE,),
+    "active": (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE),
+}
+
+
+@pytest.mark.parametrize("where", STATES)
+def test_a_signal_ends_the_node_at_once_whatever_state_it_is_in(stage, where):
+    process = stage.node("simulator_node", **QUIET)
+    peer = stage.peer()
+    for transition in STATES[where]:
+        assert change(peer, transition)
+    assert state(peer) == where
+    assert_ends(process, stage)
+
+
+def test_a_signal_ends_a_node_that_is_being_configured(stage):
+    process = stage.node("simulator_node", **{**QUIET, "autostart": "true", "engine": "auto", "effects.drag": "true"})
+    stage.peer().wait_for_health(f"{NODE}: lifecycle", "configuring")
+    assert_ends(process, stage)
+
+
+def test_a_signal_ends_a_node_that_is_flying(stage):
+    bouncing = {"autostart": "true", "materials.default.normal_restitution": 0.99}
+    process = stage.node("simulator_node", **{**QUIET, **bouncing})
+    peer = stage.peer(publishes=("terrain/points", "sources"))
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", cloud())
+    peer.wait_for_health(f"{NODE}: run", "waiting for sources")
+    peer.send("sources", poses(1, count=500))
+    peer.wait_for_health(f"{NODE}: sources", "received")
+    assert_ends(process, stage)
+
+
+def assert_ends(process, stage):
+    began = time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(30.0) == 0, stage.output("simulator_node")
+    assert time.monotonic() - began < BUSY * ENDS_WITHIN
+    assert "Traceback" not in stage.output("simulator_node")

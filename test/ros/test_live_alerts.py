@@ -1,0 +1,137 @@
+"""Alerts of rpf3d_simulator as a process: up by evidence, down by acknowledgement, a fault where nothing is known."""
+
+import json
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from std_msgs.msg import Header
+from std_srvs.srv import Trigger
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.live.survey import GridSurvey
+from rpf3d_ros.cloud_messages import cloud_of_grid
+from rpf3d_ros.health import healths_of
+
+NODE = "rpf3d_simulator"
+SITE = """\
+site: test pit
+valid_s: 2
+alarm_from: evacuate
+evidence:
+  {sources_max_age_s: 6, terrain_max_age_s: 600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 0.1}
+areas:
+  live_area:
+    watch: {reach_probability: 0.1}
+    evacuate: {reach_probability: 0.5}
+"""
+FLIGHT = {
+    "engine": "auto", "ground": "sliding", "first_rocks": 200, "target.most_rocks": 400, "position_spread": 0.1,
+    "velocity_spread": 0.0,
+}  # fmt: skip
+
+
+def now():
+    ns = time.time_ns()
+    return Header(frame_id="map", stamp=Time(sec=ns // 10**9, nanosec=ns % 10**9))
+
+
+def cloud():
+    y, x = np.mgrid[0:21, 0:21].astype(float)
+    return cloud_of_grid(now(), GridSurvey(np.stack([x, y, np.zeros_like(x)], axis=-1)))
+
+
+def poses(*places):
+    each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places]
+    return PoseArray(header=now(), poses=each)
+
+
+def square(low, high):
+    corners = [Point32(x=float(x), y=float(y)) for x, y in ((low, low), (high, low), (high, high), (low, high))]
+    return PolygonStamped(header=now(), polygon=Polygon(points=corners))
+
+
+def level(peer):
+    heard = peer.heard["alerts"]
+    return healths_of(heard[-1])[0].values["level"] if heard else None
+
+
+def acknowledge(peer, said):
+    parameter = Parameter("acknowledged_by", value=said).to_parameter_msg()
+    peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
+    return peer.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
+
+
+def keep_saying(peer, message, condition, what):
+    """Publish sources again and again, as a radar does, until something is heard."""
+    said = [0.0]
+
+    def found():
+        if time.monotonic() - said[0] > 0.5:
+            peer.send("sources", message())
+            said[0] = time.monotonic()
+        return condition()
+
+    return peer.wait(found, what)
+
+
+def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reproduced(stage, tmp_path):
+    (tmp_path / "site.yaml").write_text(SITE)
+    log = tmp_path / "decisions"
+    stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), decision_log=str(log), **FLIGHT)
+    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=("alerts", "alarm"))
+    peer.wait_for_subscribers()
+    peer.wait(lambda: level(peer) == "fault", "a fault, for nothing has been heard yet")
+    assert peer.heard["alarm"][-1].data
+    peer.send("terrain/points", cloud())
+    peer.send("areas/polygon", square(9.0, 12.0))
+    keep_saying(peer, poses, lambda: level(peer) == "normal", "normal, for nothing is seen")
+    assert not peer.heard["alarm"][-1].data
+    rock = lambda: poses((10.3, 10.4, 5.0))  # noqa: E731
+    keep_saying(peer, rock, lambda: level(peer) == "evacuate", "an evacuation")
+    assert peer.heard["alarm"][-1].data
+    keep_saying(peer, poses, lambda: len(peer.heard["alerts"]) > 20 or time.sleep(0.05), "more decisions")
+    assert level(peer) == "evacuate", "nobody has acknowledged"
+    nobody = acknowledge(peer, "")
+    assert not nobody.success and "name" in nobody.message
+    peer.send("sources", poses())
+    peer.wait_for_health(f"{NODE}: sources", "nothing seen")
+    answer = keep_and_acknowledge(peer)
+    assert answer.success, answer.message
+    peer.wait(lambda: level(peer) == "normal", "normal")
+    peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
+    assert stage.clear() == [0], stage.output("simulator_node")
+    audit = audit_log(log)
+    assert audit.sound and audit.decisions > 5 and audit.refused == 1
+    lines = [line for path in log.iterdir() if path.is_file() for line in path.read_text().splitlines()]
+    assert all(json.loads(line) for line in lines)
+    assert any("A. Foreman" in line for line in lines)
+
+
+def keep_and_acknowledge(peer):
+    """Acknowledge once the newest evidence, that nothing is seen, has been decided on."""
+    for _ in range(20):
+        peer.send("sources", poses())
+        until = time.monotonic() + 0.5
+        while time.monotonic() < until:
+            peer.executor.spin_once(timeout_sec=0.05)
+        answer = acknowledge(peer, "A. Foreman: the slope was inspected")
+        if answer.success:
+            return answer
+    return answer
+
+
+def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage):
+    stage.node("simulator_node", **{**FLIGHT, "engine": "reference"})
+    peer = stage.peer(hears=("alerts",))
+    peer.wait_for_health(f"{NODE}: lifecycle", "active")
+    answer = acknowledge(peer, "A. Foreman: inspected")
+    assert not answer.success and "site_file" in answer.message
+    assert not peer.heard["alerts"]

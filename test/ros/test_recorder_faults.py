@@ -1,0 +1,185 @@
+"""rpf3d_recorder under faults, as a process: killed, without room, without a viewer, given what is no message."""
+
+import os
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+
+import recorded_messages as made
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify
+from rpf3d_ros.health import ERROR, OK, WARN
+from rpf3d_ros.recording_files import numbered_files
+
+NODE = "rpf3d_recorder"
+LONGEST_WAIT = 1.0
+"""Seconds that a message may take into the file while a viewer hangs; the feed waits for that viewer for two."""
+
+
+STYLE = 1
+"""Rows of a series or a lane that say what it looks like."""
+
+
+def recorded(peer, topic, count):
+    """Wait until the recorder says that it has recorded so many messages of a topic; the seconds that took."""
+    began = time.monotonic()
+    peer.wait(
+        lambda: (
+            (health := peer.health.get(f"{NODE}: recording")) and int(health.values.get(topic, 0)) >= count
+        ),
+        f"{count} of {topic} recorded",
+    )
+    return time.monotonic() - began
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def test_after_a_kill_everything_up_to_the_last_event_is_saved(stage):
+    file = stage.folder / "live.rrd"
+    process = stage.node("recorder_node", file=file)
+    peer = stage.peer(publishes=("terrain/mesh", "sources", "impacts", "alerts"))
+    peer.wait_for_subscribers()
+    peer.send("terrain/mesh", made.mesh())
+    for second in range(1, 6):
+        peer.send("sources", made.poses(second, (8.0, 2.0, 20.0)))
+        peer.send("impacts", made.answers(second)["impacts"])
+        peer.send("alerts", made.alerts(second, "watch"))
+        recorded(peer, "alerts", second)
+    recorded(peer, "impacts", 5)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    with pytest.raises(InputError, match="refuses it"):
+        verify(file)
+    saved = stage.folder / "saved.rrd"
+    content = repair(file, saved)
+    verify(saved)
+    assert {e: content.rows[e] for e in ("/terrain", "/sources", "/impacts", "/alert_level")} == {
+        "/terrain": 1, "/sources": 5, "/impacts": 5, "/alert_level": 5 + STYLE,
+    }  # fmt: skip
+    assert content == content_of(saved)
+    assert not rows_by_entity(file).keys() - content.rows.keys(), "the broken file is left as it is"
+
+
+@pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only")
+def test_without_room_the_node_says_so_lives_on_and_begins_a_new_file_when_there_is_room_again(stage):
+    file = stage.folder / "live.rrd"
+    process = stage.node("recorder_node", file=file)
+    peer = stage.peer(publishes=("terrain/mesh", "impacts", "alerts"))
+    peer.wait_for_subscribers()
+    peer.send("terrain/mesh", made.mesh())
+    recorded(peer, "terrain/mesh", 1)
+    unlimited = resource.RLIM_INFINITY
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (file.stat().st_size + 100, unlimited))
+    peer.send("impacts", made.answers(1)["impacts"])
+    assert peer.wait_for_health(f"{NODE}: file", "could not be written").level == ERROR
+    for second in range(2, 5):
+        peer.send("alerts", made.alerts(second, "evacuate"))
+    peer.wait_for_health(f"{NODE}: recording", "could not be written")
+    assert process.poll() is None
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (unlimited, unlimited))
+    assert peer.wait_for_health(f"{NODE}: file", "writing again").level == WARN
+    peer.send("impacts", made.answers(6)["impacts"])
+    recorded(peer, "impacts", 1)
+    assert stage.clear() == [0]
+    (after,) = numbered_files(file)
+    verify(after)
+    rows = rows_by_entity(after)
+    assert (rows["/terrain"], rows["/impacts"], rows["/alert_state/site"]) == (1, 1, 1 + STYLE)
+    assert repair(file, stage.folder / "saved.rrd").rows["/terrain"] == 1
+
+
+def viewer(port):
+    command = [sys.executable, "-m", "rerun", "--serve-grpc", "--bind", "127.0.0.1", "--port", str(port)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_viewer_that_dies_or_hangs_delays_no_message_and_no_end(stage, number):
+    port, file = free_port(), stage.folder / "live.rrd"
+    program = viewer(port)
+    try:
+        process = stage.node("recorder_node", file=file, viewer=f"rerun+http://127.0.0.1:{port}/proxy")
+        peer = stage.peer(publishes=("impacts",))
+        peer.wait_for_subscribers()
+        peer.wait_for_health(f"{NODE}: viewer", "fed")
+        peer.send("impacts", made.answers(1)["impacts"])
+        recorded(peer, "impacts", 1)
+        os.killpg(program.pid, number)
+        for second in range(2, 8):
+            peer.send("impacts", made.answers(second)["impacts"])
+            assert recorded(peer, "impacts", second) < LONGEST_WAIT
+        if number == signal.SIGKILL:
+            assert peer.wait_for_health(f"{NODE}: viewer", "no viewer is fed").level == WARN
+        began = time.monotonic()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=20.0) == 0
+        assert time.monotonic() - began < 5.0
+    finally:
+        os.killpg(program.pid, signal.SIGKILL)
+        program.wait()
+    verify(file)
+    assert rows_by_entity(file)["/impacts"] == 7
+
+
+def test_a_viewer_that_is_absent_is_told_of_and_found_when_it_comes(stage):
+    port, file = free_port(), stage.folder / "live.rrd"
+    stage.node("recorder_node", file=file, viewer=f"rerun+http://127.0.0.1:{port}/proxy")
+    peer = stage.peer(publishes=("impacts",))
+    peer.wait_for_subscribers()
+    peer.send("impacts", made.answers(1)["impacts"])
+    assert recorded(peer, "impacts", 1) < 5.0
+    assert peer.wait_for_health(f"{NODE}: viewer", "no viewer is fed").level == WARN
+    program = viewer(port)
+    try:
+        peer.wait_for_health(f"{NODE}: viewer", "fed")
+        assert peer.wait(
+            lambda: (health := peer.health[f"{NODE}: viewer"]).level == OK and health, "the viewer to be fed"
+        )
+    finally:
+        os.killpg(program.pid, signal.SIGKILL)
+        program.wait()
+
+
+def test_the_server_for_viewers_listens_on_loopback_only(stage):
+    port = free_port()
+    stage.node("recorder_node", file=stage.folder / "live.rrd", viewer="serve", viewer_port=port)
+    peer = stage.peer()
+    peer.wait_for_health(f"{NODE}: viewer", "fed")
+    listening = {
+        line.split()[1]
+        for table in ("/proc/net/tcp", "/proc/net/tcp6")
+        for line in Path(table).read_text().splitlines()[1:]
+        if line.split()[3] == "0A" and line.split()[1].endswith(f":{port:04X}")
+    }
+    assert listening == {f"0100007F:{port:04X}"}
+
+
+def test_a_viewer_that_is_none_is_refused_with_a_sentence(stage):
+    process = stage.node("recorder_node", file=stage.folder / "live.rrd", viewer="browser")
+    assert process.wait(timeout=30.0) == 2
+    assert "viewer is 'browser'" in stage.output("recorder_node")
+
+
+def test_bytes_that_are_no_message_are_refused_with_a_diagnostic(stage):
+    topics = ("impacts", "trajectories", "alerts", "hazard/grid", "sources", "alarm", "areas/polygon")
+    process = stage.node("recorder_node", file=stage.folder / "live.rrd")
+    peer = stage.peer(publishes=topics)
+    peer.wait_for_subscribers()
+    for topic in topics:
+        peer.send(topic, bytes((0, 1, 0, 0)) + b"\xff" * 40 if topic != "alarm" else bytes((0, 1, 0, 0)))
+        peer.wait_for_health(f"{NODE}: {topic}", "refused")
+    assert process.poll() is None
