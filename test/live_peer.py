@@ -27,7 +27,7 @@ from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
-PATIENCE = 25.0
+PATIENCE = 120.0
 """Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 60."""
 
 TURN = 0.02

@@ -7,7 +7,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_peer import FEW_ROCKS, ON_THE_SLOPE, SECOND, TOE, cloud, polygon, poses, ramp, resident
 
-from rpf3d_ros.diagnostic_messages import WARN
+from rpf3d_ros.health import WARN
 from rpf3d_ros.survey_terrain import grid_mesh
 from rpf3d_ros.terrain_messages import LITTLE_ENDIAN_CDR, cdr_of_mesh
 

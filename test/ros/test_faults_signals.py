@@ -56,7 +56,7 @@ def inactive(stage, peer):
 
 
 def finalized(stage, peer):
-    assert peer.change(SHUT_DOWN)
+    assert peer.change(SHUT_DOWN), stage.output("simulator_node")
     assert peer.state() == "finalized"
 
 
