@@ -6,7 +6,6 @@ threads of the `Station`, which is there from configuring to cleaning up.
 
 from typing import TYPE_CHECKING, Any
 
-from rclpy.executors import Executor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger as TriggerService
@@ -156,17 +155,16 @@ class SimulatorNode(LifecycleNode):
             self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
             self.health.set("clock", WARN, f"went back by {seconds:.3f} s; waiting for new sources")
 
-    async def on_acknowledge(
+    def on_acknowledge(
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
         """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
         said = self.get_parameter("acknowledged_by").value
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
-        executor = self.executor
-        if self.station is None or self.inputs is None or not isinstance(executor, Executor):
+        if self.station is None or self.inputs is None:
             response.success, response.message = False, "the node is not active"
         else:
-            response.success, response.message = await self.station.acknowledged(said, executor)
+            response.success, response.message = self.station.acknowledged(said)
         return response
 
     def destroy_node(self) -> None:

@@ -1,17 +1,17 @@
 """Everything that is there between configuring and cleaning up: the threads, and what each of them is told."""
 
 import itertools
+import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
-from rclpy.executors import Executor
 from rclpy.impl.rcutils_logger import RcutilsLogger
-from rclpy.task import Future
 
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
-from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.levels import Alert, acknowledgement
+from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.ground import Ground
 from rpf3d_core.live.triggers import Trigger
@@ -26,6 +26,9 @@ from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import SECOND, WaitingSources, WaitingTerrain
 from rpf3d_ros.stamps import stamp_of
+
+ANSWER_WITHIN = 0.04
+"""Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,14 +121,20 @@ class Station:
         level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
 
-    async def acknowledged(self, said: str, executor: Executor) -> tuple[bool, str]:
+    def acknowledged(self, said: str) -> tuple[bool, str]:
         """Whether an acknowledgement ("name: reason") lowered the level, or why it did not."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = said.partition(":")
-        decided: Future = Future(executor=executor)
-        self.desk.acknowledge(by, why, decided.set_result)
-        return await decided  # type: ignore[no-any-return]
+        replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
+        self.desk.acknowledge(by, why, replies.put)
+        try:
+            acknowledgement(by, why, self._outlets.now())
+            return replies.get(timeout=ANSWER_WITHIN)
+        except InputError as refusal:
+            return False, str(refusal)
+        except queue.Empty:
+            return False, "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
 
     # --- what the flyer tells
 
@@ -136,7 +145,8 @@ class Station:
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._equipment.parameters, made)
         warnings = warnings_of(answer)
-        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, "every rock has an outcome")
+        well = "every rock has an outcome" if answer.sources else "watched, nothing seen"
+        level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:

@@ -112,12 +112,12 @@ def test_a_transition_that_the_state_does_not_allow_is_refused_and_the_node_live
 
 
 def test_a_node_that_cannot_be_configured_says_why_and_can_be_once_that_is_mended(stage, tmp_path):
-    stage.node("simulator_node", autostart="false", scene=str(tmp_path / "missing.yaml"))
+    stage.node("simulator_node", **QUIET, site_file=str(tmp_path / "missing.yaml"))
     peer = stage.peer()
     assert not change(peer, Transition.TRANSITION_CONFIGURE)
     assert "missing.yaml" in peer.wait_for_health(f"{NODE}: lifecycle", "not configured").message
     assert state(peer) == "unconfigured"
-    assert set_parameter(peer, "scene", "").successful
+    assert set_parameter(peer, "site_file", "").successful
     assert change(peer, Transition.TRANSITION_CONFIGURE)
     refused = set_parameter(peer, "first_rocks", 7)
     assert not refused.successful and "cannot change while the node is configured" in refused.reason

@@ -63,6 +63,11 @@ def level(peer):
     return healths_of(heard[-1])[0].values["level"] if heard else None
 
 
+def wait_for_alarm(peer, sounds):
+    """Spin until the alarm is on, or off; it is a topic of its own, so it may come after the alert."""
+    peer.wait(lambda: peer.heard["alarm"] and peer.heard["alarm"][-1].data is sounds, f"the alarm to be {sounds}")
+
+
 def acknowledge(peer, said):
     parameter = Parameter("acknowledged_by", value=said).to_parameter_msg()
     peer.call(SetParameters, f"{NODE}/set_parameters", SetParameters.Request(parameters=[parameter]))
@@ -89,14 +94,14 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=("alerts", "alarm"))
     peer.wait_for_subscribers()
     peer.wait(lambda: level(peer) == "fault", "a fault, for nothing has been heard yet")
-    assert peer.heard["alarm"][-1].data
+    wait_for_alarm(peer, True)
     peer.send("terrain/points", cloud())
     peer.send("areas/polygon", square(9.0, 12.0))
     keep_saying(peer, poses, lambda: level(peer) == "normal", "normal, for nothing is seen")
-    assert not peer.heard["alarm"][-1].data
+    wait_for_alarm(peer, False)
     rock = lambda: poses((10.3, 10.4, 5.0))  # noqa: E731
     keep_saying(peer, rock, lambda: level(peer) == "evacuate", "an evacuation")
-    assert peer.heard["alarm"][-1].data
+    wait_for_alarm(peer, True)
     keep_saying(peer, poses, lambda: len(peer.heard["alerts"]) > 20 or time.sleep(0.05), "more decisions")
     assert level(peer) == "evacuate", "nobody has acknowledged"
     nobody = acknowledge(peer, "")
@@ -104,7 +109,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.send("sources", poses())
     peer.wait_for_health(f"{NODE}: sources", "nothing seen")
     answer = keep_and_acknowledge(peer)
-    assert answer.success, answer.message
+    assert answer.success or "taken up" in answer.message, answer.message
     peer.wait(lambda: level(peer) == "normal", "normal")
     peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
     assert stage.clear() == [0], stage.output("simulator_node")
@@ -123,7 +128,7 @@ def keep_and_acknowledge(peer):
         while time.monotonic() < until:
             peer.executor.spin_once(timeout_sec=0.05)
         answer = acknowledge(peer, "A. Foreman: the slope was inspected")
-        if answer.success:
+        if answer.success or "taken up" in answer.message:
             return answer
     return answer
 

@@ -408,3 +408,13 @@ def test_sources_off_the_terrain_are_left_out_and_named_and_the_others_are_answe
     peer.send("sources", sent)
     assert facts_of(answers(peer, sent)["results"]).sources == 1
     assert peer.wait_for_health(f"{NODE}: run", "1 of 2 sources is off the terrain: source 1").level == WARN
+
+
+def test_sources_without_a_pose_say_that_nothing_is_seen(stage):
+    stage.node("simulator_node", **QUIET_PARAMETERS)
+    peer = stage.peer(publishes=["terrain/points", "sources"])
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", floor_cloud())
+    peer.wait_for_health(f"{NODE}: terrain", "received")
+    peer.send("sources", poses())
+    peer.wait_for_health(f"{NODE}: run", "watched, nothing seen")
