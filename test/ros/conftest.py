@@ -1,7 +1,9 @@
 """Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
 
+import fcntl
 import itertools
 import os
+import tempfile
 import time
 from pathlib import Path
 
@@ -59,6 +61,19 @@ PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {
 """Topics that are not latched."""
 
 DOMAIN = itertools.count(os.getpid() * 13)
+
+
+def free_domain():
+    """A ROS domain that no other test on this machine is in, and the lock that keeps others out of it."""
+    for number in itertools.islice(DOMAIN, DOMAINS):
+        domain = 1 + number % DOMAINS
+        lock = (Path(tempfile.gettempdir()) / f"rpf3d_test_domain_{domain}.lock").open("a")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return domain, lock
+        except OSError:
+            lock.close()
+    pytest.fail(f"all {DOMAINS} ROS domains are in use by other tests on this machine")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -139,7 +154,8 @@ class Stage:
     def __init__(self, folder: Path):
         self.folder = folder
         self.processes, self.peers = [], []
-        os.environ["ROS_DOMAIN_ID"] = str(1 + next(DOMAIN) % DOMAINS)
+        domain, self.lock = free_domain()
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
 
     def node(self, module, **parameters):
         """Start a node as a process."""
@@ -174,7 +190,9 @@ class Stage:
         """End everything that was started; their exit codes."""
         for peer in self.peers:
             peer.close()
-        return [ended(process) for process in self.processes]
+        codes = [ended(process) for process in self.processes]
+        self.lock.close()
+        return codes
 
 
 @pytest.fixture
