@@ -114,10 +114,11 @@ class WaitingSources:
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use) and the patches that followed it."""
+    """A whole survey (None: the one in use) and the patches that followed it; lost : those that found no room."""
 
     whole: M | None
     patches: list[M] = field(default_factory=list)
+    lost: int = 0
 
 
 class WaitingTerrain(Generic[M]):
@@ -133,7 +134,12 @@ class WaitingTerrain(Generic[M]):
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
-        self.lost_patches = 0
+
+    @property
+    def lost_patches(self) -> int:
+        """How many patches the terrain lacks, or will lack, for there was no room for them to wait in."""
+        with self._changed:
+            return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M) -> None:
         """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait."""
@@ -149,7 +155,7 @@ class WaitingTerrain(Generic[M]):
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
-                self.lost_patches += 1
+                self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
@@ -175,7 +181,7 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
-            tried.whole, self._tried, self.lost_patches = None, None, 0
+            tried.whole, self._tried = None, None
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
@@ -187,13 +193,14 @@ class WaitingTerrain(Generic[M]):
                 self._chapters.insert(0, Chapter(None))
                 place = 1
             self._chapters[place - 1].patches += tried.patches
+            self._chapters[place - 1].lost += tried.lost
             del self._chapters[place]
             self._tried = None
 
     def clear(self) -> None:
         """Nothing waits any more; a survey that is being tried is not affected."""
         with self._changed:
-            self._chapters = [self._tried] if self._tried is not None else [Chapter(None)]
+            self._chapters = [self._tried] if self._tried is not None else [Chapter(None, lost=self.lost_patches)]
             if self._tried is not None:
                 self._tried.patches.clear()
 

@@ -174,6 +174,17 @@ def test_a_whole_survey_makes_good_what_patches_were_lost():
     assert waiting.lost_patches == 0
 
 
+def test_a_patch_of_the_new_survey_that_found_no_room_while_that_was_tried_is_still_lost():
+    waiting = surveys("new", patches=range(8))
+    waiting.take()
+    with pytest.raises(MessageRefused):
+        waiting.put_patch(9)
+    waiting.accepted()
+    assert waiting.lost_patches == 1
+    waiting.clear()
+    assert waiting.lost_patches == 1, "the terrain lacks it still"
+
+
 def test_nothing_waits_after_clearing_but_what_is_being_tried_can_still_be_told_of():
     waiting = surveys("tried", patches=("p",))
     waiting.take()
