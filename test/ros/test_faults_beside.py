@@ -11,8 +11,8 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 from live_peer import full_disk, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
-from rpf3d_core.recordings.content import repair, rows_by_entity, verify
-from rpf3d_ros.health import ERROR
+from rpf3d_core.recordings.content import rows_by_entity, verify
+from rpf3d_ros.health import ERROR, WARN
 
 pytestmark = pytest.mark.skipif(
     not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only"
@@ -54,8 +54,8 @@ def wait_until_recorded(peer, topic, count, after):
 
 def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_latched(living, shared_stage):
     _, peer = living
-    first, second = shared_stage.folder / "first.rrd", shared_stage.folder / "second.rrd"
-    recorder = shared_stage.node("recorder_node", file=first)
+    second = shared_stage.folder / "second.rrd"
+    recorder = shared_stage.node("recorder_node", file=shared_stage.folder / "first.rrd")
     wait_until_recorded(peer, "results", 1, len(peer.said))
     decided(peer)
     recorder.send_signal(signal.SIGKILL)
@@ -68,7 +68,6 @@ def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_la
     assert recorder.wait(20.0) == 0
     verify(second)
     assert rows_by_entity(second)["/trajectories"] >= 1
-    assert repair(first, shared_stage.folder / "saved.rrd").rows["/trajectories"] >= 1
 
 
 def test_while_a_recorder_has_no_room_alerts_go_on_and_it_tells_its_fault(living, shared_stage):
@@ -104,3 +103,29 @@ def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what
     assert audit.reproduced == audit.decisions
     (lacking,) = audit.findings
     assert "are not in the log" in lacking
+
+
+def test_while_the_terrain_cannot_be_kept_it_is_flown_over_all_the_same_and_kept_when_there_is_room(living):
+    process, peer = living
+    full_disk(process.pid, 1000)
+    said, before = len(peer.said), peer.answered()["terrain_digest"]
+    peer.stand_on_ramp(lowered=0.5)
+    assert peer.wait_for_sentence("could not be kept", said).level == WARN
+    assert peer.answered()["terrain_digest"] != before
+    full_disk(process.pid, None)
+    said = len(peer.said)
+    peer.stand_on_ramp()
+    peer.wait_for_sentence("is kept", said)
+    decided(peer)
+
+
+def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_logging(living, shared_stage):
+    _, peer = living
+    said = len(peer.said)
+    second = shared_stage.node_beside("second", "simulator_node", **with_alerts(shared_stage.folder))
+    peer.wait_for_sentence("another process writes the log of decisions", said)
+    second.send_signal(signal.SIGTERM)
+    assert second.wait(20.0) == 0
+    decisions = audit_log(shared_stage.folder / "decisions").decisions
+    decided(peer)
+    assert audit_log(shared_stage.folder / "decisions").decisions > decisions

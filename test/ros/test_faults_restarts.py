@@ -37,7 +37,7 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     peer.watch_toe()
     ramp_digest = peer.answered()["terrain_digest"]
     peer.wait_for_alert("evacuate")
-    peer.wait_for_sentence("is kept")
+    peer.wait_for_sentence("is kept", len(peer.said))
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
     peer.spin(0.4)  # it is being built
     killed(process)
