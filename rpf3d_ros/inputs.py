@@ -33,7 +33,7 @@ class Inputs:
     ) -> None:
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
         self._frame = parameters.frame
-        self.guards = StampGuards()
+        self.guards = StampGuards(parameters.most_ahead)
         self._refused = 0
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
@@ -60,7 +60,7 @@ class Inputs:
 
     def on_mesh(self, data: bytes) -> None:
         """Take a mesh as the terrain."""
-        now = int(self._node.get_clock().now().nanoseconds)
+        now = self._now()
 
         def take() -> None:
             frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
@@ -98,6 +98,9 @@ class Inputs:
         radius = self._parameters.equipment_radius
         self._area("areas/equipment", poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
 
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
     def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile, **more: Any) -> Any:
         return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE, **more)
 
@@ -134,7 +137,7 @@ class Inputs:
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
-            self.guards.check(topic, stamp)
+            self.guards.check(topic, stamp, self._now())
             take()
             self.guards.note(topic, stamp)
 

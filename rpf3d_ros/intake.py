@@ -26,13 +26,27 @@ NOBODY = "nobody"
 
 
 class StampGuards:
-    """The last stamp of each topic: what comes with an older one is refused."""
+    """The last stamp of each topic: what comes with an older one is refused, and what comes from the future.
 
-    def __init__(self) -> None:
+    Without the second, one damaged stamp would shut a topic for all that follows.
+    """
+
+    def __init__(self, most_ahead: float) -> None:
+        """most_ahead : seconds that a stamp may be ahead of the clock."""
         self._last: dict[str, int] = {}
+        self._most_ahead = most_ahead
 
-    def check(self, topic: str, stamp_ns: int) -> None:
-        """Refuse a stamp (ns) that lies before the last one of its topic. Raises MessageRefused."""
+    def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
+        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
+
+        now_ns : 0 where the clock has not begun yet, so that nothing is ahead of it
+        """
+        ahead = (stamp_ns - now_ns) / SECOND
+        if now_ns > 0 and ahead > self._most_ahead:
+            raise MessageRefused(
+                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
+                f"(most_ahead)"
+            )
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
@@ -100,10 +114,11 @@ class WaitingSources:
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use) and the patches that followed it."""
+    """A whole survey (None: the one in use) and the patches that followed it; lost : those that found no room."""
 
     whole: M | None
     patches: list[M] = field(default_factory=list)
+    lost: int = 0
 
 
 class WaitingTerrain(Generic[M]):
@@ -119,7 +134,12 @@ class WaitingTerrain(Generic[M]):
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
-        self.lost_patches = 0
+
+    @property
+    def lost_patches(self) -> int:
+        """How many patches the terrain lacks, or will lack, for there was no room for them to wait in."""
+        with self._changed:
+            return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M) -> None:
         """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait."""
@@ -135,7 +155,7 @@ class WaitingTerrain(Generic[M]):
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
-                self.lost_patches += 1
+                self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
@@ -161,7 +181,7 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
-            tried.whole, self._tried, self.lost_patches = None, None, 0
+            tried.whole, self._tried = None, None
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
@@ -173,13 +193,14 @@ class WaitingTerrain(Generic[M]):
                 self._chapters.insert(0, Chapter(None))
                 place = 1
             self._chapters[place - 1].patches += tried.patches
+            self._chapters[place - 1].lost += tried.lost
             del self._chapters[place]
             self._tried = None
 
     def clear(self) -> None:
         """Nothing waits any more; a survey that is being tried is not affected."""
         with self._changed:
-            self._chapters = [self._tried] if self._tried is not None else [Chapter(None)]
+            self._chapters = [self._tried] if self._tried is not None else [Chapter(None, lost=self.lost_patches)]
             if self._tried is not None:
                 self._tried.patches.clear()
 

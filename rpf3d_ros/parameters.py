@@ -89,6 +89,9 @@ class SimulatorParameters(InputParameters):
     )
     waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
     waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
+    most_ahead: float = parameter(
+        10.0, "how far stamps may be ahead of the node's clock (s); later ones are refused", 0.0, 1e9
+    )
     most_points: int = parameter(MOST_POINTS, "points or vertices of the largest terrain accepted", 4, LARGEST_COUNT)
     equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
     store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")

@@ -9,6 +9,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros import file_writer
 from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.incident_bag import IncidentBag
@@ -136,7 +137,7 @@ class RecorderNode(Node):
                 close()
             except FAULTS as error:
                 self.get_logger().error(f"{self.files.path} could not be closed and may not verify: {error}")
-        self.abandoned = self.feed is not None and not self.feed.close(LEAVING)
+        self.abandoned = (self.feed is not None and not self.feed.close(LEAVING)) or file_writer.any_left()
         super().destroy_node()
 
 

@@ -15,6 +15,7 @@ from rpf3d_core.recordings.log import import_rerun
 from rpf3d_core.recordings.shapes import coloured_mesh
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros import file_writer
 from rpf3d_ros.health import OK, WARN, Health
 from rpf3d_ros.marker_reading import Colour, Strip
 from rpf3d_ros.moving_rocks import FRAME, Motion
@@ -47,9 +48,9 @@ class Recording:
     Nothing is known of the recording that a method is called for: `Entry.draw` calls one method each.
     """
 
-    def __init__(self, stream: Any) -> None:
-        """stream : a rerun.RecordingStream that has its sink already."""
-        self._rerun, self._stream = import_rerun(), stream
+    def __init__(self, stream: Any, in_file: bool = False) -> None:
+        """stream : a rerun.RecordingStream that has its sink already; in_file : whether that is a file."""
+        self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
         self._looked_at = 0.0
         self._stamp_ns, self._event = 0, 0
         self._frames, self._lanes = 0, set[str]()
@@ -195,14 +196,14 @@ class Recording:
 
     def flush(self, seconds: float = FLUSH_TIMEOUT) -> None:
         """Hand on what has been logged. Raises RuntimeError where that did not happen in time, or cannot."""
-        self._stream.flush(timeout_sec=seconds)
+        if self._in_file:
+            file_writer.flush(self._stream, seconds)
+        else:
+            self._stream.flush(timeout_sec=seconds)
 
     def close(self) -> None:
-        """Write the file's footer; nothing can be logged afterwards."""
-        try:
-            self.flush()
-        finally:
-            self._stream.disconnect()
+        """Write the footer of a file; nothing can be logged afterwards. Raises RuntimeError where that is not done."""
+        file_writer.close(self._stream, FLUSH_TIMEOUT)
 
     def leave(self) -> None:
         """Let go of a viewer, without a flush; a hung one may keep this from returning."""
@@ -246,7 +247,7 @@ def file_recording(path: Path) -> Recording:
         stream.save(str(path), default_blueprint=blueprint())
     except RuntimeError as error:
         raise OSError(str(error)) from error
-    return Recording(stream)
+    return Recording(stream, in_file=True)
 
 
 def _under(root: str, name: str) -> str:

@@ -14,6 +14,7 @@ from rpf3d_core.alerts.levels import Alert, acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.ground import Ground
+from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.alert_desk import AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
@@ -116,10 +117,16 @@ class Station:
             "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
         }  # fmt: skip
         if self._equipment.store is not None:
-            fault = self._equipment.store.fault
-            self._outlets.health.set("store", WARN if fault else OK, fault or "the terrain in use is kept")
+            self._say_stored(self._equipment.store)
         level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
+
+    def _say_stored(self, store: Store) -> None:
+        if self.flyer.standing is None:
+            said = "there is no terrain yet to be kept"
+        else:
+            said = "the terrain in use is kept" if store.flush(0.0) else "the terrain in use is being written"
+        self._outlets.health.set("store", WARN if store.fault else OK, store.fault or said)
 
     def acknowledged(self, said: str) -> tuple[bool, str]:
         """Whether an acknowledgement ("name: reason") lowered the level, or why it did not."""

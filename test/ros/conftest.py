@@ -1,7 +1,9 @@
 """Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
 
+import fcntl
 import itertools
 import os
+import tempfile
 import time
 from pathlib import Path
 
@@ -11,6 +13,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
+from live_peer import LivePeer
 from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -58,6 +61,19 @@ PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {
 """Topics that are not latched."""
 
 DOMAIN = itertools.count(os.getpid() * 13)
+
+
+def free_domain():
+    """A ROS domain that no other test on this machine is in, and the lock that keeps others out of it."""
+    for number in itertools.islice(DOMAIN, DOMAINS):
+        domain = 1 + number % DOMAINS
+        lock = (Path(tempfile.gettempdir()) / f"rpf3d_test_domain_{domain}.lock").open("a")
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return domain, lock
+        except OSError:
+            lock.close()
+    pytest.fail(f"all {DOMAINS} ROS domains are in use by other tests on this machine")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -138,7 +154,8 @@ class Stage:
     def __init__(self, folder: Path):
         self.folder = folder
         self.processes, self.peers = [], []
-        os.environ["ROS_DOMAIN_ID"] = str(1 + next(DOMAIN) % DOMAINS)
+        domain, self.lock = free_domain()
+        os.environ["ROS_DOMAIN_ID"] = str(domain)
 
     def node(self, module, **parameters):
         """Start a node as a process."""
@@ -146,9 +163,23 @@ class Stage:
         self.processes.append(node_process(module, given, self.folder))
         return self.processes[-1]
 
+    def node_beside(self, name, module, **parameters):
+        """Start a node as a process, one of several of a module: its output is that of `name/module`."""
+        whole, self.folder = self.folder, self.folder / name
+        self.folder.mkdir()
+        try:
+            return self.node(module, **parameters)
+        finally:
+            self.folder = whole
+
     def peer(self, publishes=(), hears=()):
         """Join as a peer."""
         self.peers.append(Peer(publishes, hears))
+        return self.peers[-1]
+
+    def live_peer(self, clock=False):
+        """Join as the mine around a live simulator."""
+        self.peers.append(LivePeer(clock))
         return self.peers[-1]
 
     def output(self, module):
@@ -159,7 +190,9 @@ class Stage:
         """End everything that was started; their exit codes."""
         for peer in self.peers:
             peer.close()
-        return [ended(process) for process in self.processes]
+        codes = [ended(process) for process in self.processes]
+        self.lock.close()
+        return codes
 
 
 @pytest.fixture

@@ -14,6 +14,9 @@ from rpf3d_ros.refusals import MessageRefused
 SIZE = 50.0
 """m, of a region."""
 
+NOW, AHEAD = 1000 * SECOND, 2.0
+"""A time (ns), and how far stamps may be ahead of it (s)."""
+
 
 def at(x, y, stamp):
     return trigger_of(np.array([[x, y, 0.0]]), np.zeros((1, 3)), None, stamp)
@@ -73,17 +76,25 @@ def test_what_is_remembered_of_walls_is_bounded():
 
 
 def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_is_set_back():
-    guards = StampGuards()
+    guards = StampGuards(AHEAD)
     guards.note("sources", 10 * SECOND)
-    guards.check("sources", 10 * SECOND)
-    guards.check("source_cloud", 1)
+    guards.check("sources", 10 * SECOND, NOW)
+    guards.check("source_cloud", 1, NOW)
     with pytest.raises(MessageRefused, match=r"goes back by 2\.500 s behind the last message of sources"):
-        guards.check("sources", int(7.5 * SECOND))
+        guards.check("sources", int(7.5 * SECOND), NOW)
     guards.note("sources", 1)
     with pytest.raises(MessageRefused):
-        guards.check("sources", 9 * SECOND)
+        guards.check("sources", 9 * SECOND, NOW)
     guards.reset()
-    guards.check("sources", 1)
+    guards.check("sources", 1, NOW)
+
+
+def test_a_stamp_from_the_future_is_refused_unless_it_is_little_or_the_clock_has_not_begun():
+    guards = StampGuards(AHEAD)
+    guards.check("sources", NOW + 2 * SECOND, NOW)
+    with pytest.raises(MessageRefused, match=r"from the future, 2\.500 s ahead of this clock; 2 s are allowed"):
+        guards.check("sources", NOW + 5 * SECOND // 2, NOW)
+    guards.check("sources", NOW, 0)
 
 
 def surveys(*wholes, patches=()):
@@ -161,6 +172,17 @@ def test_a_whole_survey_makes_good_what_patches_were_lost():
     waiting.take()
     waiting.accepted()
     assert waiting.lost_patches == 0
+
+
+def test_a_patch_of_the_new_survey_that_found_no_room_while_that_was_tried_is_still_lost():
+    waiting = surveys("new", patches=range(8))
+    waiting.take()
+    with pytest.raises(MessageRefused):
+        waiting.put_patch(9)
+    waiting.accepted()
+    assert waiting.lost_patches == 1
+    waiting.clear()
+    assert waiting.lost_patches == 1, "the terrain lacks it still"
 
 
 def test_nothing_waits_after_clearing_but_what_is_being_tried_can_still_be_told_of():

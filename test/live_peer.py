@@ -1,0 +1,288 @@
+"""The mine around a live simulator: sends it terrain, sources and areas, and hears all that it says."""
+
+import resource
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point, Point32, PointStamped, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from nav_msgs.msg import OccupancyGrid
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
+from shape_msgs.msg import Mesh
+from std_msgs.msg import Bool, Header
+from std_srvs.srv import Trigger
+
+from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
+
+NODE = "rpf3d_simulator"
+CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
+PATIENCE = 120.0
+"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 60."""
+
+TURN = 0.02
+"""Seconds that a peer waits for a message before it looks whether what it waits for has happened."""
+
+SECOND = 1_000_000_000
+INPUTS = {
+    "terrain/points": PointCloud2,
+    "terrain/mesh": Mesh,
+    "terrain/update": PointCloud2,
+    "sources": PoseArray,
+    "/clicked_point": PointStamped,
+    "source_cloud": PointCloud2,
+    "areas/polygon": PolygonStamped,
+    "areas/equipment": PoseArray,
+}
+LATCHED_INPUTS = ("terrain/points", "terrain/mesh")
+SIDE, SLOPE_ENDS, DROP = 60, 40, 40.0
+TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
+"""Corners (m) of an area at the toe that nearly every rock from the slope comes to."""
+
+ON_THE_SLOPE = (10.0, 30.3, DROP - 10.0 + 2.0)
+"""Two metres above the slope."""
+
+SPACING = 1.0
+
+
+class Said(NamedTuple):
+    """A part of a node's state, as it was told once."""
+
+    part: str
+    level: int
+    message: str
+
+
+def ramp(lowered=0.0):
+    """Points (61, 61, 3) m: a slope of 45 degrees from x = 0 down to x = 40, and a level floor from there to x = 60."""
+    y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float) * SPACING
+    return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
+
+
+def ramp_of(side):
+    """Points (side, side, 3) m of the same slope and floor, as fine as that takes."""
+    y, x = np.mgrid[0:side, 0:side] * (SIDE / (side - 1))
+    return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
+
+
+def cloud(points, stamp_ns, frame="map"):
+    """A PointCloud2 of points (H, W, 3) or (N, 3) m, organised or not."""
+    return cloud_of_columns(header(stamp_ns, frame), {name: points[..., i] for i, name in enumerate("xyz")})
+
+
+def poses(places, stamp_ns, frame="map"):
+    """A PoseArray of places, not turned."""
+    each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places]
+    return PoseArray(header=header(stamp_ns, frame), poses=each)
+
+
+def polygon(corners, stamp_ns, frame="map"):
+    """A PolygonStamped of corners (x, y) m."""
+    points = [Point32(x=x, y=y, z=0.0) for x, y in corners]
+    return PolygonStamped(header=header(stamp_ns, frame), polygon=Polygon(points=points))
+
+
+def header(stamp_ns, frame="map"):
+    """A header of a time (ns)."""
+    return Header(stamp=Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND), frame_id=frame)
+
+
+def nanoseconds(stamp):
+    """The time (ns) of a stamp."""
+    return stamp.sec * SECOND + stamp.nanosec
+
+
+def resident(pid):
+    """Memory (MB) that a process holds."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * resource.getpagesize() / 1e6
+
+
+class LivePeer:
+    """Publishes every input of a simulator; keeps its results, alerts and diagnostics."""
+
+    def __init__(self, clock=False):
+        """clock : whether to publish /clock."""
+        self.said, self.health, self.results, self.alerts, self.alarms, self.grids = [], {}, [], [], [], []
+        self.context = Context()
+        self.context.init()
+        self.node = Node("mine", context=self.context, parameter_overrides=[Parameter("use_sim_time", value=False)])
+        self.publishers = {
+            topic: self.node.create_publisher(kind, topic, LATCHED if topic in LATCHED_INPUTS else EVENTS)
+            for topic, kind in INPUTS.items()
+        }
+        if clock:
+            self.publishers["/clock"] = self.node.create_publisher(Clock, "/clock", EVENTS)
+        for topic, kind, take, qos in (
+            ("/diagnostics", DiagnosticArray, self._note, EVENTS),
+            ("results", DiagnosticArray, self.results.append, RESULTS),
+            ("alerts", DiagnosticArray, self.alerts.append, RESULTS),
+            ("alarm", Bool, lambda message: self.alarms.append(message.data), LATCHED),
+            ("hazard/grid", OccupancyGrid, self.grids.append, LATCHED),
+        ):
+            self.node.create_subscription(kind, topic, take, qos)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._last_stamp, self._clock = 0, None
+
+    def _note(self, array):
+        for status in array.status:
+            self.said.append(Said(status.name, status.level[0], status.message))
+            self.health[status.name] = status
+
+    def now(self):
+        """The time (ns) of this peer's clock, later than any that it told before."""
+        now = time.time_ns() if self._clock is None else self._clock()
+        self._last_stamp = max(now, self._last_stamp + 1)
+        return self._last_stamp
+
+    def run_clock(self, from_ns):
+        """Publish /clock from now on, whenever this peer turns: from a time (ns), as fast as the wall's."""
+        began = time.monotonic_ns()
+        self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
+
+    def spin(self, seconds=0.0, until_something_is_said=False):
+        """Take what comes for so long, or until the simulator says anything."""
+        until, said = time.monotonic() + seconds, len(self.said)
+        self._turn(0.0)
+        while (left := until - time.monotonic()) > 0 and not (until_something_is_said and len(self.said) > said):
+            self._turn(left)
+
+    def _turn(self, longest):
+        if self._clock is not None:
+            self.send("/clock", Clock(clock=header(self._clock()).stamp))
+        self.executor.spin_once(timeout_sec=min(longest, TURN))
+
+    def wait(self, condition, what):
+        """Spin until the condition holds, and return what it gave."""
+        deadline = time.monotonic() + PATIENCE
+        while not (answer := condition()):
+            assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; said: {self.said[-12:]}"
+            self._turn(TURN)
+        return answer
+
+    def wait_for_simulator(self):
+        """Spin until a simulator listens to every topic and has said something."""
+        for topic, publisher in self.publishers.items():
+            self.wait(lambda p=publisher: p.get_subscription_count() >= 1, f"a subscriber of {topic}")
+        self.wait(lambda: any(said.part.startswith(NODE) for said in self.said), "a word of the simulator")
+
+    def send(self, topic, message):
+        """Publish a message, or bytes that claim to be one."""
+        self.publishers[topic].publish(message)
+
+    def wait_for_sentence(self, sentence, after=0, node=NODE):
+        """Spin until a node says a sentence that holds this one, after so many others; what it said."""
+
+        def found():
+            return next((s for s in self.said[after:] if s.part.startswith(node) and sentence in s.message), None)
+
+        return self.wait(found, f"{node} to say {sentence!r}")
+
+    def refused(self, topic, message, sentence):
+        """Send what has to be refused, and wait for the refusal."""
+        before = len(self.said)
+        self.send(topic, message)
+        return self.wait_for_sentence(sentence, before)
+
+    def stand_on_ramp(self, lowered=0.0, stamp_ns=None):
+        """Send the ramp and wait until it is the ground; its stamp (ns)."""
+        stamp_ns = stamp_ns or self.now()
+        self.send("terrain/points", cloud(ramp(lowered), stamp_ns))
+        return stamp_ns
+
+    def watch_toe(self):
+        """Send the area at the toe."""
+        self.send("areas/polygon", polygon(TOE, self.now()))
+
+    def answered(self, places=(ON_THE_SLOPE,), stamp_ns=None):
+        """Send sources and wait for an answer to them: its status."""
+        stamp_ns = stamp_ns or self.now()
+        self.send("sources", poses(places, stamp_ns))
+        return self.wait_for_answer(stamp_ns)
+
+    def wait_for_answer(self, stamp_ns):
+        """Wait for an answer to the sources of a stamp (ns): the values of its status."""
+        def found():
+            return next((r for r in self.results if nanoseconds(r.header.stamp) == stamp_ns), None)
+
+        status = self.wait(found, f"an answer to the sources stamped {stamp_ns}").status[0]
+        return {pair.key: pair.value for pair in status.values}
+
+    def answer_values(self):
+        """The values of the last answer's status."""
+        return {pair.key: pair.value for pair in self.results[-1].status[0].values}
+
+    def wait_for_alert(self, level, after=0):
+        """Wait for an alert of a level (a word), after so many others: its status."""
+        def found():
+            told = (status for array in self.alerts[after:] for status in array.status)
+            return next((status for status in told if level in status.message), None)
+
+        return self.wait(found, f"an alert of level {level}, not {[a.status[0].message for a in self.alerts[-3:]]}")
+
+    def state(self):
+        """The simulator's lifecycle state, a word."""
+        return self.call(GetState, f"{NODE}/get_state", GetState.Request()).current_state.label
+
+    def change(self, transition):
+        """Ask the simulator for a transition (lifecycle_msgs/Transition); whether it succeeded."""
+        request = ChangeState.Request()
+        request.transition.id = transition
+        return self.call(ChangeState, f"{NODE}/change_state", request).success
+
+    def acknowledge(self):
+        """Call ~/acknowledge: its response."""
+        return self.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
+
+    def call(self, kind, name, request):
+        """Call a service and wait for its response."""
+        client = self.node.create_client(kind, name)
+        self.wait(client.service_is_ready, f"the service {name}")
+        future = client.call_async(request)
+        self.wait(future.done, f"a response of {name}")
+        return future.result()
+
+    def close(self):
+        """Leave the domain."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+SITE = """site: test pit
+valid_s: 1
+alarm_from: restrict
+evidence:
+  {{sources_max_age_s: {oldest}, terrain_max_age_s: 3600, clock_tolerance_s: 1, fewest_rocks: 100, most_unfinished: 1}}
+areas:
+  live_area*: {{restrict: {{reach_probability: 0.1}}, evacuate: {{reach_probability: 0.5}}}}
+"""
+FEW_ROCKS = {"ground": "sliding", "first_rocks": 200, "target.most_rocks": 400}
+"""Parameters of answers that take milliseconds."""
+
+
+def with_alerts(folder, oldest=3600):
+    """Parameters of a simulator that decides on alerts, and keeps its terrain and decisions in a folder.
+
+    oldest : age (s) at which sources are stale
+    """
+    site = Path(folder) / "site.yaml"
+    site.write_text(SITE.format(oldest=oldest))
+    kept = {"site_file": site, "store": Path(folder) / "store", "decision_log": Path(folder) / "decisions"}
+    return FEW_ROCKS | kept
+
+
+def full_disk(pid, limit):
+    """From now on no file of a process grows beyond a limit (bytes), as on a full disk; None lifts that again."""
+    hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)[1]
+    resource.prlimit(pid, resource.RLIMIT_FSIZE, (hard if limit is None else limit, hard))

@@ -1,0 +1,131 @@
+"""What stands beside the simulator dies, or the disk is full: answers and alerts go on, and the fault is told."""
+
+import resource
+import signal
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+pytest.importorskip("rerun", reason="rerun-sdk is not installed")
+
+from live_peer import full_disk, with_alerts
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.recordings.content import rows_by_entity, verify
+from rpf3d_ros.health import ERROR, WARN
+
+pytestmark = pytest.mark.skipif(
+    not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only"
+)
+RECORDER = "rpf3d_recorder"
+
+
+@pytest.fixture(scope="module")
+def living(shared_stage):
+    """A simulator that watches the toe of a ramp, and its peer."""
+    process = shared_stage.node("simulator_node", **with_alerts(shared_stage.folder))
+    peer = shared_stage.live_peer()
+    peer.wait_for_simulator()
+    peer.stand_on_ramp()
+    peer.watch_toe()
+    peer.answered()
+    peer.wait_for_alert("evacuate")
+    yield process, peer
+    assert process.poll() is None, "the simulator has died"
+
+
+def decided(peer):
+    """Send sources; wait until they are answered and decided on."""
+    before = len(peer.alerts)
+    peer.answered()
+    return peer.wait_for_alert("evacuate", before)
+
+
+def wait_until_recorded(peer, topic, count, after):
+    """Wait until a recorder that has begun after so many sentences says that it has recorded so much of a topic."""
+
+    def found():
+        status = peer.health.get(f"{RECORDER}: recording")
+        values = {pair.key: pair.value for pair in status.values} if status and len(peer.said) > after else {}
+        return int(values.get(topic, 0)) >= count
+
+    peer.wait(found, f"{count} of {topic} recorded")
+
+
+def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_latched(living, shared_stage):
+    _, peer = living
+    second = shared_stage.folder / "second.rrd"
+    recorder = shared_stage.node("recorder_node", file=shared_stage.folder / "first.rrd")
+    wait_until_recorded(peer, "results", 1, len(peer.said))
+    decided(peer)
+    recorder.send_signal(signal.SIGKILL)
+    recorder.wait()
+    decided(peer)
+    peer.health.pop(f"{RECORDER}: recording")
+    recorder = shared_stage.node("recorder_node", file=second)
+    wait_until_recorded(peer, "results", 1, len(peer.said))
+    recorder.send_signal(signal.SIGTERM)
+    assert recorder.wait(20.0) == 0
+    verify(second)
+    assert rows_by_entity(second)["/trajectories"] >= 1
+
+
+def test_while_a_recorder_has_no_room_alerts_go_on_and_it_tells_its_fault(living, shared_stage):
+    _, peer = living
+    file = shared_stage.folder / "full.rrd"
+    recorder = shared_stage.node("recorder_node", file=file)
+    peer.health.pop(f"{RECORDER}: recording", None)
+    wait_until_recorded(peer, "results", 1, len(peer.said))
+    full_disk(recorder.pid, file.stat().st_size + 100)
+    before = len(peer.said)
+    for _ in range(3):
+        decided(peer)
+    told = peer.wait_for_sentence("could not be written", before, node=RECORDER)
+    assert told.level == ERROR
+    decided(peer)
+    recorder.send_signal(signal.SIGTERM)
+    assert recorder.wait(20.0) == 0, "neither the full disk nor rerun may keep it"
+
+
+def test_while_the_decision_log_has_no_room_alerts_go_on_and_it_tells_later_what_it_lacks(living, shared_stage):
+    process, peer = living
+    folder = shared_stage.folder / "decisions"
+    (file,) = folder.glob("*.jsonl")
+    full_disk(process.pid, file.stat().st_size + 10)
+    decided(peer)
+    told = peer.wait_for_sentence("log of decisions cannot be written")
+    assert told.level == ERROR
+    decided(peer)
+    full_disk(process.pid, None)
+    peer.wait_for_sentence("every decision is on disk", len(peer.said))
+    decided(peer)
+    audit = audit_log(folder)
+    assert audit.reproduced == audit.decisions
+    (lacking,) = audit.findings
+    assert "are not in the log" in lacking
+
+
+def test_while_the_terrain_cannot_be_kept_it_is_flown_over_all_the_same_and_kept_when_there_is_room(living):
+    process, peer = living
+    full_disk(process.pid, 1000)
+    said, before = len(peer.said), peer.answered()["terrain_digest"]
+    peer.stand_on_ramp(lowered=0.5)
+    assert peer.wait_for_sentence("could not be kept", said).level == WARN
+    assert peer.answered()["terrain_digest"] != before
+    full_disk(process.pid, None)
+    said = len(peer.said)
+    peer.stand_on_ramp()
+    peer.wait_for_sentence("is kept", said)
+    decided(peer)
+
+
+def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_logging(living, shared_stage):
+    _, peer = living
+    said = len(peer.said)
+    second = shared_stage.node_beside("second", "simulator_node", **with_alerts(shared_stage.folder))
+    peer.wait_for_sentence("another process writes the log of decisions", said)
+    second.send_signal(signal.SIGTERM)
+    assert second.wait(20.0) == 0
+    decisions = audit_log(shared_stage.folder / "decisions").decisions
+    decided(peer)
+    assert audit_log(shared_stage.folder / "decisions").decisions > decisions

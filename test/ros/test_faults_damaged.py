@@ -1,0 +1,85 @@
+"""Damaged messages on every input of a living simulator: it refuses what it cannot use, keeps its memory, and answers.
+
+Damage is drawn from a fixed seed, in the bytes of a sound message as they travel (`mutated_files`). What the
+middleware itself cannot read never reaches the simulator; `test_damaged_messages` has the conversions alone.
+"""
+
+import os
+import random
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from geometry_msgs.msg import Point, PointStamped
+from live_peer import FEW_ROCKS, INPUTS, ON_THE_SLOPE, TOE, cloud, header, polygon, poses, ramp, resident
+from mutated_files import mutated
+from rclpy.serialization import serialize_message
+
+from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.survey_terrain import grid_mesh
+from rpf3d_ros.terrain_messages import cdr_of_mesh
+
+MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
+"""For each of eight topics."""
+
+REFUSED = 2
+"""How many different refusals must be told of at least: damage must reach the simulator, not the middleware alone."""
+
+PACE = 0.03
+"""Seconds that a message may stay without a word before the next is sent, so that few overtake one another."""
+
+MEMORY = 300.0
+"""MB more than at the start: a message takes kilobytes. A few grounds that damage has made large may be in use."""
+
+
+def small(points):
+    return points[::10, ::10]
+
+
+def sound(topic, stamp):
+    """A small sound message of a topic."""
+    flat = small(ramp()).reshape(-1, 3)
+    places = [ON_THE_SLOPE] * 5
+    columns = {name: flat[:, i] for i, name in enumerate("xyz")} | {"diameter": np.full(len(flat), 0.7)}
+    return {
+        "terrain/points": lambda: cloud(small(ramp()), stamp),
+        "terrain/mesh": lambda: cdr_of_mesh(grid_mesh(small(ramp()))),
+        "terrain/update": lambda: cloud(ramp()[20:30, 20:30], stamp),
+        "sources": lambda: poses(places, stamp),
+        "/clicked_point": lambda: PointStamped(header=header(stamp), point=Point(x=10.0, y=30.0, z=32.0)),
+        "source_cloud": lambda: cloud_of_columns(header(stamp), columns),
+        "areas/polygon": lambda: polygon(TOE, stamp),
+        "areas/equipment": lambda: poses(places, stamp),
+    }[topic]()
+
+
+@pytest.fixture(scope="module")
+def living(shared_stage):
+    """A simulator that has answered once, its peer, and the memory (MB) it took."""
+    process = shared_stage.node("simulator_node", **FEW_ROCKS)
+    peer = shared_stage.live_peer()
+    peer.wait_for_simulator()
+    peer.stand_on_ramp()
+    peer.answered()
+    yield process, peer, resident(process.pid)
+    assert process.poll() is None, "the simulator has died"
+
+
+@pytest.mark.parametrize("topic", INPUTS)
+def test_damaged_messages_are_refused_and_the_simulator_lives_on(living, topic):
+    process, peer, memory = living
+    rng, refusals = random.Random(topic), len(peer.said)
+    for _ in range(MUTATIONS):
+        message = sound(topic, peer.now())
+        whole = message if isinstance(message, bytes) else serialize_message(message)
+        peer.send(topic, mutated(whole, rng))
+        peer.spin(PACE, until_something_is_said=True)
+    peer.send(topic, sound(topic, peer.now()))
+    peer.stand_on_ramp()
+    assert peer.answered()
+    assert process.poll() is None
+    told = {said.message for said in peer.said[refusals:] if "refused" in said.message}
+    assert len(told) >= REFUSED, told
+    assert resident(process.pid) < memory + MEMORY

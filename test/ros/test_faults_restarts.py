@@ -1,0 +1,59 @@
+"""A simulator that is killed: it comes back with the last good terrain and the level that it held, and says so."""
+
+import re
+import signal
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import cloud, ramp_of, with_alerts
+
+from rpf3d_core.alerts.audit import audit_log
+
+LARGE = 1200
+"""Points a side of a terrain that takes a second to become ground, and as long to be written."""
+
+
+def killed(process):
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+
+def back(stage, peer):
+    """Start the simulator anew; what it says of its terrain, and its first alert."""
+    said, alerts = len(peer.said), len(peer.alerts)
+    process = stage.node("simulator_node", **with_alerts(stage.folder))
+    terrain = peer.wait_for_sentence(" old", said)
+    peer.wait(lambda: len(peer.alerts) > alerts, "an alert")
+    return process, terrain, peer.alerts[alerts].status[0]
+
+
+def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_good_terrain_and_its_alert(stage):
+    process = stage.node("simulator_node", **with_alerts(stage.folder))
+    peer = stage.live_peer()
+    peer.wait_for_simulator()
+    peer.stand_on_ramp()
+    peer.watch_toe()
+    ramp_digest = peer.answered()["terrain_digest"]
+    peer.wait_for_alert("evacuate")
+    peer.wait_for_sentence("is kept", len(peer.said))
+    peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
+    peer.spin(0.4)  # it is being built
+    killed(process)
+    peer.spin(0.5)
+    assert peer.answer_values()["terrain_digest"] == ramp_digest, "the update was over: make it larger"
+
+    process, terrain, alert = back(stage, peer)
+    assert re.search(r"\d+ seconds old", terrain.message)
+    assert alert.message.startswith("evacuate"), "a level that is held is lost by no kill"
+    assert peer.answered()["terrain_digest"] == ramp_digest
+    peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
+    large_digest = peer.wait(lambda: (d := peer.answered()["terrain_digest"]) != ramp_digest and d, "the new terrain")
+    killed(process)  # it is being written, or just has been
+
+    process, _, alert = back(stage, peer)
+    assert alert.message.startswith("evacuate")
+    assert peer.answered()["terrain_digest"] in (ramp_digest, large_digest)
+    assert stage.clear()[-1] == 0
+    assert audit_log(stage.folder / "decisions").sound

@@ -1,0 +1,110 @@
+"""SIGTERM, whatever the simulator is doing: it ends soon with exit code 0, and leaves files that can be read."""
+
+import os
+import resource
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import CONFIGURE, SHUT_DOWN, cloud, ramp_of, with_alerts
+
+from rpf3d_core.alerts.audit import audit_log
+from rpf3d_core.live.store import read_last
+
+WITHIN = 2.0
+"""Seconds of computing after the signal: what a process that waits for nothing takes at most on an idle machine."""
+
+WALL = 6.0
+"""Seconds of wall time: three times that, for other tests run on the same two cores."""
+
+BUILT_FOR_SECONDS = 1500
+"""Points a side of a grid that takes seconds to become ground."""
+
+
+def ended_in_time(process):
+    """End a process by SIGTERM; its exit code."""
+    before, children, began = computed(process.pid), of_children(), time.monotonic()
+    process.send_signal(signal.SIGTERM)
+    code = process.wait(WALL)
+    assert time.monotonic() - began < WALL
+    assert of_children() - children - before < WITHIN
+    return code
+
+
+def computed(pid):
+    """Seconds of computing that a process has taken."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def of_children():
+    """Seconds of computing that all processes took that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def unconfigured(stage, peer):
+    pass
+
+
+def inactive(stage, peer):
+    assert peer.change(CONFIGURE)
+
+
+def finalized(stage, peer):
+    assert peer.change(SHUT_DOWN), stage.output("simulator_node")
+    assert peer.state() == "finalized"
+
+
+@pytest.mark.parametrize("reach", [unconfigured, inactive, finalized])
+def test_a_simulator_that_is_not_active_ends_on_sigterm(stage, reach):
+    process = stage.node("simulator_node", autostart=False)
+    peer = stage.live_peer()
+    peer.wait_for_sentence("unconfigured")
+    reach(stage, peer)
+    assert ended_in_time(process) == 0, stage.output("simulator_node")
+    assert "Traceback" not in stage.output("simulator_node")
+
+
+def test_a_simulator_that_compiles_while_it_configures_ends_on_sigterm(stage, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(stage.folder / "empty"))
+    process = stage.node("simulator_node")
+    peer = stage.live_peer()
+    peer.wait_for_sentence("configuring")
+    peer.spin(1.0)
+    assert "active" not in {said.message for said in peer.said}, "it was done before it could be disturbed"
+    assert ended_in_time(process) == 0, stage.output("simulator_node")
+    assert "Traceback" not in stage.output("simulator_node")
+
+
+def flies(peer):
+    """The rocks of the last answer, which is refined for ever."""
+    peer.wait(lambda: int(peer.answer_values()["stage"]) > 1, "a refined answer")
+
+
+def builds(peer):
+    """A terrain that is built for seconds."""
+    peer.send("terrain/points", cloud(ramp_of(BUILT_FOR_SECONDS), peer.now()))
+    peer.spin(0.5)
+
+
+@pytest.mark.parametrize("busy", [flies, builds])
+def test_a_simulator_at_work_ends_on_sigterm_and_leaves_its_terrain_and_decisions_whole(stage, busy):
+    endless = {"target.half_width": 1e-6, "target.most_rocks": 1_000_000_000}
+    process = stage.node("simulator_node", **with_alerts(stage.folder) | endless)
+    peer = stage.live_peer()
+    peer.wait_for_simulator()
+    stamp = peer.stand_on_ramp()
+    peer.watch_toe()
+    peer.answered()
+    peer.wait_for_alert("evacuate")
+    peer.wait_for_sentence("is kept", len(peer.said))
+    busy(peer)
+    assert ended_in_time(process) == 0, stage.output("simulator_node")
+    assert "Traceback" not in stage.output("simulator_node")
+    assert read_last(stage.folder / "store").pieces[-1].stamp_ns == stamp
+    assert audit_log(stage.folder / "decisions").sound
