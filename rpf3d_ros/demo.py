@@ -51,10 +51,18 @@ SOURCES = 12
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; 0 or 1."""
+    """Run the demo; 0 or 1, or 128 + its number after a signal."""
     options = _options(args)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _end)
+    ended_by = _leave_on_signals()
+    try:
+        return _demo(options)
+    except BaseException:
+        if ended_by:  # one that strikes inside the import of a C++ module comes out of it as an ImportError
+            return 128 + ended_by[0]
+        raise
+
+
+def _demo(options: argparse.Namespace) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     finished, recording = options.out / "demo.rrd", options.out / "demo.part.rrd"
     for old in (finished, recording):
@@ -74,11 +82,19 @@ def shipped(name: str) -> Path:
     return next((folder / name for folder in (SOURCE_TREE, INSTALLED) if (folder / name).is_file()), INSTALLED / name)
 
 
-def _end(number: int, frame: object) -> None:
-    """Leave through every `finally`, which ends the nodes; a second signal does not disturb that."""
-    for each in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(each, signal.SIG_IGN)
-    sys.exit(128 + number)
+def _leave_on_signals() -> list[int]:
+    """Leave through every `finally`, which ends the nodes; a second signal does not disturb that. Which it was."""
+    ended_by: list[int] = []
+
+    def leave(number: int, frame: object) -> None:
+        ended_by.append(number)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
+        sys.exit(128 + number)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, leave)
+    return ended_by
 
 
 def _options(args: Sequence[str] | None) -> argparse.Namespace:
