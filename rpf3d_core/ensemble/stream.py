@@ -41,12 +41,12 @@ def _spread(rocks: int, some: int) -> IntArray:
     return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
 
 
-def blocks_of(first: Sequence[int], last: Sequence[int], size: int = BLOCK) -> Iterator[list[range]]:
-    """Ranges of rocks of each source that together go from its `first` to before its `last`, about `size` a time.
+def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
+    """Ranges of rocks of each source that together go from its `first` to before its `last`, about `size`, or BLOCK, a time.
 
     Each block takes every n-th rock of every source, so that the blocks flown so far stand for all of its places.
     """
-    blocks = -(-(sum(last) - sum(first)) // size)
+    blocks = -(-(sum(last) - sum(first)) // (BLOCK if size is None else size))
     for b in range(blocks):
         yield [_share(low, high, b, blocks) for low, high in zip(first, last, strict=True)]
 
