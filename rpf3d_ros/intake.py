@@ -100,26 +100,39 @@ class WaitingSources:
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use) and the patches that followed it."""
+    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost."""
 
     whole: M | None
     patches: list[M] = field(default_factory=list)
+    lost: int = 0
+
+    def take_over(self, later: "Chapter[M]") -> None:
+        """What followed a survey that is not used followed this one."""
+        self.patches += later.patches
+        self.lost += later.lost
 
 
 class WaitingTerrain(Generic[M]):
     """Surveys in line for one thread: the latest whole one first, its patches after it in their order.
 
-    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain.
+    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
+    chapter is that of the survey in use.
     """
 
     def __init__(self, most_patches: int) -> None:
         self._most = most_patches
         self._chapters: list[Chapter[M]] = [Chapter(None)]
         self._tried: Chapter[M] | None = None
+        self._patched = self._chapters[0]
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
-        self.lost_patches = 0
+
+    @property
+    def lost_patches(self) -> int:
+        """Patches that were heard and are not in the terrain, nor in a whole survey since."""
+        with self._changed:
+            return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M) -> None:
         """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait."""
@@ -128,14 +141,14 @@ class WaitingTerrain(Generic[M]):
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
-                self._chapters.remove(untried[0])
+                self._remove(untried[0])
             self._changed.notify()
 
     def put_patch(self, patch: M) -> None:
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
-                self.lost_patches += 1
+                self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
             self._chapters[-1].patches.append(patch)
             self._changed.notify()
@@ -143,7 +156,7 @@ class WaitingTerrain(Generic[M]):
     def take(self) -> tuple[str, M] | None:
         """Wait for something: ("whole", survey) or ("patch", survey); None once it is closed.
 
-        After a whole survey `accepted` or `refused` must be called.
+        After a whole survey `accepted` or `refused` must be called, after a patch `lost` where it is not used.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)
@@ -153,6 +166,7 @@ class WaitingTerrain(Generic[M]):
             if newest.whole is not None:
                 self._tried = newest
                 return "whole", newest.whole
+            self._patched = newest
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
@@ -161,27 +175,20 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
-            tried.whole, self._tried, self.lost_patches = None, None, 0
+            tried.whole, self._tried = None, None
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
         with self._changed:
             tried = self._tried
             assert tried is not None
-            place = self._chapters.index(tried)
-            if place == 0:
-                self._chapters.insert(0, Chapter(None))
-                place = 1
-            self._chapters[place - 1].patches += tried.patches
-            del self._chapters[place]
+            self._remove(tried)
             self._tried = None
 
-    def clear(self) -> None:
-        """Nothing waits any more; a survey that is being tried is not affected."""
+    def lost(self) -> None:
+        """The patch taken last is not in the terrain."""
         with self._changed:
-            self._chapters = [self._tried] if self._tried is not None else [Chapter(None)]
-            if self._tried is not None:
-                self._tried.patches.clear()
+            self._patched.lost += 1
 
     def close(self) -> None:
         """Let the thread that waits go."""
@@ -193,6 +200,10 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
+    def _remove(self, chapter: Chapter[M]) -> None:
+        place = self._chapters.index(chapter)
+        self._chapters[place - 1].take_over(chapter)
+        del self._chapters[place]
+
     def _length(self) -> int:
         return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
-
