@@ -4,7 +4,6 @@ One thread does all of these, so that a patch never changes the ground under a r
 """
 
 import threading
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -16,6 +15,7 @@ from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import Outlines, Standing
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.intake import WaitingSources
+from rpf3d_ros.unforeseen import tell
 
 Change = Callable[[Standing], Standing]
 """Makes what is stood on after a change of the ground; the former must not be flown over any more."""
@@ -30,8 +30,8 @@ class Listener(Protocol):
     def unanswerable(self, trigger: Trigger, why: str) -> None:
         """A trigger has no answer."""
 
-    def waiting(self, what: str) -> None:
-        """There is nothing to fly over, or nothing to fly."""
+    def groundless(self, trigger: Trigger) -> None:
+        """There is nothing to fly a trigger over."""
 
     def failed(self, error: BaseException) -> None:
         """Something went wrong that nobody has foreseen."""
@@ -144,7 +144,7 @@ class Flyer:
                 self._step()
             except Exception as error:
                 self._stages = None
-                self._listener.failed(error)
+                tell(self._listener.failed, error)
 
     def _step(self) -> None:
         """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""
@@ -173,11 +173,12 @@ class Flyer:
         if not self._active:
             return None
         trigger = self._sources.take()
-        if trigger is not None:
-            if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
-                self._latest = trigger
-            return trigger
-        return self._latest if self._wants_anew() else None
+        if trigger is None:
+            trigger = self._latest if self._wants_anew() else None
+        elif self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
+            self._latest = trigger
+        self._trigger = trigger or self._trigger
+        return trigger
 
     def _take_over(self, handover: Handover) -> None:
         try:
@@ -200,19 +201,23 @@ class Flyer:
         except TerrainError:
             raise  # refused before anything was changed
         except Exception:
-            self.standing = None  # its arrays may have changed: nothing is flown over them
+            self.standing = self._stages = None  # its arrays may have changed: nothing is flown over them
+            self._anew = True
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        self._trigger, self._anew, self._stages = trigger, False, None
-        if self.standing is None:
-            self._anew = False
-            self._listener.waiting("terrain")
-            return
-        areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
-        self._stages = answers(
-            self.standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
-        )
+        """Answer a trigger, unless it has been forgotten since it was taken."""
+        with self._changed:
+            if self._trigger is not trigger:
+                return
+            self._anew, self._stages, standing = False, None, self.standing
+            areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
+            if standing is not None:
+                self._stages = answers(
+                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
+                )
+        if standing is None:
+            self._listener.groundless(trigger)
         self._refine()
 
     def _refine(self) -> None:
@@ -223,21 +228,25 @@ class Flyer:
         try:
             answer = next(stages, None)
         except InputError as refusal:
-            self._stages = None
-            self._listener.unanswerable(trigger, str(refusal))
+            if self._goes_on(stages, ended=True):
+                self._listener.unanswerable(trigger, str(refusal))
             return
-        if answer is None or answer.complete:
-            self._stages, self._anew = None, self._anew or answer is None
-        if answer is not None and self._active and not self._closed:
+        if answer is None:
+            self._anew = self._goes_on(stages, ended=True) or self._anew
+        elif self._goes_on(stages, answer.complete):
             self._listener.answered(answer)
+
+    def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
+        """Whether what has just been flown still means anything: the trigger has not been forgotten meanwhile."""
+        with self._changed:
+            if self._stages is not stages:
+                return False
+            if ended:
+                self._stages = None
+            return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
         """Whether to give up a stage: the first is flown whatever comes, or a flood would never be answered."""
         if self._closed or not self._active:
             return True
         return stage > 0 and bool(self._handovers or len(self._sources) or self._anew)
-
-
-def told(error: BaseException) -> str:
-    """An error that nobody has foreseen, with where it happened, for the log."""
-    return "".join(traceback.format_exception(error))

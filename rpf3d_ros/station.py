@@ -73,9 +73,8 @@ class Station:
         self.say_waiting()
 
     def deactivate(self) -> None:
-        """Answer nothing any more, and forget what waits."""
+        """Answer nothing any more, and forget sources that wait; terrain that was heard is still taken in."""
         self.flyer.deactivate()
-        self.terrain.clear()
 
     def close(self, timeout: float) -> bool:
         """End all threads within a time (s); True where all have ended."""
@@ -118,7 +117,8 @@ class Station:
         if self._equipment.store is not None:
             fault = self._equipment.store.fault
             self._outlets.health.set("store", WARN if fault else OK, fault or "the terrain in use is kept")
-        level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
+        lacking = "patches are not in the terrain: publish the whole terrain"
+        level, sentence = (WARN, lacking) if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
 
     def acknowledged(self, said: str) -> tuple[bool, str]:
@@ -154,6 +154,12 @@ class Station:
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         if self.desk is not None:
             self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why))
+
+    def groundless(self, trigger: Trigger) -> None:
+        """Tell that there is no terrain to answer on; for alerts that is a fault."""
+        self.waiting("terrain")
+        if self.desk is not None:
+            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, "there is no terrain to fly over"))
 
     def waiting(self, what: str) -> None:
         """Tell that something is still missing."""
@@ -198,8 +204,8 @@ class Station:
 
     def _evidence(self, answer: Answer) -> Evidence:
         faults = (answer.left_out,) if answer.left_out else ()
-        if self.terrain.lost_patches:
-            faults = (*faults, f"{self.terrain.lost_patches} patches of terrain were lost")
+        if lost := self.terrain.lost_patches:
+            faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
         found = self._no_evidence(answer.trigger, "")._replace(
             result=answer.result, stage=answer.stage, faults=faults, areas=untouched(answer.maps.area_names)
         )
