@@ -194,6 +194,11 @@ class Station:
         """Publish an alert."""
         self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
 
+    def undecided(self, error: BaseException) -> None:
+        """Tell of a decision that failed."""
+        self._outlets.logger.error("".join(traceback.format_exception(error)))
+        self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
+
     def logged(self, fault: str) -> None:
         """Tell whether decisions are on disk."""
         self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")
