@@ -14,6 +14,7 @@ from rpf3d_core.live.answers import Answer, answers
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import Outlines, Standing
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.intake import WaitingSources
 from rpf3d_ros.unforeseen import tell
 
@@ -55,18 +56,20 @@ class Flyer:
     """Answers triggers over the ground of the moment, one thread's work.
 
     A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
-    last trigger is answered anew.
+    last trigger of each region is answered anew, the newest last.
     """
 
     def __init__(
         self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
-        listener: Listener,
+        listener: Listener, answered: AnsweredSources | None = None,
     ) -> None:  # fmt: skip
         self._scene, self._around, self._first = scene, around, first_rocks
         self._sources, self._results, self._listener = sources, results, listener
         self._handovers: list[Handover] = []
         self._changed = threading.Condition()
-        self._closed = self._active = self._anew = False
+        self._answered = answered or AnsweredSources()
+        self._again: list[Trigger] = []
+        self._closed = self._active = self._anew = self._outdated = False
         self._areas: Mapping[str, Outlines] = {}
         self._stages: Iterator[Answer] | None = None
         self._trigger: Trigger | None = None
@@ -102,7 +105,7 @@ class Flyer:
         """Replace the live areas of a topic, map frame, and answer the last trigger anew."""
         with self._changed:
             self._areas = {**self._areas, topic: outlines}
-            self._anew = True
+            self._anew = self._outdated = True
             self._changed.notify()
 
     @property
@@ -120,15 +123,19 @@ class Flyer:
         """Answer nothing any more, and forget what waits."""
         with self._changed:
             self._active, self._anew = False, False
-            self._sources.clear()
-            self._stages = self._trigger = self._latest = None
+            self._forget()
             self._changed.notify()
 
     def forget(self) -> None:
-        """Forget the last trigger: its stamp means nothing any more."""
+        """Forget the last triggers: their stamps mean nothing any more."""
         with self._changed:
-            self._sources.clear()
-            self._stages = self._trigger = self._latest = None
+            self._forget()
+
+    def _forget(self) -> None:
+        self._sources.clear()
+        self._answered.clear()
+        self._again, self._outdated = [], False
+        self._stages = self._trigger = self._latest = None
 
     def close(self, timeout: float) -> bool:
         """End; wait at most timeout (s) for the thread. True where it has ended."""
@@ -162,7 +169,7 @@ class Flyer:
             self._refine()
 
     def _has_work(self) -> bool:
-        busy = self._stages is not None or len(self._sources) or self._wants_anew()
+        busy = self._stages is not None or len(self._sources) or self._again or self._wants_anew()
         return bool(self._closed or self._handovers or (self._active and busy))
 
     def _wants_anew(self) -> bool:
@@ -172,13 +179,22 @@ class Flyer:
         """The next to begin; the latest again where something of it has changed, or another was answered since."""
         if not self._active:
             return None
+        if self._outdated and self._latest is not None:
+            self._again, self._outdated = self._answered.beside(self._latest), False
         trigger = self._sources.take()
-        if trigger is None:
-            trigger = self._latest if self._wants_anew() else None
-        elif self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
-            self._latest = trigger
+        if trigger is not None:
+            self._answered.note(self._sources.region_of(trigger), trigger)
+            if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
+                self._latest = trigger
+        else:
+            trigger = self._answered_before() or (self._latest if self._wants_anew() else None)
         self._trigger = trigger or self._trigger
         return trigger
+
+    def _answered_before(self) -> Trigger | None:
+        """The next of what must be answered anew beside the latest; what has been overtaken since is not."""
+        self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
+        return self._again.pop(0) if self._again else None
 
     def _take_over(self, handover: Handover) -> None:
         try:
@@ -186,7 +202,7 @@ class Flyer:
             if handover.change is not None:
                 standing = self._changed_by(handover.change)
             self.standing = handover.standing = standing
-            self._anew = True
+            self._anew = self._outdated = True
         except Exception as error:
             handover.error = error
         finally:
@@ -202,7 +218,7 @@ class Flyer:
             raise  # refused before anything was changed
         except Exception:
             self.standing = self._stages = None  # its arrays may have changed: nothing is flown over them
-            self._anew = True
+            self._anew = self._outdated = True
             raise
 
     def _begin(self, trigger: Trigger) -> None:

@@ -19,6 +19,7 @@ from rpf3d_ros.alert_desk import AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
 from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.builder import Arrival, Builder
 from rpf3d_ros.equipment import Equipment, around_of, version
 from rpf3d_ros.flyer import Flyer
@@ -52,7 +53,9 @@ class Station:
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         results, around = itertools.count(1), around_of(parameters)
-        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self)
+        age = equipment.thresholds.evidence.sources_max_age_s if equipment.thresholds is not None else 0.0
+        answered = AnsweredSources(age, parameters.waiting_sources)
+        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         if equipment.thresholds is not None:

@@ -15,6 +15,7 @@ from rpf3d_core.live.answers import answers
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingSources
 
@@ -56,10 +57,11 @@ def made(tmp_path):
     """Makes flyers over the pit, and ends them."""
     flyers = []
 
-    def make(more=SHORT):
+    def make(more=SHORT, age_s=0.0):
         scene, heard = pit_scene(tmp_path, more), Heard()
         sources, around = WaitingSources(50.0, 10), Around(above_ground=2.0)
-        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard)
+        answered = AnsweredSources(age_s, 10)
+        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard, answered)
         flyers.append(flyer)
         return flyer, heard, stand_on(pit_ground(scene), scene)
 
@@ -253,6 +255,21 @@ def test_after_walls_have_taken_turns_the_newest_trigger_is_refined(made):
     flyer.activate()
     wait(complete(heard, 6))
     assert heard.answers[-1][0] == 6 and any(answer[0] == 5 for answer in heard.answers)
+
+
+@pytest.mark.parametrize(("age_s", "again"), [(30.0, {5, 6}), (0.0, {6})], ids=["fresh", "too old"])
+def test_a_change_of_areas_is_answered_for_every_wall_that_is_not_too_old_the_newest_last(made, age_s, again):
+    flyer, heard, standing = made(age_s=age_s)
+    far = over_the_wall(1, stamp_ns=5)
+    flyer.hand_over(ready=standing)
+    flyer.submit(far)
+    flyer.submit(trigger_of(-far.positions * (1, 1, -1), -far.velocities, None, 6))
+    flyer.activate()
+    wait(complete(heard, 6))
+    del heard.answers[:]
+    flyer.set_areas("areas/polygon", {"live_area": [over_the_wall(3).positions[:, :2]]})
+    wait(complete(heard, 6))
+    assert {answer[0] for answer in heard.answers} == again and heard.answers[-1][0] == 6
 
 
 def test_live_areas_are_in_the_next_answer(made):
