@@ -60,7 +60,7 @@ class Inputs:
 
     def on_mesh(self, data: bytes) -> None:
         """Take a mesh as the terrain."""
-        now = int(self._node.get_clock().now().nanoseconds)
+        now = self._now()
 
         def take() -> None:
             frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
@@ -98,6 +98,9 @@ class Inputs:
         radius = self._parameters.equipment_radius
         self._area("areas/equipment", poses.header, EQUIPMENT, lambda: rings_of_equipment(poses, self._frame, radius))
 
+    def _now(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
     def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile, **more: Any) -> Any:
         return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE, **more)
 
@@ -114,7 +117,8 @@ class Inputs:
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         def take() -> None:
             found = convert()
-            trigger = trigger_of(found.positions, found.velocities, found.diameters, nanoseconds(header.stamp))
+            stamp = nanoseconds(header.stamp)
+            trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
             said = "received" if len(found.positions) else "received: watched, and nothing seen"
             self._health.set("sources", OK, said, {"sources": str(len(found.positions)), "topic": topic})
             self._station.submit(trigger)
@@ -134,7 +138,7 @@ class Inputs:
         stamp = nanoseconds(header.stamp)
 
         def guarded() -> None:
-            self.guards.check(topic, stamp)
+            self.guards.check(topic, stamp, self._now())
             take()
             self.guards.note(topic, stamp)
 

@@ -25,14 +25,24 @@ NOBODY = "nobody"
 """The region of a message without sources: it speaks of all walls."""
 
 
+AHEAD = 10
+"""Seconds that a stamp may lie ahead of the node's clock; one from later would have all others refused until then.
+What a decision puts up with is the site's to say, and less."""
+
+
 class StampGuards:
-    """The last stamp of each topic: what comes with an older one is refused."""
+    """The last stamp of each topic: what comes with an older one is refused, and what comes from far in the future."""
 
     def __init__(self) -> None:
         self._last: dict[str, int] = {}
 
-    def check(self, topic: str, stamp_ns: int) -> None:
-        """Refuse a stamp (ns) that lies before the last one of its topic. Raises MessageRefused."""
+    def check(self, topic: str, stamp_ns: int, now_ns: int = 0) -> None:
+        """Refuse a stamp (ns) that lies before the last one of its topic, or far ahead of now (0: not known).
+
+        Raises MessageRefused.
+        """
+        if now_ns and stamp_ns > now_ns + AHEAD * SECOND:
+            raise MessageRefused(f"its stamp lies {(stamp_ns - now_ns) / SECOND:.3f} s ahead of this machine's clock")
         last = self._last.get(topic, stamp_ns)
         if stamp_ns < last:
             back = (last - stamp_ns) / SECOND
@@ -91,11 +101,11 @@ class WaitingSources:
         return len(self._waiting)
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """The square that the middle of a trigger's sources lies in."""
+        """The topic, for a click hides no radar's sources, and the square that the middle of the sources lies in."""
         if not len(trigger.positions):
             return NOBODY
         column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
-        return column, row
+        return trigger.topic, column, row
 
 
 @dataclass

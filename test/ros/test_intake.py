@@ -86,6 +86,20 @@ def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_i
     guards.check("sources", 1)
 
 
+def test_a_stamp_from_far_in_the_future_is_refused_and_blocks_nothing():
+    guards = StampGuards()
+    guards.check("sources", 110 * SECOND, 100 * SECOND)
+    with pytest.raises(MessageRefused, match=r"lies 10\.500 s ahead of this machine's clock"):
+        guards.check("sources", int(110.5 * SECOND), 100 * SECOND)
+
+
+def test_a_click_takes_the_place_of_no_source_of_the_monitoring():
+    waiting, none = WaitingSources(SIZE, 10), np.zeros((1, 3))
+    waiting.put(trigger_of(none, none, None, 1, "sources"))
+    waiting.put(trigger_of(none, none, None, 2, "/clicked_point"))
+    assert sorted(taken(waiting)) == [1, 2] and waiting.dropped == 0
+
+
 def surveys(*wholes, patches=()):
     waiting = WaitingTerrain(8)
     for whole in wholes:
