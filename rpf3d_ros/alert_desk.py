@@ -81,9 +81,12 @@ class AlertDesk:
         """Decide on new evidence of a region; that of no sources stands for all of them."""
         self._requests.put(Request(region, evidence))
 
-    def forget(self, why: str) -> None:
-        """Nothing is known any more: decide on that, and say why, until there is new evidence."""
-        self._requests.put(Request(faults=why))
+    def forget(self, why: str, reply: Reply | None = None) -> None:
+        """Nothing is known any more: decide on that, and say why, until there is new evidence.
+
+        reply : called, on the desk's thread, once that has been told
+        """
+        self._requests.put(Request(faults=why, reply=reply))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
         """Decide with an acknowledgement; `reply` is called, on the desk's thread, with what became of it."""
@@ -123,6 +126,8 @@ class AlertDesk:
             self._acknowledge(request, now)
         elif request.evidence is not None or request.faults or self._is_over(now):
             self._decide(now, None)
+            if request.reply is not None:
+                request.reply((True, request.faults))
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""

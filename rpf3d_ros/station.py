@@ -5,6 +5,7 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -76,8 +77,16 @@ class Station:
         self.say_waiting()
 
     def deactivate(self) -> None:
-        """Answer nothing any more, and forget sources that wait; terrain that was heard is still taken in."""
+        """Answer nothing any more, and forget sources that wait; terrain that was heard is still taken in.
+
+        The last that is told is a fault, for who hears the latched alarm must not take silence for safety.
+        """
         self.flyer.deactivate()
+        if self.desk is not None:
+            replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
+            self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
+            with suppress(queue.Empty):
+                replies.get(timeout=ANSWER_WITHIN)
 
     def close(self, timeout: float) -> bool:
         """End all threads within a time (s); True where all have ended."""

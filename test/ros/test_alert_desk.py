@@ -147,3 +147,11 @@ def test_of_sources_that_are_all_stale_the_newest_are_told_of(desk):
     desk.tell("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S))
     wait(lambda: len(heard.alerts) == 2)
     assert "stamped 40.000 s ago" in " ".join(heard.alerts[-1].faults)
+
+
+def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(0)))
+    told = []
+    desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
+    assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]
