@@ -21,8 +21,12 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.io.site_model import Thresholds
 from rpf3d_core.live.evidence import together
 from rpf3d_ros.intake import SECOND
+from rpf3d_ros.unforeseen import tell
 
 Reply = Callable[[tuple[bool, str]], None]
+
+FORGOTTEN = "a decision failed: what was heard before is not used"
+"""Why nothing is known after an error."""
 
 CLOSING = None
 """What ends the thread, where a piece of work is expected."""
@@ -37,8 +41,8 @@ class Listener(Protocol):
     def logged(self, fault: str) -> None:
         """The last decision is on disk ("") or why it is not."""
 
-    def failed(self, error: BaseException) -> None:
-        """Something went wrong that nobody has foreseen."""
+    def undecided(self, error: BaseException) -> None:
+        """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
 
 
 @dataclass(frozen=True)
@@ -46,13 +50,13 @@ class Request:
     """What makes the desk decide.
 
     evidence : of a region, or None; faults : why nothing is known any more: all evidence is forgotten
-    acknowledged : who, and why; reply : called with whether the level was lowered, or why not
+    acknowledged : who, why, and when (ns); reply : called with whether the level was lowered, or why not
     """
 
     region: Hashable = None
     evidence: Evidence | None = None
     faults: str = ""
-    acknowledged: tuple[str, str] | None = None
+    acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
 
 
@@ -69,7 +73,7 @@ class AlertDesk:
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence: dict[Hashable, Evidence] = {}
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
-        self._closed = False
+        self._closed = self._failed = False
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
@@ -77,19 +81,21 @@ class AlertDesk:
         """Decide on new evidence of a region; that of no sources stands for all of them."""
         self._requests.put(Request(region, evidence))
 
-    def forget(self, why: str) -> None:
-        """Nothing is known any more: decide on that, and say why, until there is new evidence."""
-        self._requests.put(Request(faults=why))
+    def forget(self, why: str, reply: Reply | None = None) -> None:
+        """Nothing is known any more: decide on that, and say why, until there is new evidence.
+
+        reply : called, on the desk's thread, once that has been told
+        """
+        self._requests.put(Request(faults=why, reply=reply))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
         """Decide with an acknowledgement; `reply` is called, on the desk's thread, with what became of it."""
-        self._requests.put(Request(acknowledged=(by, why), reply=reply))
+        self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
 
     def tick(self) -> None:
-        """Decide again if the last decision is no longer valid."""
-        alert = self.alert
-        if alert is None or self._now() >= alert.valid_until_ns or self._now() < alert.at_ns:
-            self._requests.put(Request())
+        """Decide again if the last decision is no longer valid, or failed; nothing where work waits already."""
+        if self._requests.empty() and (self._failed or self._is_over(self._now())):
+            self._requests.put(Request(faults=FORGOTTEN if self._failed else ""))
 
     def close(self, timeout: float) -> bool:
         """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed."""
@@ -106,10 +112,12 @@ class AlertDesk:
             try:
                 self._serve(request)
             except Exception as error:
-                self._listener.failed(error)
+                self._evidence.clear()
+                self._failed = True
+                tell(self._listener.undecided, error)
 
     def _serve(self, request: Request) -> None:
-        now = self._now()
+        now, self._failed = self._now(), False
         if request.faults:
             self._evidence.clear()
         if request.evidence is not None:
@@ -118,12 +126,14 @@ class AlertDesk:
             self._acknowledge(request, now)
         elif request.evidence is not None or request.faults or self._is_over(now):
             self._decide(now, None)
+            if request.reply is not None:
+                request.reply((True, request.faults))
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
-        by, why = request.acknowledged or ("", "")
+        by, why, at = request.acknowledged or ("", "", now)
         try:
-            given = acknowledgement(by, why, now)
+            given = acknowledgement(by, why, at)
         except InputError as refusal:
             said = (False, str(refusal))
             if self._log is not None:
@@ -147,8 +157,9 @@ class AlertDesk:
     def _try_to_log(self, write: Callable[[], object]) -> None:
         try:
             write()
-        except NotLogged as fault:
-            self._listener.logged(str(fault))
+        except Exception as fault:  # whatever it is, the alert goes out
+            said = str(fault) if isinstance(fault, NotLogged) else f"{type(fault).__name__}: {fault}"
+            self._listener.logged(said)
         else:
             self._listener.logged("")
 
@@ -156,19 +167,21 @@ class AlertDesk:
         return self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
 
     def _take(self, region: Hashable, evidence: Evidence) -> None:
+        """Keep what is known of a region; who sees nothing clears what was seen before, and nothing newer."""
+        known = self._evidence
         if evidence.sources == 0:
-            self._evidence.clear()
+            known = {each: one for each, one in known.items() if one.trigger_stamp_ns > evidence.trigger_stamp_ns}
+            if known:
+                return
         else:
-            self._evidence = {each: known for each, known in self._evidence.items() if known.sources and each != region}
-        self._evidence[region] = evidence
+            known = {each: one for each, one in known.items() if one.sources and each != region}
+        self._evidence = {**known, region: evidence}
 
     def _fresh(self, now: int) -> Evidence | None:
-        """The evidence of all regions that is not stale; the newest, stale or not, where none is fresh."""
+        """The evidence of all regions that is not stale; where none is fresh, that of the newest sources."""
         if not self._evidence:
             return None
         oldest = now - int(self._thresholds.evidence.sources_max_age_s * SECOND)
-        region, newest = next(reversed(self._evidence.items()))
-        self._evidence = {
-            each: known for each, known in self._evidence.items() if each == region or known.trigger_stamp_ns >= oldest
-        }
-        return together([*(known for each, known in self._evidence.items() if each != region), newest])
+        oldest = min(oldest, max(known.trigger_stamp_ns for known in self._evidence.values()))
+        self._evidence = {each: known for each, known in self._evidence.items() if known.trigger_stamp_ns >= oldest}
+        return together(list(self._evidence.values()))

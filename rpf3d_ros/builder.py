@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from rpf3d_core.errors import InputError
+from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.live.ground import Ground, Workshop
 from rpf3d_core.live.standing import Standing, stand_after, stand_on
@@ -14,6 +14,7 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingTerrain
 from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.unforeseen import tell
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,37 +63,50 @@ class Builder:
 
     def _run(self) -> None:
         while (task := self._waiting.take()) is not None:
-            kind, arrival = task
             try:
-                (self._whole if kind == "whole" else self._patch)(arrival)
-            except InputError as refusal:
-                self._refuse(kind, arrival, str(refusal))
+                self._build(*task)
             except Exception as error:
-                self._refuse(kind, arrival, f"{type(error).__name__}: {error}")
-                self._listener.failed(error)
+                tell(self._listener.failed, error)
 
-    def _refuse(self, kind: str, arrival: Arrival, why: str) -> None:
+    def _build(self, kind: str, arrival: Arrival) -> None:
+        try:
+            made = self._whole(arrival) if kind == "whole" else self._patched(arrival)
+        except Exception as error:
+            foreseen = isinstance(error, InputError)
+            self._refuse(kind, str(error) if foreseen else f"{type(error).__name__}: {error}")
+            if not foreseen:
+                raise
+            return
+        if kind == "whole":
+            self._waiting.accepted()
+        ground, survey = made
+        self._listener.stands(ground, "received" if kind == "whole" else "received, patched")
+        if self._store is not None and survey is not None:
+            self._store.keep(ground, survey)
+
+    def _refuse(self, kind: str, why: str) -> None:
+        """Let go of what is refused; a patch that is not in the terrain is lost."""
         if kind == "whole":
             self._waiting.refused()
+        else:
+            self._waiting.lost()
         self._listener.terrain_refused(why)
 
-    def _whole(self, arrival: Arrival) -> None:
-        if arrival.data and arrival.data == self._mesh:
-            self._waiting.accepted()
-            if self._flyer.standing is not None:
-                self._listener.stands(self._flyer.standing.ground, "received")
-            return
+    def _whole(self, arrival: Arrival) -> tuple[Ground, Survey | None]:
+        """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
+        standing = self._flyer.standing
+        if arrival.data and arrival.data == self._mesh and standing is not None and isinstance(standing.ground, Ground):
+            return standing.ground, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # here, so that the first answer need not wait for them
         self._flyer.hand_over(ready=standing)
         self._mesh = arrival.data
-        self._waiting.accepted()
-        self._listener.stands(ground, "received")
-        self._keep(ground, survey)
+        return ground, survey
 
-    def _patch(self, arrival: Arrival) -> None:
+    def _patched(self, arrival: Arrival) -> tuple[Ground, Survey]:
+        """The ground in use with a patch sewn in, handed over."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
@@ -102,13 +116,16 @@ class Builder:
             cells = standing.cells
             assert isinstance(standing.ground, Ground) and cells is standing.cells  # known before the ground changes
             grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
-            return stand_after(standing, grounds[0], patch.points)
+            return _stood_on(standing, grounds[0], patch)
 
         self._flyer.hand_over(change=sewn_in)
         self._mesh = b""
-        self._listener.stands(grounds[0], "received, patched")
-        self._keep(grounds[0], patch)
+        return grounds[0], patch
 
-    def _keep(self, ground: Ground, survey: Survey) -> None:
-        if self._store is not None:
-            self._store.keep(ground, survey)
+
+def _stood_on(before: Standing, ground: Ground, patch: CloudSurvey | GridSurvey) -> Standing:
+    """As `stand_after`; a TerrainError would say that nothing has changed, which is no longer so."""
+    try:
+        return stand_after(before, ground, patch.points)
+    except TerrainError as error:
+        raise MessageRefused(f"there is no terrain after the patch: {error}") from error

@@ -4,7 +4,6 @@ One thread does all of these, so that a patch never changes the ground under a r
 """
 
 import threading
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -15,7 +14,9 @@ from rpf3d_core.live.answers import Answer, answers
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import Outlines, Standing
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.intake import WaitingSources
+from rpf3d_ros.unforeseen import tell
 
 Change = Callable[[Standing], Standing]
 """Makes what is stood on after a change of the ground; the former must not be flown over any more."""
@@ -30,8 +31,8 @@ class Listener(Protocol):
     def unanswerable(self, trigger: Trigger, why: str) -> None:
         """A trigger has no answer."""
 
-    def waiting(self, what: str) -> None:
-        """There is nothing to fly over, or nothing to fly."""
+    def groundless(self, trigger: Trigger) -> None:
+        """There is nothing to fly a trigger over."""
 
     def failed(self, error: BaseException) -> None:
         """Something went wrong that nobody has foreseen."""
@@ -55,18 +56,20 @@ class Flyer:
     """Answers triggers over the ground of the moment, one thread's work.
 
     A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
-    last trigger is answered anew.
+    last trigger of each region is answered anew, the newest last.
     """
 
     def __init__(
         self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
-        listener: Listener,
+        listener: Listener, answered: AnsweredSources | None = None,
     ) -> None:  # fmt: skip
         self._scene, self._around, self._first = scene, around, first_rocks
         self._sources, self._results, self._listener = sources, results, listener
         self._handovers: list[Handover] = []
         self._changed = threading.Condition()
-        self._closed = self._active = self._anew = False
+        self._answered = answered or AnsweredSources()
+        self._again: list[Trigger] = []
+        self._closed = self._active = self._anew = self._outdated = False
         self._areas: Mapping[str, Outlines] = {}
         self._stages: Iterator[Answer] | None = None
         self._trigger: Trigger | None = None
@@ -102,7 +105,7 @@ class Flyer:
         """Replace the live areas of a topic, map frame, and answer the last trigger anew."""
         with self._changed:
             self._areas = {**self._areas, topic: outlines}
-            self._anew = True
+            self._anew = self._outdated = True
             self._changed.notify()
 
     @property
@@ -120,15 +123,19 @@ class Flyer:
         """Answer nothing any more, and forget what waits."""
         with self._changed:
             self._active, self._anew = False, False
-            self._sources.clear()
-            self._stages = self._trigger = self._latest = None
+            self._forget()
             self._changed.notify()
 
     def forget(self) -> None:
-        """Forget the last trigger: its stamp means nothing any more."""
+        """Forget the last triggers: their stamps mean nothing any more."""
         with self._changed:
-            self._sources.clear()
-            self._stages = self._trigger = self._latest = None
+            self._forget()
+
+    def _forget(self) -> None:
+        self._sources.clear()
+        self._answered.clear()
+        self._again, self._outdated = [], False
+        self._stages = self._trigger = self._latest = None
 
     def close(self, timeout: float) -> bool:
         """End; wait at most timeout (s) for the thread. True where it has ended."""
@@ -144,7 +151,7 @@ class Flyer:
                 self._step()
             except Exception as error:
                 self._stages = None
-                self._listener.failed(error)
+                tell(self._listener.failed, error)
 
     def _step(self) -> None:
         """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""
@@ -162,7 +169,7 @@ class Flyer:
             self._refine()
 
     def _has_work(self) -> bool:
-        busy = self._stages is not None or len(self._sources) or self._wants_anew()
+        busy = self._stages is not None or len(self._sources) or self._again or self._wants_anew()
         return bool(self._closed or self._handovers or (self._active and busy))
 
     def _wants_anew(self) -> bool:
@@ -172,12 +179,22 @@ class Flyer:
         """The next to begin; the latest again where something of it has changed, or another was answered since."""
         if not self._active:
             return None
+        if self._outdated and self._latest is not None:
+            self._again, self._outdated = self._answered.beside(self._latest), False
         trigger = self._sources.take()
         if trigger is not None:
+            self._answered.note(self._sources.region_of(trigger), trigger)
             if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
                 self._latest = trigger
-            return trigger
-        return self._latest if self._wants_anew() else None
+        else:
+            trigger = self._answered_before() or (self._latest if self._wants_anew() else None)
+        self._trigger = trigger or self._trigger
+        return trigger
+
+    def _answered_before(self) -> Trigger | None:
+        """The next of what must be answered anew beside the latest; what has been overtaken since is not."""
+        self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
+        return self._again.pop(0) if self._again else None
 
     def _take_over(self, handover: Handover) -> None:
         try:
@@ -185,7 +202,7 @@ class Flyer:
             if handover.change is not None:
                 standing = self._changed_by(handover.change)
             self.standing = handover.standing = standing
-            self._anew = True
+            self._anew = self._outdated = True
         except Exception as error:
             handover.error = error
         finally:
@@ -200,19 +217,23 @@ class Flyer:
         except TerrainError:
             raise  # refused before anything was changed
         except Exception:
-            self.standing = None  # its arrays may have changed: nothing is flown over them
+            self.standing = self._stages = None  # its arrays may have changed: nothing is flown over them
+            self._anew = self._outdated = True
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        self._trigger, self._anew, self._stages = trigger, False, None
-        if self.standing is None:
-            self._anew = False
-            self._listener.waiting("terrain")
-            return
-        areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
-        self._stages = answers(
-            self.standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
-        )
+        """Answer a trigger, unless it has been forgotten since it was taken."""
+        with self._changed:
+            if self._trigger is not trigger:
+                return
+            self._anew, self._stages, standing = False, None, self.standing
+            areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
+            if standing is not None:
+                self._stages = answers(
+                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
+                )
+        if standing is None:
+            self._listener.groundless(trigger)
         self._refine()
 
     def _refine(self) -> None:
@@ -223,21 +244,25 @@ class Flyer:
         try:
             answer = next(stages, None)
         except InputError as refusal:
-            self._stages = None
-            self._listener.unanswerable(trigger, str(refusal))
+            if self._goes_on(stages, ended=True):
+                self._listener.unanswerable(trigger, str(refusal))
             return
-        if answer is None or answer.complete:
-            self._stages, self._anew = None, self._anew or answer is None
-        if answer is not None and self._active and not self._closed:
+        if answer is None:
+            self._anew = self._goes_on(stages, ended=True) or self._anew
+        elif self._goes_on(stages, answer.complete):
             self._listener.answered(answer)
+
+    def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
+        """Whether what has just been flown still means anything: the trigger has not been forgotten meanwhile."""
+        with self._changed:
+            if self._stages is not stages:
+                return False
+            if ended:
+                self._stages = None
+            return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
         """Whether to give up a stage: the first is flown whatever comes, or a flood would never be answered."""
         if self._closed or not self._active:
             return True
         return stage > 0 and bool(self._handovers or len(self._sources) or self._anew)
-
-
-def told(error: BaseException) -> str:
-    """An error that nobody has foreseen, with where it happened, for the log."""
-    return "".join(traceback.format_exception(error))

@@ -117,7 +117,8 @@ class Inputs:
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         def take() -> None:
             found = convert()
-            trigger = trigger_of(found.positions, found.velocities, found.diameters, nanoseconds(header.stamp))
+            stamp = nanoseconds(header.stamp)
+            trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
             said = "received" if len(found.positions) else "received: watched, and nothing seen"
             self._health.set("sources", OK, said, {"sources": str(len(found.positions)), "topic": topic})
             self._station.submit(trigger)

@@ -105,39 +105,46 @@ class WaitingSources:
         return len(self._waiting)
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """The square that the middle of a trigger's sources lies in."""
+        """The topic, for a click hides no radar's sources, and the square that the middle of the sources lies in."""
         if not len(trigger.positions):
             return NOBODY
         column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
-        return column, row
+        return trigger.topic, column, row
 
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use) and the patches that followed it; lost : those that found no room."""
+    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost."""
 
     whole: M | None
     patches: list[M] = field(default_factory=list)
     lost: int = 0
 
+    def take_over(self, later: "Chapter[M]") -> None:
+        """What followed a survey that is not used followed this one."""
+        self.patches += later.patches
+        self.lost += later.lost
+
 
 class WaitingTerrain(Generic[M]):
     """Surveys in line for one thread: the latest whole one first, its patches after it in their order.
 
-    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain.
+    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
+    chapter is that of the survey in use.
     """
 
     def __init__(self, most_patches: int) -> None:
         self._most = most_patches
         self._chapters: list[Chapter[M]] = [Chapter(None)]
         self._tried: Chapter[M] | None = None
+        self._patched = self._chapters[0]
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
 
     @property
     def lost_patches(self) -> int:
-        """How many patches the terrain lacks, or will lack, for there was no room for them to wait in."""
+        """Patches that were heard and are not in the terrain, nor in a whole survey since."""
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
@@ -148,7 +155,7 @@ class WaitingTerrain(Generic[M]):
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
-                self._chapters.remove(untried[0])
+                self._remove(untried[0])
             self._changed.notify()
 
     def put_patch(self, patch: M) -> None:
@@ -163,7 +170,7 @@ class WaitingTerrain(Generic[M]):
     def take(self) -> tuple[str, M] | None:
         """Wait for something: ("whole", survey) or ("patch", survey); None once it is closed.
 
-        After a whole survey `accepted` or `refused` must be called.
+        After a whole survey `accepted` or `refused` must be called, after a patch `lost` where it is not used.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)
@@ -173,6 +180,7 @@ class WaitingTerrain(Generic[M]):
             if newest.whole is not None:
                 self._tried = newest
                 return "whole", newest.whole
+            self._patched = newest
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
@@ -188,21 +196,13 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             tried = self._tried
             assert tried is not None
-            place = self._chapters.index(tried)
-            if place == 0:
-                self._chapters.insert(0, Chapter(None))
-                place = 1
-            self._chapters[place - 1].patches += tried.patches
-            self._chapters[place - 1].lost += tried.lost
-            del self._chapters[place]
+            self._remove(tried)
             self._tried = None
 
-    def clear(self) -> None:
-        """Nothing waits any more; a survey that is being tried is not affected."""
+    def lost(self) -> None:
+        """The patch taken last is not in the terrain."""
         with self._changed:
-            self._chapters = [self._tried] if self._tried is not None else [Chapter(None, lost=self.lost_patches)]
-            if self._tried is not None:
-                self._tried.patches.clear()
+            self._patched.lost += 1
 
     def close(self) -> None:
         """Let the thread that waits go."""
@@ -214,6 +214,10 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
+    def _remove(self, chapter: Chapter[M]) -> None:
+        place = self._chapters.index(chapter)
+        self._chapters[place - 1].take_over(chapter)
+        del self._chapters[place]
+
     def _length(self) -> int:
         return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)
-

@@ -61,6 +61,7 @@ class SimulatorNode(LifecycleNode):
         self.inputs: Inputs | None = None
         self.broken = ""
         self.abandoned = False
+        self._ticked = 0
         self.heartbeat = Heartbeat(self, self.health)
         self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick)
@@ -146,10 +147,16 @@ class SimulatorNode(LifecycleNode):
             self.trigger_activate()
 
     def _tick(self) -> None:
+        """Look after decisions, and at the clock: ROS tells of jumps of simulated time only."""
+        now = self._now()
+        if now < self._ticked:
+            self._clock_went_back((self._ticked - now) * 1e-9)
+        self._ticked = now
         if self.station is not None and self.inputs is not None:
             self.station.beat()
 
     def _clock_went_back(self, seconds: float) -> None:
+        self._ticked = self._now()
         if self.inputs is not None and self.station is not None:
             self.inputs.guards.reset()
             self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")

@@ -5,6 +5,7 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -20,6 +21,7 @@ from rpf3d_ros.alert_desk import AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
 from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.builder import Arrival, Builder
 from rpf3d_ros.equipment import Equipment, around_of, version
 from rpf3d_ros.flyer import Flyer
@@ -53,7 +55,9 @@ class Station:
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         results, around = itertools.count(1), around_of(parameters)
-        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self)
+        age = equipment.thresholds.evidence.sources_max_age_s if equipment.thresholds is not None else 0.0
+        answered = AnsweredSources(age, parameters.waiting_sources)
+        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         if equipment.thresholds is not None:
@@ -74,9 +78,16 @@ class Station:
         self.say_waiting()
 
     def deactivate(self) -> None:
-        """Answer nothing any more, and forget what waits."""
+        """Answer nothing any more, and forget sources that wait; terrain that was heard is still taken in.
+
+        The last that is told is a fault, for who hears the latched alarm must not take silence for safety.
+        """
         self.flyer.deactivate()
-        self.terrain.clear()
+        if self.desk is not None:
+            replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
+            self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
+            with suppress(queue.Empty):
+                replies.get(timeout=ANSWER_WITHIN)
 
     def close(self, timeout: float) -> bool:
         """End all threads within a time (s); True where all have ended."""
@@ -118,7 +129,8 @@ class Station:
         }  # fmt: skip
         if self._equipment.store is not None:
             self._say_stored(self._equipment.store)
-        level, sentence = (WARN, "patches were lost: the terrain lacks them") if lost else (OK, "in hand")
+        lacking = "patches are not in the terrain: publish the whole terrain"
+        level, sentence = (WARN, lacking) if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
 
     def _say_stored(self, store: Store) -> None:
@@ -162,6 +174,12 @@ class Station:
         if self.desk is not None:
             self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why))
 
+    def groundless(self, trigger: Trigger) -> None:
+        """Tell that there is no terrain to answer on; for alerts that is a fault."""
+        self.waiting("terrain")
+        if self.desk is not None:
+            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, "there is no terrain to fly over"))
+
     def waiting(self, what: str) -> None:
         """Tell that something is still missing."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
@@ -195,6 +213,11 @@ class Station:
         """Publish an alert."""
         self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
 
+    def undecided(self, error: BaseException) -> None:
+        """Tell of a decision that failed."""
+        self._outlets.logger.error("".join(traceback.format_exception(error)))
+        self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
+
     def logged(self, fault: str) -> None:
         """Tell whether decisions are on disk."""
         self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")
@@ -205,8 +228,8 @@ class Station:
 
     def _evidence(self, answer: Answer) -> Evidence:
         faults = (answer.left_out,) if answer.left_out else ()
-        if self.terrain.lost_patches:
-            faults = (*faults, f"{self.terrain.lost_patches} patches of terrain were lost")
+        if lost := self.terrain.lost_patches:
+            faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
         found = self._no_evidence(answer.trigger, "")._replace(
             result=answer.result, stage=answer.stage, faults=faults, areas=untouched(answer.maps.area_names)
         )

@@ -42,7 +42,9 @@ def _spread(rocks: int, some: int) -> IntArray:
 
 
 def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
-    """Ranges of rocks of each source that together go from its `first` to before its `last`, about `size`, or BLOCK, a time.
+    """Ranges of rocks of each source that together go from its `first` to before its `last`.
+
+    size : rocks in a block, about; BLOCK unless told
 
     Each block takes every n-th rock of every source, so that the blocks flown so far stand for all of its places.
     """

@@ -121,7 +121,7 @@ class Workshop:
             if change is not None:
                 return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)
         finally:
-            marks[:] = STAYS
+            ground.room.memory.longer("marks", len(marks))[:] = STAYS  # which have moved if the arrays have grown
         return self.whole(patch, stamp_ns)
 
     @property

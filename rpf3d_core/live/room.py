@@ -25,6 +25,7 @@ class Room:
     def __init__(self) -> None:
         self.memory = Kept()
         self._users: list[weakref.ref[Any]] = []
+        self._lock = Lock()
         self.claimed = False
         self.begin()
 
@@ -41,13 +42,15 @@ class Room:
 
     def used_by(self, *users: Any) -> None:
         """Tell of objects whose arrays lie here."""
-        self._users += [weakref.ref(user) for user in users]
+        with self._lock:  # another thread may be looking for a free room just now
+            self._users += [weakref.ref(user) for user in users]
 
     @property
     def free(self) -> bool:
         """Whether all of them are gone, and no ground is being made here."""
-        self._users = [user for user in self._users if user() is not None]
-        return not (self._users or self.claimed)
+        with self._lock:
+            self._users = [user for user in self._users if user() is not None]
+            return not (self._users or self.claimed)
 
 
 class Rooms:

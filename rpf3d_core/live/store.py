@@ -70,6 +70,7 @@ class Store:
         self._waiting: deque[Piece] = deque()
         self._changed = threading.Condition()
         self._last, self._patches, self._busy, self._closed = "", 0, False, False
+        self._gap = False  # a piece is missing on the disk, so patches do not follow on what is there
         self.fault: str | None = None
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
@@ -79,7 +80,7 @@ class Store:
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
-        follows = ground.patches > 0 and self._patches < self._most and self._last
+        follows = ground.patches > 0 and self._patches < self._most and self._last and not self._gap
         upon = self._last if follows else ""
         if ground.patches and not follows:
             survey = mesh_of(ground)
@@ -115,14 +116,20 @@ class Store:
                 if not self._waiting:
                     return
                 piece, self._busy = self._waiting.popleft(), True
-            try:
-                self._write(piece)
-                self.fault = None
-            except OSError as error:
-                self.fault = f"the terrain could not be kept in {self._folder}: {error}"
+            if not (piece.upon and self._gap):
+                self._try_to_write(piece)
             with self._changed:
                 self._busy = False
                 self._changed.notify_all()
+
+    def _try_to_write(self, piece: Piece) -> None:
+        """Write a piece; where that fails, no patch is written, and the fault stands, until a whole ground is there."""
+        try:
+            self._write(piece)
+        except Exception as error:  # whatever it is, the thread goes on
+            self.fault, self._gap = f"the terrain could not be kept in {self._folder}: {error}", True
+        else:
+            self.fault, self._gap = None, False
 
     def _write(self, piece: Piece) -> None:
         """A patch goes behind those that are there; a whole survey takes the place of all."""

@@ -13,7 +13,7 @@ class Trigger:
     """S sources of one message; none of them means that the walls were watched and nothing was seen.
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
-    digest : sha256 (hex) of all that, as `digest_of`
+    digest : sha256 (hex) of all that, as `digest_of`; topic : where the message came from
     """
 
     positions: FloatArray
@@ -21,11 +21,15 @@ class Trigger:
     diameters: FloatArray | None
     stamp_ns: int
     digest: str
+    topic: str = ""
 
 
-def trigger_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> Trigger:
+def trigger_of(
+    positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int, topic: str = ""
+) -> Trigger:
     """A trigger of positions (S, 3) m, velocities (S, 3) m/s and diameters (S,) m or None, with its digest."""
-    return Trigger(positions, velocities, diameters, stamp_ns, digest_of(positions, velocities, diameters, stamp_ns))
+    digest = digest_of(positions, velocities, diameters, stamp_ns)
+    return Trigger(positions, velocities, diameters, stamp_ns, digest, topic)
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:

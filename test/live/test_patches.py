@@ -157,6 +157,19 @@ def test_hundred_patches_upon_each_other_leave_a_closed_sheet_and_the_same_fligh
     assert ground.patches == 100
 
 
+def test_a_patch_upon_one_that_has_outgrown_its_memory_replaces_it_whole():
+    workshop = Workshop()
+    ground = workshop.whole(grid())
+    before, memory = edge_counts(ground), ground.room.memory.longer("marks", 1).base
+    ground = workshop.patched(ground, grid(80, 80, 8.37, 6.21, step=0.2, seed=1))
+    assert ground.room.memory.longer("marks", 1).base is not memory
+    ground = workshop.patched(ground, grid(16, 16, 8.37, 6.21, seed=2))
+    assert edge_counts(ground) == before and sheets(ground).max() == 1
+    anew = made_anew(ground)
+    ours, theirs = (bits_of(flown(ground, engine, 3)) for engine in (ground.engine, anew))
+    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(ours, theirs, strict=True))
+
+
 @pytest.mark.parametrize("heading", [(1.0, 0.0), (0.0, 1.0), (0.8, 0.6)])
 def test_no_rock_falls_through_the_seam_flown_along_and_across(heading):
     ground, _ = patched(PATCHES["on the points of the ground"])

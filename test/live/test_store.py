@@ -169,3 +169,24 @@ def test_a_writer_that_is_killed_at_any_moment_leaves_a_whole_file(tmp_path):
         writer.kill()
         writer.wait()
     assert read_last(tmp_path) is not None
+
+
+def test_a_patch_that_could_not_be_written_leaves_no_gap_for_those_that_follow(tmp_path, monkeypatch):
+    workshop, store = Workshop(), Store(tmp_path)
+    ground = workshop.whole(grid(), stamp_ns=1)
+    store.keep(ground, grid())
+    assert store.flush(20.0)
+
+    def full(path, piece):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("rpf3d_core.live.store.write_piece", full)
+    ground = workshop.patched(ground, PATCHES[0], stamp_ns=2)
+    store.keep(ground, PATCHES[0])
+    assert store.flush(20.0) and "no space left" in store.fault
+    monkeypatch.undo()
+    ground = workshop.patched(ground, PATCHES[1], stamp_ns=3)
+    store.keep(ground, PATCHES[1])
+    store.close(20.0)
+    assert store.fault is None
+    assert read_last(tmp_path).pieces[-1].digest == ground.digest

@@ -11,9 +11,11 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import over_the_wall, pit_ground, pit_scene
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.answers import answers
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.answered import AnsweredSources
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingSources
 
@@ -35,8 +37,8 @@ class Heard:
     def unanswerable(self, trigger, why):
         self.refused.append((trigger.stamp_ns, why))
 
-    def waiting(self, what):
-        self.missing.append(what)
+    def groundless(self, trigger):
+        self.missing.append(trigger.stamp_ns)
 
     def failed(self, error):
         self.errors.append(error)
@@ -55,10 +57,11 @@ def made(tmp_path):
     """Makes flyers over the pit, and ends them."""
     flyers = []
 
-    def make(more=SHORT):
+    def make(more=SHORT, age_s=0.0):
         scene, heard = pit_scene(tmp_path, more), Heard()
         sources, around = WaitingSources(50.0, 10), Around(above_ground=2.0)
-        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard)
+        answered = AnsweredSources(age_s, 10)
+        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard, answered)
         flyers.append(flyer)
         return flyer, heard, stand_on(pit_ground(scene), scene)
 
@@ -74,7 +77,7 @@ def test_a_trigger_without_ground_waits_for_it_and_is_answered_then(made):
     flyer, heard, standing = made()
     flyer.activate()
     flyer.submit(over_the_wall(3, stamp_ns=5))
-    assert wait(lambda: heard.missing) == ["terrain"]
+    assert wait(lambda: heard.missing) == [5]
     flyer.hand_over(ready=standing)
     wait(complete(heard, 5))
     assert [answer[:2] for answer in heard.answers] == [(5, 102), (5, 204)]
@@ -157,6 +160,56 @@ def test_a_refinement_goes_on_after_a_change_that_was_refused(made):
     flyer.deactivate()
 
 
+def test_after_a_change_that_failed_half_way_nothing_is_flown_over_it_and_that_is_told(made):
+    flyer, heard, standing = made(ENDLESS)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(lambda: len(heard.answers) > 1)
+    with pytest.raises(ZeroDivisionError):
+        flyer.hand_over(change=lambda standing: 1 / 0)
+    count = len(heard.answers)
+    assert wait(lambda: heard.missing) == [5] and flyer.standing is None
+    time.sleep(0.2)
+    assert len(heard.answers) == count
+
+
+def test_what_is_in_flight_when_its_trigger_is_forgotten_is_not_answered(made, monkeypatch):
+    flyer, heard, standing = made()
+    flying, go_on = threading.Event(), threading.Event()
+
+    def slow(*given):
+        flying.set()
+        go_on.wait(PATIENCE)
+        yield from answers(*given)
+
+    monkeypatch.setattr("rpf3d_ros.flyer.answers", slow)
+    flyer.hand_over(ready=standing)
+    flyer.activate()
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    assert flying.wait(PATIENCE)
+    flyer.deactivate()
+    flyer.activate()
+    go_on.set()
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    wait(complete(heard, 6))
+    assert {answer[0] for answer in heard.answers} == {6}
+
+
+def test_a_thread_whose_listener_fails_goes_on(made, monkeypatch, capsys):
+    flyer, heard, standing = made()
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    monkeypatch.setattr(heard, "failed", lambda error: error.nothing)
+    monkeypatch.setattr("rpf3d_ros.flyer.answers", lambda *args: 1 / 0)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(lambda: flyer._trigger is not None and flyer._trigger.stamp_ns == 5)
+    time.sleep(0.1)
+    monkeypatch.undo()
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    wait(complete(heard, 6))
+
+
 def test_a_change_without_ground_is_refused(made):
     flyer, _, _ = made()
     with pytest.raises(Exception, match="no terrain yet"):
@@ -202,6 +255,21 @@ def test_after_walls_have_taken_turns_the_newest_trigger_is_refined(made):
     flyer.activate()
     wait(complete(heard, 6))
     assert heard.answers[-1][0] == 6 and any(answer[0] == 5 for answer in heard.answers)
+
+
+@pytest.mark.parametrize(("age_s", "again"), [(30.0, {5, 6}), (0.0, {6})], ids=["fresh", "too old"])
+def test_a_change_of_areas_is_answered_for_every_wall_that_is_not_too_old_the_newest_last(made, age_s, again):
+    flyer, heard, standing = made(age_s=age_s)
+    far = over_the_wall(1, stamp_ns=5)
+    flyer.hand_over(ready=standing)
+    flyer.submit(far)
+    flyer.submit(trigger_of(-far.positions * (1, 1, -1), -far.velocities, None, 6))
+    flyer.activate()
+    wait(complete(heard, 6))
+    del heard.answers[:]
+    flyer.set_areas("areas/polygon", {"live_area": [over_the_wall(3).positions[:, :2]]})
+    wait(complete(heard, 6))
+    assert {answer[0] for answer in heard.answers} == again and heard.answers[-1][0] == 6
 
 
 def test_live_areas_are_in_the_next_answer(made):

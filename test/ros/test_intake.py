@@ -97,6 +97,13 @@ def test_a_stamp_from_the_future_is_refused_unless_it_is_little_or_the_clock_has
     guards.check("sources", NOW, 0)
 
 
+def test_a_click_takes_the_place_of_no_source_of_the_monitoring():
+    waiting, none = WaitingSources(SIZE, 10), np.zeros((1, 3))
+    waiting.put(trigger_of(none, none, None, 1, "sources"))
+    waiting.put(trigger_of(none, none, None, 2, "/clicked_point"))
+    assert sorted(taken(waiting)) == [1, 2] and waiting.dropped == 0
+
+
 def surveys(*wholes, patches=()):
     waiting = WaitingTerrain(8)
     for whole in wholes:
@@ -174,24 +181,37 @@ def test_a_whole_survey_makes_good_what_patches_were_lost():
     assert waiting.lost_patches == 0
 
 
-def test_a_patch_of_the_new_survey_that_found_no_room_while_that_was_tried_is_still_lost():
+def test_a_patch_lost_behind_a_survey_stays_lost_when_that_survey_is_the_terrain():
     waiting = surveys("new", patches=range(8))
     waiting.take()
     with pytest.raises(MessageRefused):
         waiting.put_patch(9)
     waiting.accepted()
     assert waiting.lost_patches == 1
-    waiting.clear()
-    assert waiting.lost_patches == 1, "the terrain lacks it still"
 
 
-def test_nothing_waits_after_clearing_but_what_is_being_tried_can_still_be_told_of():
-    waiting = surveys("tried", patches=("p",))
+def test_a_patch_that_is_not_used_is_lost_until_the_next_whole_survey():
+    waiting = surveys(patches=["unusable"])
     waiting.take()
-    waiting.put_whole("newer")
-    waiting.clear()
+    waiting.put_whole("new")
+    waiting.lost()
+    assert waiting.lost_patches == 1
+    waiting.take()
     waiting.accepted()
-    assert len(waiting) == 0
+    assert waiting.lost_patches == 0
+
+
+def test_patches_outlive_a_survey_that_is_dropped_untried():
+    waiting = surveys("dropped", patches=["kept"])
+    for survey in range(UNTRIED):
+        waiting.put_whole(survey)
+    found = []
+    while len(waiting):
+        kind, survey = waiting.take()
+        found.append(survey)
+        if kind == "whole":
+            waiting.refused()
+    assert found == [2, 1, 0, "kept"]
 
 
 def test_who_waits_is_let_go_when_it_is_closed():

@@ -10,6 +10,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
@@ -118,6 +120,21 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     lines = [line for path in log.iterdir() if path.is_file() for line in path.read_text().splitlines()]
     assert all(json.loads(line) for line in lines)
     assert any("A. Foreman" in line for line in lines)
+
+
+def test_a_node_that_is_deactivated_leaves_the_alarm_on(stage, tmp_path):
+    (tmp_path / "site.yaml").write_text(SITE)
+    stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), **FLIGHT)
+    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=("alerts", "alarm"))
+    peer.wait_for_subscribers()
+    peer.send("terrain/points", cloud())
+    peer.send("areas/polygon", square(9.0, 12.0))
+    keep_saying(peer, poses, lambda: level(peer) == "normal", "normal, for nothing is seen")
+    wait_for_alarm(peer, False)
+    request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
+    assert peer.call(ChangeState, f"{NODE}/change_state", request).success
+    wait_for_alarm(peer, True)
+    peer.wait(lambda: level(peer) == "fault", "a fault, for nobody decides any more")
 
 
 def keep_and_acknowledge(peer):

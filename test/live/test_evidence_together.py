@@ -1,0 +1,33 @@
+"""What several walls' answers say together: never less than any of them says."""
+
+import pytest
+from alert_evidence import NOW, S, area, evidence, site
+
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.live.evidence import together
+
+QUIET = evidence(area(100, p95_energy=1e3, largest_energy=2e3))
+
+
+def shown(*parts):
+    return decide(None, together(parts), site(), NOW)
+
+
+@pytest.mark.parametrize("first", [True, False], ids=["first", "last"])
+def test_few_strong_rocks_of_one_wall_are_not_hidden_by_many_weak_ones_of_another(first):
+    strong = evidence(area(10, p95_energy=None, largest_energy=2e5))
+    assert shown(strong).level == Level.RESTRICT
+    assert shown(*((strong, QUIET) if first else (QUIET, strong))).level == Level.RESTRICT
+
+
+def test_a_wall_without_an_answer_hides_no_other_and_is_a_fault():
+    unanswered = evidence()._replace(areas=(), faults=("off the terrain",))
+    alert = shown(evidence(area(1000)), unanswered)
+    assert alert.evident == Level.RESTRICT and alert.level == Level.FAULT
+
+
+def test_together_they_are_as_old_as_the_oldest_trigger_and_the_oldest_survey():
+    old = QUIET._replace(trigger_stamp_ns=NOW - 9 * S, terrain_stamp_ns=NOW - 99 * S)
+    found = together([old, QUIET])
+    assert (found.trigger_stamp_ns, found.terrain_stamp_ns) == (NOW - 9 * S, NOW - 99 * S)

@@ -1,0 +1,157 @@
+"""The thread that decides: order of evidence and acknowledgements, and what goes wrong beside it."""
+
+import threading
+import time
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from alert_evidence import NOW, S, area, evidence, site
+
+from rpf3d_core.alerts.evidence import untouched
+from rpf3d_core.alerts.levels import Level
+from rpf3d_ros.alert_desk import AlertDesk
+
+PATIENCE = 20.0
+"""Seconds; what is waited for takes some hundredths."""
+
+
+class Heard:
+    """Keeps what the desk tells, and raises where it is told to."""
+
+    def __init__(self):
+        self.alerts, self.errors, self.faults = [], [], []
+        self.broken, self.hold = False, threading.Event()
+        self.hold.set()
+
+    def decided(self, alert, evidence):
+        self.hold.wait(PATIENCE)
+        if self.broken:
+            raise RuntimeError("no publisher")
+        self.alerts.append(alert)
+
+    def logged(self, fault):
+        self.faults.append(fault)
+
+    def undecided(self, error):
+        self.errors.append(error)
+
+
+class BrokenLog:
+    """A log that fails in a way of its own."""
+
+    last_alert = None
+
+    def decided(self, decision, thresholds):
+        raise AttributeError("broken")
+
+    def close(self):
+        pass
+
+
+class Clock:
+    """Time that is set by hand."""
+
+    def __init__(self):
+        self.now = NOW
+
+    def __call__(self):
+        return self.now
+
+
+def wait(condition):
+    deadline = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+    return found
+
+
+@pytest.fixture
+def desk():
+    """A desk without a log, what it has told, and its clock."""
+    heard, clock = Heard(), Clock()
+    made = AlertDesk(site(), None, clock, heard)
+    yield made, heard, clock
+    heard.hold.set()
+    assert made.close(PATIENCE)
+
+
+def nothing_seen(stamp):
+    return evidence()._replace(areas=untouched(["ramp"]), sources=0, trigger_stamp_ns=stamp, at_ns=NOW)
+
+
+def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S))
+    desk.tell("nobody", nothing_seen(NOW - 2 * S))
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].evident == Level.EVACUATE
+    desk.tell("nobody", nothing_seen(NOW))
+    wait(lambda: len(heard.alerts) == 3)
+    assert heard.alerts[-1].evident == Level.NORMAL
+
+
+def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_was_given(desk):
+    desk, heard, clock = desk
+    desk.tell("wall", evidence(area(5000)))
+    desk.tell("wall", evidence(area(0)))
+    wait(lambda: len(heard.alerts) == 2)
+    heard.hold.clear()
+    desk.tell("wall", evidence(area(200)))
+    replies = []
+    time.sleep(0.05)
+    clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    clock.now = NOW + S
+    heard.hold.set()
+    assert wait(lambda: replies)[0][0] is False
+    assert heard.alerts[-1].held == Level.EVACUATE and "got worse" in heard.alerts[-1].void
+
+
+def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not_without_end(desk):
+    desk, heard, _ = desk
+    heard.broken = True
+    desk.tell("wall", evidence(area(5000)))
+    wait(lambda: heard.errors)
+    time.sleep(0.1)
+    assert len(heard.errors) == 1
+    heard.broken = False
+    desk.tick()
+    assert wait(lambda: heard.alerts)[0].held == Level.EVACUATE and heard.alerts[0].faults
+
+
+def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
+    heard = Heard()
+    desk = AlertDesk(site(), BrokenLog(), Clock(), heard)
+    desk.tell("wall", evidence(area(5000)))
+    assert wait(lambda: heard.alerts)[0].level == Level.EVACUATE
+    assert desk.close(PATIENCE) and "broken" in heard.faults[0]
+
+
+def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
+    desk, heard, clock = desk
+    heard.hold.clear()
+    desk.tell("wall", evidence(area(0)))
+    time.sleep(0.05)
+    clock.now = NOW + 100 * S
+    for _ in range(1000):
+        desk.tick()
+    assert desk._requests.qsize() <= 1
+
+
+def test_of_sources_that_are_all_stale_the_newest_are_told_of(desk):
+    desk, heard, _ = desk
+    desk.tell("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S))
+    desk.tell("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S))
+    wait(lambda: len(heard.alerts) == 2)
+    assert "stamped 40.000 s ago" in " ".join(heard.alerts[-1].faults)
+
+
+def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(0)))
+    told = []
+    desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
+    assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]

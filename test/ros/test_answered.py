@@ -1,0 +1,37 @@
+"""Which triggers the answers in force rest on."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_ground import over_the_wall
+
+from rpf3d_ros.answered import AnsweredSources
+from rpf3d_ros.intake import NOBODY, SECOND
+
+
+def stamped(*seconds):
+    return [over_the_wall(1, stamp_ns=each * SECOND) for each in seconds]
+
+
+def test_the_last_of_each_region_is_kept_and_no_more_of_them_than_may_be():
+    answered, given = AnsweredSources(30.0, 2), stamped(1, 2, 3, 4)
+    for region, trigger in zip("aabc", given, strict=True):
+        answered.note(region, trigger)
+    assert answered.beside(given[3]) == [given[2]]
+    assert not answered.holds(given[1])
+
+
+def test_what_is_too_old_is_not_answered_anew():
+    answered, (old, new) = AnsweredSources(30.0, 5), stamped(1, 32)
+    answered.note("a", old)
+    answered.note("b", new)
+    assert answered.beside(new) == []
+
+
+def test_nothing_seen_clears_all_that_is_not_newer():
+    answered, (old, nobody, new) = AnsweredSources(30.0, 5), stamped(1, 2, 3)
+    answered.note("a", old)
+    answered.note("b", new)
+    answered.note(NOBODY, nobody)
+    assert not answered.holds(old) and answered.holds(new)

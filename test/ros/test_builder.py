@@ -1,0 +1,116 @@
+"""The thread that makes ground: what goes wrong never ends it, nor hides that the terrain lacks something."""
+
+import itertools
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_ground import pit_scene
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey
+from rpf3d_ros.builder import Arrival, Builder
+from rpf3d_ros.flyer import Flyer
+from rpf3d_ros.intake import WaitingSources, WaitingTerrain
+
+PATIENCE = 120.0
+"""Seconds; what is waited for takes one, or thirty while everything is compiled."""
+
+
+class Heard:
+    """Keeps what builder and flyer tell."""
+
+    def __init__(self):
+        self.grounds, self.refused, self.errors = [], [], []
+
+    def stands(self, ground, what):
+        self.grounds.append(ground.digest)
+
+    def terrain_refused(self, why):
+        self.refused.append(why)
+
+    def failed(self, error):
+        self.errors.append(error)
+
+
+class FullStore:
+    """A store that cannot take anything."""
+
+    def keep(self, ground, survey):
+        raise MemoryError
+
+
+def hill(height=0.0, count=21):
+    y, x = np.mgrid[0:count, 0:count] * 2.0
+    return GridSurvey(np.stack([x, y, 0.5 * x + height], axis=-1))
+
+
+def arrival(survey, data=b""):
+    return Arrival(lambda: survey, 1, data)
+
+
+def wait(condition):
+    deadline = time.monotonic() + PATIENCE
+    while not (found := condition()):
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    return found
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Makes builders with their flyers, and ends them."""
+    threads = []
+
+    def make(store=None):
+        scene, heard, waiting = pit_scene(tmp_path), Heard(), WaitingTerrain(8)
+        scene = scene.model_copy(update={"areas_of_interest": ()})
+        flyer = Flyer(scene, Around(), 100, WaitingSources(50.0, 10), itertools.count(1), heard)
+        builder = Builder(scene, Workshop(reference=True), waiting, flyer, heard, store)
+        threads.extend((builder, flyer))
+        return waiting, flyer, heard
+
+    yield make
+    assert all(thread.close(PATIENCE) for thread in threads)
+
+
+def test_a_store_that_fails_does_not_end_the_thread(made):
+    waiting, _, heard = made(FullStore())
+    for height in (0.0, 1.0):
+        count = len(heard.grounds)
+        waiting.put_whole(arrival(hill(height)))
+        wait(lambda count=count: len(heard.grounds) > count)
+    assert isinstance(wait(lambda: heard.errors)[0], MemoryError) and not heard.refused
+
+
+def test_a_patch_that_is_refused_is_told_of_as_lost_until_the_next_whole_survey(made):
+    waiting, _, heard = made()
+    waiting.put_whole(arrival(hill()))
+    wait(lambda: heard.grounds)
+    waiting.put_patch(arrival(CloudSurvey(np.zeros((1, 3)))))
+    wait(lambda: heard.refused)
+    assert waiting.lost_patches == 1
+    waiting.put_whole(arrival(hill(1.0)))
+    wait(lambda: len(heard.grounds) == 2)
+    assert waiting.lost_patches == 0
+
+
+def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(made, monkeypatch):
+    waiting, flyer, heard = made()
+    waiting.put_whole(arrival(hill(), b"mesh"))
+    wait(lambda: heard.grounds)
+
+    def no_ground(*given):
+        raise TerrainError("no ground")
+
+    monkeypatch.setattr("rpf3d_ros.builder.stand_after", no_ground)
+    waiting.put_patch(arrival(GridSurvey(hill().points[5:10, 5:10] + (0.5, 0.5, 0.1))))
+    wait(lambda: heard.refused)
+    assert flyer.standing is None, "its arrays have changed"
+    waiting.put_whole(arrival(hill(), b"mesh"))
+    wait(lambda: flyer.standing is not None)
