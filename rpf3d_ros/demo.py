@@ -56,6 +56,9 @@ def main(args: Sequence[str] | None = None) -> int:
     ended_by = _leave_on_signals()
     try:
         return _demo(options)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 1
     except BaseException:
         if ended_by:  # one that strikes inside the import of a C++ module comes out of it as an ImportError
             return 128 + ended_by[0]

@@ -8,6 +8,7 @@ from std_msgs.msg import Header
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
+from rpf3d_core.errors import SceneError
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
@@ -45,12 +46,18 @@ class ShiftContent:
 
 
 def shift_content(scene: Path, sources: int) -> ShiftContent:
-    """Read the scene of the shift; so many of its rocks are the sources. Raises InputError where it is refused."""
+    """Read the scene of the shift; so many of its rocks are the sources. Raises InputError where it does not fit."""
     content = scene_content(scene, MapFrame())
     some = np.linspace(0, len(content.positions) - 1, sources).round().astype(int)
     terrain = Terrain(content.mesh.vertices, content.mesh.triangles, np.zeros(len(content.mesh.triangles), np.int32),
                       ("terrain",))  # fmt: skip
     bench = surveyed_again(terrain)
+    if np.isnan(bench).any():
+        where = extent_of(bench)
+        raise SceneError(
+            f"{scene}: the shift surveys two benches again, {where}, and this scene has no ground there, or holes;"
+            " play it on config/scenes/shift.yaml or on a scene of the same pit"
+        )
     return ShiftContent(
         cdr_of_mesh(content.mesh), content.positions[some], content.velocities[some], bench, with_muck(bench)
     )
@@ -62,6 +69,12 @@ def surveyed_again(terrain: Terrain) -> FloatArray:
     x, y = np.meshgrid(CORNER[0] + STEP * np.arange(COLUMNS), CORNER[1] + STEP * np.arange(ROWS))
     z = heights_at(engine_of("compiled" if HAS_NUMBA else "reference", facets), facets, x.ravel(), y.ravel())
     return np.stack([x, y, z.reshape(x.shape)], axis=-1)
+
+
+def extent_of(points: FloatArray) -> str:
+    """In words, where points (H, W, 3) m lie in plan."""
+    (west, south), (east, north) = (each(points[..., :2], axis=(0, 1)) for each in (np.min, np.max))
+    return f"x from {west:g} to {east:g} m, y from {south:g} to {north:g} m"
 
 
 def heights_at(engine: Engine, facets: Facets, x: FloatArray, y: FloatArray) -> FloatArray:

@@ -19,6 +19,16 @@ ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 60.0
 """Seconds; two nodes each have 15 to end."""
 
+PLAYED_WITHIN = 400.0
+"""Seconds; the shift takes about 60, and its nodes compile first where the cache is cold."""
+
+ELSEWHERE = """
+terrain: {files: [{path: slope.obj}]}
+materials: {default: {normal_restitution: 0.4, tangential_restitution: 0.8}}
+sources:
+  - {name: top, points: [[2, 10, 25]], rocks: 4}
+"""
+
 
 def is_alive(pid):
     try:
@@ -37,6 +47,30 @@ def wait(condition):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     return answer
+
+
+def play(*arguments):
+    """Run the demo to its end."""
+    command = [sys.executable, "-m", "rpf3d_ros.demo", *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PLAYED_WITHIN, check=False)
+
+
+def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
+    done = play("--out", tmp_path, "--timeout", 300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout
+    assert os.listdir(tmp_path) == ["demo.rrd"]
+    for entity in demo.ENTITIES:
+        assert f"  {entity} " in done.stdout
+
+
+@pytest.mark.parametrize(("name", "sentence"), [("nowhere", "there is no such scene"), ("slope", "no ground there")])
+def test_a_scene_that_the_shift_cannot_be_played_on_is_refused_in_a_sentence(tmp_path, name, sentence):
+    (tmp_path / "slope.obj").write_text("v 0 0 20\nv 40 0 0\nv 40 40 0\nv 0 40 20\nf 1 2 3\nf 1 3 4\n")
+    (tmp_path / "slope.yaml").write_text(ELSEWHERE)
+    done = play("--scene", tmp_path / f"{name}.yaml", "--out", tmp_path / "out")
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    assert f"{name}.yaml" in done.stderr and sentence in done.stderr
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")

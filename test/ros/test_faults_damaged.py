@@ -1,11 +1,14 @@
 """Damaged messages on every input of a living simulator: it refuses what it cannot use, keeps its memory, and answers.
 
-Damage is drawn from a fixed seed, in the bytes of a sound message as they travel (`mutated_files`). What the
-middleware itself cannot read never reaches the simulator; `test_damaged_messages` has the conversions alone.
+Damage is drawn from a fixed seed, in the bytes of a sound message as they travel: anywhere (`mutated_files`) and, three
+times in four, a value that is none in the place of one, for most of the former is what the middleware cannot read, and
+never reaches the simulator. `test_damaged_messages` has the conversions alone.
 """
 
+import math
 import os
 import random
+import struct
 
 import numpy as np
 import pytest
@@ -29,6 +32,12 @@ NO_BYTES = bytes(1)
 
 AHEAD = 0.5
 """Seconds that a damaged stamp may be ahead, and shut its topic for what is stamped now."""
+
+NO_VALUES = (*(struct.pack("<d", value) for value in (math.nan, math.inf, -1e300)), b"\xff" * 4, bytes(4))
+"""What is put in the place of a number of as many bytes; doubles dominate, as they do in poses."""
+
+CDR_HEADER = 4
+"""Bytes before what numbers are aligned to."""
 
 REFUSED = 2
 """How many different refusals must be told of at least: damage must reach the simulator, not the middleware alone."""
@@ -61,6 +70,13 @@ def sound(topic, stamp):
     }[topic]()
 
 
+def planted(message, rng):
+    """A message with one of its numbers exchanged."""
+    value = rng.choice(NO_VALUES)
+    place = CDR_HEADER + len(value) * rng.randrange((len(message) - CDR_HEADER) // len(value))
+    return message[:place] + value + message[place + len(value) :]
+
+
 @pytest.fixture(scope="module")
 def living(shared_stage):
     """A simulator that has answered once, its peer, and the memory (MB) it took."""
@@ -77,10 +93,10 @@ def living(shared_stage):
 def test_damaged_messages_are_refused_and_the_simulator_lives_on(living, topic):
     process, peer, memory = living
     rng, refusals = random.Random(topic), len(peer.said)
-    for _ in range(MUTATIONS):
+    for number in range(MUTATIONS):
         message = sound(topic, peer.now())
         whole = message if isinstance(message, bytes) else serialize_message(message)
-        peer.send(topic, mutated(whole, rng) or NO_BYTES)
+        peer.send(topic, (planted if number % 4 else mutated)(whole, rng) or NO_BYTES)
         peer.spin(PACE, until_something_is_said=True)
     peer.send(topic, sound(topic, peer.now()))
     peer.spin(AHEAD)

@@ -1,8 +1,4 @@
-"""rpf3d_scene_publisher as a process, over DDS, and the demo of all three nodes."""
-
-import subprocess
-import sys
-from pathlib import Path
+"""rpf3d_scene_publisher as a process, over DDS."""
 
 import numpy as np
 import pytest
@@ -16,10 +12,6 @@ from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.scene_content import scene_content
 from rpf3d_ros.source_messages import sources_of_poses
 from rpf3d_ros.terrain_messages import mesh_of_cdr
-
-ROOT = Path(__file__).resolve().parents[2]
-DEMO_ENDS_WITHIN = 150.0
-"""Seconds; the demo gives itself 120."""
 
 SLOPE = """
 v 0 0 20
@@ -107,27 +99,3 @@ def test_a_scene_that_cannot_be_read_ends_the_node_with_exit_code_2_and_a_senten
     assert process.wait(timeout=30.0) == 2
     assert sentence in stage.output("scene_publisher_node")
     assert "Traceback" not in stage.output("scene_publisher_node")
-
-
-def demo(*arguments):
-    command = [sys.executable, "-m", "rpf3d_ros.demo", *map(str, arguments)]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=DEMO_ENDS_WITHIN, check=False
-    )  # fmt: skip
-
-
-def test_the_demo_leaves_a_recording_that_verifies(scene, tmp_path):
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
-    done = demo("--scene", scene, "--out", tmp_path / "out")
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert (tmp_path / "out" / "demo.rrd").stat().st_size > 0
-    for entity in ("/terrain", "/trajectories", "/hazard/passed"):
-        assert entity in done.stdout
-
-
-def test_the_demo_of_a_scene_that_cannot_be_read_fails_and_says_why(tmp_path):
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed")
-    done = demo("--scene", tmp_path / "nowhere.yaml", "--out", tmp_path / "out")
-    assert done.returncode == 1
-    assert "nowhere.yaml" in done.stderr
-    assert "Traceback" not in done.stderr
