@@ -160,7 +160,8 @@ def end_to_end(folder: Path, more: bool) -> None:
         cpus.append(children_cpu_s() - before)
         facts.append(json.loads((folder / "out" / "summary.json").read_text()))
     middle = int(np.argsort(walls)[PASSES // 2])
-    parts = ", ".join(f"{name} {facts[middle][f'{name}_s']:.1f}" for name in ("read", "index", "compile", "fly", "write"))
+    spent = facts[middle]
+    parts = ", ".join(f"{name} {spent[f'{name}_s']:.1f}" for name in ("read", "index", "compile", "fly", "write"))
     what = "everything" if more else "every map and table, no pictures, no recording"
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1e6
     print(
@@ -177,10 +178,13 @@ def children_cpu_s() -> float:
 
 def run(folder: Path, rocks: str) -> None:
     """`rpf3d run` of so many rocks, as it is where Python may keep what it has compiled of its libraries."""
-    home = {"PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache")}
+    home = {
+        "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache"),
+        "PYTHONDONTWRITEBYTECODE": "",
+    }  # fmt: skip
     subprocess.run(
         [sys.executable, "-m", "rpf3d_core.cli", "run", "scene.yaml", "--out", "out", "--rocks", rocks], cwd=folder,
-        check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=os.environ | home | {"PYTHONDONTWRITEBYTECODE": ""},
+        check=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, env=os.environ | home,
     )  # fmt: skip
 
 
