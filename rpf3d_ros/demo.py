@@ -8,7 +8,6 @@ awaited and fast through the quiet between; `--real-time` takes the five minutes
 
 import argparse
 import os
-import signal
 import subprocess
 import sys
 import sysconfig
@@ -20,6 +19,7 @@ from pathlib import Path
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
+from rpf3d_ros.leaving import unless_signalled
 from rpf3d_ros.shift_content import ShiftContent, shift_content
 
 SOURCE_TREE = Path(__file__).resolve().parent.parent
@@ -53,19 +53,18 @@ SOURCES = 12
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo; 0 or 1, or 128 + its number after a signal."""
     options = _options(args)
-    ended_by = _leave_on_signals()
-    try:
-        return _demo(options)
-    except InputError as error:
-        print(error, file=sys.stderr)
-        return 1
-    except BaseException:
-        if ended_by:  # one that strikes inside the import of a C++ module comes out of it as an ImportError
-            return 128 + ended_by[0]
-        raise
+    return unless_signalled(lambda: _demo(options))
 
 
 def _demo(options: argparse.Namespace) -> int:
+    try:
+        return _played(options)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _played(options: argparse.Namespace) -> int:
     options.out.mkdir(parents=True, exist_ok=True)
     finished, recording = options.out / "demo.rrd", options.out / "demo.part.rrd"
     for old in (finished, recording):
@@ -83,21 +82,6 @@ def _demo(options: argparse.Namespace) -> int:
 def shipped(name: str) -> Path:
     """A file of the package that is no code, such as config/rpf3d.yaml: of the source tree, or as installed."""
     return next((folder / name for folder in (SOURCE_TREE, INSTALLED) if (folder / name).is_file()), INSTALLED / name)
-
-
-def _leave_on_signals() -> list[int]:
-    """Leave through every `finally`, which ends the nodes; a second signal does not disturb that. Which it was."""
-    ended_by: list[int] = []
-
-    def leave(number: int, frame: object) -> None:
-        ended_by.append(number)
-        for each in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(each, signal.SIG_IGN)
-        sys.exit(128 + number)
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, leave)
-    return ended_by
 
 
 def _options(args: Sequence[str] | None) -> argparse.Namespace:

@@ -13,6 +13,7 @@ from typing import Any
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.from_bag import Raw, messages_of
+from rpf3d_ros.leaving import unless_signalled
 from rpf3d_ros.recorded_topics import TERRAIN, TOPICS
 
 SECOND = 1_000_000_000
@@ -23,16 +24,9 @@ LEAVING = 1.0
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Play a bag; 0, 2 for bad input, 130 after Ctrl-C."""
+    """Play a bag; 0, 2 for bad input, 128 + its number after a signal."""
     options = _options(args)
-    try:
-        _play(options)
-    except InputError as error:
-        print(f"rpf3d: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return unless_signalled(lambda: _played(options))
 
 
 def inputs_of(bag: Path, namespace: str) -> Iterable[Raw]:
@@ -62,13 +56,22 @@ def _positive(text: str) -> float:
     return value
 
 
+def _played(options: argparse.Namespace) -> int:
+    try:
+        _play(options)
+    except InputError as error:
+        print(f"rpf3d: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
 def _play(options: argparse.Namespace) -> None:
     """Publish every message at its time."""
     messages = inputs_of(options.bag, options.namespace)
     import rclpy
-    from rclpy.executors import ExternalShutdownException
+    from rclpy.signals import SignalHandlerOptions
 
-    rclpy.init()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     try:
         player = _Player(options.clock)
         began, first = 0.0, 0
@@ -79,8 +82,6 @@ def _play(options: argparse.Namespace) -> None:
             _wait_until(began + (raw.stamp_ns - first) / SECOND / options.rate)
             player.send(raw)
         time.sleep(LEAVING)
-    except ExternalShutdownException as end:
-        raise KeyboardInterrupt from end
     finally:
         rclpy.try_shutdown()
 

@@ -149,7 +149,8 @@ def test_a_signal_ends_the_node_at_once_whatever_state_it_is_in(stage, where):
     assert_ends(process, stage)
 
 
-def test_a_signal_ends_a_node_that_is_being_configured(stage):
+def test_a_signal_ends_a_node_that_is_being_configured(stage, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "nothing compiled"))  # so that it takes ten seconds and more
     process = stage.node("simulator_node", **{**QUIET, "autostart": "true", "engine": "auto", "effects.drag": "true"})
     stage.peer().wait_for_health(f"{NODE}: lifecycle", "configuring")
     assert_ends(process, stage)

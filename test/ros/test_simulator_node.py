@@ -181,7 +181,7 @@ def test_a_node_interrupted_in_a_long_run_abandons_it(stage):
 
 
 def test_the_node_hears_bad_input_while_a_long_run_is_under_way(stage):
-    peer, many = busy(stage, rocks=25, normal_restitution=0.95)
+    peer, many = busy(stage, rocks=200, normal_restitution=0.95)
     peer.send("sources", poses((1.0, 1.0, math.nan)))
     peer.wait_for_health(f"{NODE}: sources", "pose 0 is not finite")
     assert not peer.heard["deposits"], "the run ended before it could be seen that the node listens: make it longer"
