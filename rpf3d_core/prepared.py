@@ -39,7 +39,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
-from rpf3d_core.values import Rock
+from rpf3d_core.values import Rock, Vec
 
 LEAST_DROP = 1e-3
 """Of the diagonal, that maps tell heights over even where the terrain is level and rocks lie on it."""
@@ -168,15 +168,15 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
     )
 
 
-def scene_raster(scene: Scene, terrain: Terrain) -> Raster:
-    """The raster of the scene's maps.
+def scene_raster(scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None) -> Raster:
+    """The raster of the scene's maps; box : corners of the terrain's box where they are known already, m.
 
     Raises
     ------
     InputError
         Its maps would need more memory than the scene allows.
     """
-    raster = raster_over(terrain, scene.hazard.cell)
+    raster = raster_over(terrain, scene.hazard.cell, box)
     try:
         check_memory(raster, len(terrain.triangles), scene.hazard.memory_gb, BYTES_PER_CELL)
     except InputError as fault:

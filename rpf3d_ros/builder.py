@@ -116,16 +116,16 @@ class Builder:
             cells = standing.cells
             assert isinstance(standing.ground, Ground) and cells is standing.cells  # known before the ground changes
             grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
-            return _stood_on(standing, grounds[0], patch)
+            return _stood_on(standing, grounds[0])
 
         self._flyer.hand_over(change=sewn_in)
         self._mesh = b""
         return grounds[0], patch
 
 
-def _stood_on(before: Standing, ground: Ground, patch: CloudSurvey | GridSurvey) -> Standing:
+def _stood_on(before: Standing, ground: Ground) -> Standing:
     """As `stand_after`; a TerrainError would say that nothing has changed, which is no longer so."""
     try:
-        return stand_after(before, ground, patch.points)
+        return stand_after(before, ground)
     except TerrainError as error:
         raise MessageRefused(f"there is no terrain after the patch: {error}") from error

@@ -90,7 +90,7 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     before = stand_on(whole, anywhere)
     _ = before.cells
     patch = GridSurvey(slope.points[20:30, 20:30] + (0.5, 0.5, 0.1))
-    standing = stand_after(before, workshop.patched(whole, patch), patch.points)
+    standing = stand_after(before, workshop.patched(whole, patch))
     _ = standing.cells
     middle = 0.5 * WARM_SIDE * WARM_STEP
     source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)

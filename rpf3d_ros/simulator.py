@@ -22,6 +22,7 @@ from rpf3d_ros.configuring import (
 )
 from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
+from rpf3d_ros.heap import leave_what_stays_to_itself
 from rpf3d_ros.heartbeat import Heartbeat
 from rpf3d_ros.inputs import Inputs
 from rpf3d_ros.parameters import ParameterLock, SimulatorParameters, declare, values_of
@@ -90,6 +91,7 @@ class SimulatorNode(LifecycleNode):
             self._say(f"not configured: {refusal}", ERROR)
             return FAILED
         self.lock.closed = True
+        leave_what_stays_to_itself()
         self._say(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
         return super().on_configure(state)
 

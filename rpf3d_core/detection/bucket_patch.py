@@ -20,6 +20,9 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray
 
+Plan = tuple[float, float]
+"""A place in plan (m)."""
+
 
 class Block(NamedTuple):
     """Cells of columns left to right - 1 and rows bottom to top - 1."""
@@ -45,6 +48,16 @@ def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block
     sides = np.empty(4, np.int64)
     _block(corners, slack, *grid_of(locator), sides)
     return Block(*sides.tolist())
+
+
+def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
+    """The facets (N,) that stand in the cells of a block, in ascending order."""
+    rows = (row * locator.nx for row in range(block.bottom, block.top))
+    parts = [locator.ids[locator.starts[row + block.left] : locator.starts[row + block.right]] for row in rows]
+    ids = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int32)
+    first = np.ones(len(ids), dtype=bool)
+    first[1:] = ids[1:] != ids[:-1]
+    return ids[first].astype(np.int64)
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:

@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_patch import Block
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.sheet import Sheet, unknown_sheet
+from rpf3d_core.hazard.sheet import Sheet, sheet_after, unknown_sheet
 from rpf3d_core.terrain.facets import Facets, plain
 
 
@@ -20,6 +21,11 @@ class Ground(NamedTuple):
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> Ground:
     """A ground that no track has been walked over yet."""
     return Ground(facets, locator, unknown_sheet(facets, locator), raster)
+
+
+def ground_after(before: Ground, facets: Facets, locator: BucketLocator, changed: Block) -> Ground:
+    """The ground after facets in some buckets have changed; `before`, in whose memory it lies, is not to be used."""
+    return Ground(facets, locator, sheet_after(before.sheet, facets, locator, changed), before.raster)
 
 
 def plain_ground(ground: Ground) -> Ground:

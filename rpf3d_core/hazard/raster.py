@@ -10,6 +10,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Vec
 
 SMALLEST_CELL = 0.25
 """m; a finer map than this tells of single rocks, not of a hazard."""
@@ -27,7 +28,7 @@ GIGABYTE = 1e9
 """Bytes, as on a memory's label; `memory_gb` counts so."""
 
 
-def raster_over(terrain: Terrain, cell: float | None = None) -> Raster:
+def raster_over(terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None) -> Raster:
     """The raster that covers a terrain in plan.
 
     The borders of its cells lie on whole multiples of the cell in the input's coordinates, so that maps of two surveys
@@ -36,14 +37,20 @@ def raster_over(terrain: Terrain, cell: float | None = None) -> Raster:
     Parameters
     ----------
     cell : side of a cell, m; None for half the size of the median facet or less, and at most `MOST_CELLS` cells
+    box : corners of the terrain's box where they are known already, m
     """
-    columns = terrain.vertices[:, 0], terrain.vertices[:, 1]
-    low, high = (np.array([reduce(column) for column in columns]) for reduce in (np.min, np.max))
+    low, high = _extent_of(terrain) if box is None else (np.array(corner[:2]) for corner in box)
     if cell is not None:
         return _covering(terrain, low, high, cell)
     finest = _finest_cell(terrain)
     fitting = (_covering(terrain, low, high, size) for size in round_cells() if size >= finest)
     return next(raster for raster in fitting if raster.nx * raster.ny <= MOST_CELLS)
+
+
+def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
+    """The corners (2,) m of the terrain in plan."""
+    x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
+    return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
 
 
 def _finest_cell(terrain: Terrain) -> float:

@@ -15,9 +15,11 @@ import numpy as np
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_grid import cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
+from rpf3d_core.detection.bucket_patch import Block, block_of, facets_in
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.over_facet import VERTICAL
+from rpf3d_core.memory import longer
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
@@ -52,6 +54,22 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
         np.zeros(count, dtype=np.int8),
         np.zeros(locator.nx * locator.ny, dtype=np.int8),
     )
+
+
+def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
+    """What is still known after facets have changed, all of which stand, or stood, in some buckets; in the same memory.
+
+    A facet that has another neighbour now stands in one of those buckets with it. So what is forgotten is all of the
+    facets there, of the buckets that any of them reaches, and of the facets in these.
+    """
+    reached = block_of(facets.corners[facets_in(locator, changed)], locator, 0.0)
+    near, count = facets_in(locator, reached), len(facets.zone)
+    beyond, alone = longer(sheet.beyond, 3 * count, UNKNOWN), longer(sheet.alone, count, UNKNOWN)
+    beyond[(3 * near[:, None] + np.arange(3)).ravel()] = UNKNOWN
+    alone[near] = UNKNOWN
+    rows, columns = slice(reached.bottom, reached.top), slice(reached.left, reached.right)
+    sheet.clear.reshape(locator.ny, locator.nx)[rows, columns] = UNKNOWN
+    return Sheet(beyond, alone, sheet.clear)
 
 
 @kernel

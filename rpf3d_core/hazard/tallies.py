@@ -8,7 +8,7 @@ import math
 import queue
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -88,6 +88,11 @@ class Tallies:
             mine.add(theirs)
         if self.barriers is not None:
             self.barriers.join(other.barriers.counted)
+
+    def after(self, ground: Ground) -> "Tallies":
+        """The same counts over the ground that came of a change of facets; throw them away before rocks fly over it."""
+        self.facets.widened(len(ground.facets.zone))
+        return replace(self, ground=ground)
 
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""

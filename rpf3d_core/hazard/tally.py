@@ -34,6 +34,7 @@ from rpf3d_core.hazard.lines import (
     found_in,
 )
 from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits
+from rpf3d_core.memory import longer
 
 FEWEST_SLOTS = 1024
 GROWTH = 4
@@ -105,6 +106,10 @@ class Tally:
         self.slot[self.slots.cell[: self.used]] = -1
         fresh.slot = self.slot
         return fresh
+
+    def widened(self, cells: int) -> None:
+        """Make room for more cells; nothing where there is enough."""
+        self.slot = longer(self.slot, cells, -1)
 
     def fold(self, visits: Visits) -> None:
         """Fold the visits of whole rocks in, and forget them; any thread may call."""

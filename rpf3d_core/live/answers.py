@@ -26,7 +26,8 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
-"""Rocks that fly before a newer trigger is looked for: some tens of milliseconds."""
+"""Rocks that fly before a newer trigger is looked for: some tens of milliseconds. The first stage is flown whatever
+comes, in blocks as large as those of a run, for rocks that start close together share what they look at."""
 
 SHOWN = 1000
 """Rocks of the first ensemble whose trajectories, impacts and deposits are kept to be shown."""
@@ -103,7 +104,7 @@ def answers(
     plan = rounds(released.first_round(first_rocks), scene.target.most_rocks)
     stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
-        blocks, stream.stop = blocks_of(first, last, BLOCK), partial(stop, stage)
+        blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
         if not stream.fly(releases_of(standing, released, some, scene.seed) for some in blocks) or stop(stage):
             return
         maps = tallies.maps(outcomes.total(), names)

@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from rpf3d_core.compiling import loop
 from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_patch import Block, Plan, facets_in
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.terrain.facets import Terrain
-
-Plan = tuple[float, float]
-"""A place in plan (m)."""
 
 
 class Cells(NamedTuple):
@@ -46,11 +44,11 @@ def cells_after(
     covered, height = before.covered.copy(), before.height.copy()
     covered.reshape(raster.ny, raster.nx)[rows, columns] = False
     height.reshape(raster.ny, raster.nx)[rows, columns] = np.nan
-    i = _span(low[0], high[0], locator.x, locator.cell, locator.nx)
-    j = _span(low[1], high[1], locator.y, locator.cell, locator.ny)
-    first = np.arange(j.start, j.stop) * locator.nx
-    parts = [locator.ids[locator.starts[row + i.start] : locator.starts[row + i.stop]] for row in first.tolist()]
-    near = np.unique(np.concatenate(parts)).astype(np.int64) if parts else np.empty(0, dtype=np.int64)
+    west, south = raster.x + raster.cell * columns.start, raster.y + raster.cell * rows.start
+    east, north = raster.x + raster.cell * columns.stop, raster.y + raster.cell * rows.stop
+    i = _span(west, east, locator.x, locator.cell, locator.nx)
+    j = _span(south, north, locator.y, locator.cell, locator.ny)
+    near = facets_in(locator, Block(i.start, i.stop, j.start, j.stop))
     cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), *raster, covered, height)
     return Cells(covered, height)
 

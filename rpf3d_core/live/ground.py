@@ -9,12 +9,13 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
+from rpf3d_core.detection.bucket_patch import Block, Plan
 from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patching import Change, change_of
@@ -37,6 +38,15 @@ THREADS = 2
 """Threads that lay out a ground: the loops are cut into two halves."""
 
 
+class Changed(NamedTuple):
+    """block : the buckets that facets went from or came into; low, high : corners in plan of all these facets, m, local
+    frame"""
+
+    block: Block
+    low: Plan
+    high: Plan
+
+
 @dataclass(frozen=True, eq=False)
 class Ground:
     """What a simulator flies over.
@@ -46,6 +56,7 @@ class Ground:
     stamp_ns, received_ns : of the survey, and when the ground was made, by the clock of the machine
     patches : how many have been sewn in since it was made whole
     locator, room : the buckets over the facets, and the memory that all of it lies in
+    changed : where the last patch has changed something; None where it was made whole
     """
 
     terrain: Terrain
@@ -57,6 +68,7 @@ class Ground:
     patches: int
     locator: BucketLocator
     room: Room
+    changed: Changed | None = None
 
 
 class Workshop:
@@ -131,14 +143,15 @@ class Workshop:
 
     def _changed(self, ground: Ground, change: Change, digest: str, stamp_ns: int) -> Ground:
         terrain, facets, locator = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
-        return self._ground(terrain, facets, locator, ground.room, digest, stamp_ns, ground.room.patches)
+        changed = Changed(change.block, change.low, change.high)
+        return self._ground(terrain, facets, locator, ground.room, digest, stamp_ns, ground.room.patches, changed)
 
     def _ground(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, digest: str, stamp_ns: int,
-        patches: int,
+        patches: int, changed: Changed | None = None,
     ) -> Ground:  # fmt: skip
         engine: Engine = Reference(facets) if self._reference else Compiled(facets, locator)
-        ground = Ground(terrain, facets, engine, digest, stamp_ns, time.time_ns(), patches, locator, room)
+        ground = Ground(terrain, facets, engine, digest, stamp_ns, time.time_ns(), patches, locator, room, changed)
         room.used_by(ground, terrain, engine)
         return ground
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.bucket_patch import Block, Entries, block_of, entries_of, most_entries
+from rpf3d_core.detection.bucket_patch import Block, Entries, Plan, block_of, entries_of, most_entries
 from rpf3d_core.detection.footprint import beside_what_stays, near_patch, over_what_goes, touched, used_by_what_stays
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facet_geometry import REACH
@@ -29,7 +29,7 @@ class Change(NamedTuple):
 
     gone : (G,) facets; freed : (U,) vertices that no facet has any more
     vertices : (N, 3) m, that come; triangles : (S, 3) that come, numbers from V on being those of `vertices`
-    block, entries : where they stand in the buckets
+    block, entries : where they stand in the buckets; low, high : corners in plan of all that goes and comes, m
     """
 
     gone: NDArray[np.int32]
@@ -38,6 +38,8 @@ class Change(NamedTuple):
     triangles: NDArray[np.int64]
     block: Block
     entries: Entries
+    low: Plan
+    high: Plan
 
 
 def change_of(
@@ -63,9 +65,10 @@ def change_of(
     some = np.unique(terrain.triangles[found.gone]).astype(np.int64)
     used = used_by_what_stays(some, terrain.vertices, terrain.triangles, locator, marks) | np.isin(some, ring)
     new = _corners(np.concatenate([terrain.vertices[some], patch.vertices]), _renumbered(came, some, terrain))
-    block = block_of(np.concatenate([facets.corners[found.gone], new]), locator, slack)
+    both = np.concatenate([facets.corners[found.gone], new])
+    block, (low, high) = block_of(both, locator, slack), _extent(both)
     entries = entries_of(new, locator, block, slack, most_entries(len(facets.zone)))
-    return Change(found.gone, some[~used], patch.vertices, came, block, entries)
+    return Change(found.gone, some[~used], patch.vertices, came, block, entries, low, high)
 
 
 class _Found:
@@ -133,6 +136,13 @@ def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terra
     """The triangles over `some` of the ground's vertices, followed by those of the patch."""
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
+
+
+def _extent(corners: FloatArray) -> tuple[Plan, Plan]:
+    """The corners (m) of the box in plan of facets (N, 9) m."""
+    plan = corners.reshape(-1, 3)[:, :2]
+    (x, y), (u, v) = plan.min(axis=0).tolist(), plan.max(axis=0).tolist()
+    return (x, y), (u, v)
 
 
 def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:

@@ -17,13 +17,14 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.sizes import SPHERE, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE
-from rpf3d_core.hazard.ground import ground_over
+from rpf3d_core.hazard.ground import ground_after, ground_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import Tally
 from rpf3d_core.io.areas import area_outlines
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.live.cells import Cells, Plan, cells_after, cells_over
+from rpf3d_core.live.cells import Cells, cells_after, cells_over
+from rpf3d_core.live.ground import Changed
 from rpf3d_core.prepared import (
     empty_barriers,
     memory_of_bins,
@@ -31,13 +32,10 @@ from rpf3d_core.prepared import (
     scene_flight,
     scene_raster,
 )
-from rpf3d_core.simulation.engines import Compiled, Engine, facet_size
+from rpf3d_core.simulation.engines import Compiled, Engine
 from rpf3d_core.terrain.facets import Facets, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
-
-RIM = 4.0
-"""Sides of a usual facet around a patch within which the ground has changed, too: it is sewn to what stays."""
 
 Outlines = Mapping[str, Sequence[FloatArray]]
 """Name of an area of interest -> its rings (P, 2) m in plan, holes among them."""
@@ -66,13 +64,17 @@ class Surveyed(Protocol):
     def stamp_ns(self) -> int:
         """When it was surveyed."""
 
+    @property
+    def changed(self) -> Changed | None:
+        """Where the last patch has changed something; None where it was made whole."""
+
 
 @dataclass(eq=False)
 class Standing:
     """A ground with all that answers over it share; for one thread at a time, which throws what it answers away first.
 
     areas : rings of the scene's own areas of interest, local frame
-    before : the cells of the ground that this one was patched from, and the corners of what has changed since
+    before : the cells of the ground that this one was patched from
     """
 
     ground: Surveyed
@@ -81,7 +83,7 @@ class Standing:
     rock: Rock | DrawnRock
     areas: Outlines
     tallies: Tallies
-    before: tuple[Cells, Plan, Plan] | None = None
+    before: Cells | None = None
 
     def empty_tallies(
         self, live_areas: Outlines, fastest: float, highest: float, diameters: FloatArray | None
@@ -118,10 +120,11 @@ class Standing:
     def cells(self) -> Cells:
         """Where the raster of the maps lies over ground, and how high; worked out when it is first asked for."""
         terrain, walked = self.ground.terrain, self.tallies.ground
-        if self.before is None:
+        known, self.before = self.before, None
+        changed = self.ground.changed
+        if known is None or changed is None:
             return cells_over(terrain, walked.raster)
-        (known, low, high), self.before = self.before, None
-        return cells_after(known, terrain, walked.raster, walked.locator, low, high)
+        return cells_after(known, terrain, walked.raster, walked.locator, changed.low, changed.high)
 
     @property
     def compiled(self) -> bool:
@@ -137,8 +140,8 @@ def stand_on(ground: Surveyed, scene: Scene) -> Standing:
     InputError
         The ground's zones have no material, an area of interest lies off it, or its maps need too much memory.
     """
-    terrain, engine = ground.terrain, ground.engine
-    flight, raster = scene_flight(scene, terrain), scene_raster(scene, terrain)
+    terrain, engine, facets = ground.terrain, ground.engine, ground.facets
+    flight, raster = scene_flight(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
     outlines, compiled = area_outlines(scene, terrain), isinstance(engine, Compiled)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
@@ -152,16 +155,19 @@ def stand_on(ground: Surveyed, scene: Scene) -> Standing:
     return Standing(ground, scene, flight, rock, outlines, tallies)
 
 
-def stand_after(before: Standing, ground: Surveyed, points: FloatArray) -> Standing:
-    """As `stand_on`, of a ground that was made by a patch of points (..., 3) m, map frame, from that of `before`."""
-    standing = stand_on(ground, before.scene)
-    same = ground.terrain.frame == before.ground.terrain.frame
-    if same and standing.tallies.ground.raster == before.tallies.ground.raster:
-        plan = ground.terrain.frame.points_to_local(points.reshape(-1, 3))[:, :2]
-        rim = RIM * facet_size(ground.facets)
-        low, high = np.nanmin(plan, axis=0) - rim, np.nanmax(plan, axis=0) + rim
-        standing.before = (before.cells, (float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
-    return standing
+def stand_after(before: Standing, ground: Surveyed) -> Standing:
+    """As `stand_on`, of a ground that a patch made of that of `before`, which must not be used any more.
+
+    What was known of the rest of the ground is still known, and lies in the same memory.
+    """
+    terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
+    scene, raster = before.scene, before.tallies.ground.raster
+    if changed is None or not isinstance(engine, Compiled) or terrain.frame != before.ground.terrain.frame:
+        return stand_on(ground, scene)
+    if scene_raster(scene, terrain, (facets.low, facets.high)) != raster:
+        return stand_on(ground, scene)
+    tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.method, changed.block))
+    return replace(before, ground=ground, flight=scene_flight(scene, terrain), tallies=tallies, before=before.cells)
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:

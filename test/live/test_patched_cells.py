@@ -23,7 +23,7 @@ def test_cells_after_a_patch_are_those_of_the_ground_that_came_of_it(shift):
     known = before.cells
     patch = slope()[20:30, 25:40] + shift
     patched = workshop.patched(before.ground, GridSurvey(patch), 1)
-    after = stand_after(before, patched, patch)
+    after = stand_after(before, patched)
     assert after.before is not None, "nothing of the cells before is used"
     found, anew = after.cells, stand_on(patched, scene).cells
     assert np.array_equal(found.covered, anew.covered)
