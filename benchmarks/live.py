@@ -79,7 +79,8 @@ class Bench:
         for kept in self.came.values():
             kept.clear()
         began = send()
-        if not self.stand_in.wait(lambda: all(self.came.values()), seconds):
+        ended = not self.stand_in.wait(lambda: all(self.came.values()) or not self.stack.alive(SIMULATOR), seconds)
+        if ended or not all(self.came.values()):
             missing = [topic for topic, kept in self.came.items() if not kept]
             raise TimeoutError(f"no {', '.join(missing)} within {seconds:g} s\n{self.stack.tails()}")
         return began, {topic: kept[0][0] for topic, kept in self.came.items()}

@@ -91,8 +91,10 @@ class Tallies:
 
     def after(self, ground: Ground) -> "Tallies":
         """The same counts over the ground that came of a change of facets; throw them away before rocks fly over it."""
-        self.facets.widened(len(ground.facets.zone))
-        return replace(self, ground=ground)
+        cells = len(ground.facets.zone)
+        fits = cells <= len(self.facets.slot)  # so does the scratch, then, which is as long
+        self.facets.widened(cells)
+        return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
     def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """The maps of an ensemble of which so many rocks have flown."""

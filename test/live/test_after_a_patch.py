@@ -39,10 +39,20 @@ def ask_everything(walked):
         is_alone(walked.sheet, walked.locator, walked.facets, f)
 
 
+def told(standing):
+    """The maps of the first answers over a ground."""
+    places = np.array([[18.0, 14.0, 80.0], [14.0, 12.0, 80.0], [25.0, 25.0, 80.0]])
+    places += EAST, NORTH, 0.0
+    trigger = trigger_of(places, np.tile([1.0, 0.5, 0.0], (3, 1)), None, 1)
+    some = answers(standing, trigger, Around(2.0, 0.5, 1.0), {}, 200, lambda stage: False, count(1))
+    return [answer.maps for answer in islice(some, 3)]
+
+
 def after(patch, survey=None):
     """What is stood on after a patch, everything having been asked before; and how much was known of it then."""
     workshop = Workshop()
     before = standing_on(workshop, survey or grid())
+    _ = told(before)
     ask_everything(before.tallies.ground)
     _ = before.cells
     standing = stand_after(before, workshop.patched(before.ground, patch))
@@ -84,14 +94,6 @@ def test_after_a_patch_that_fills_a_hole_nothing_is_known_that_is_no_longer_so()
 @EACH
 def test_answers_after_a_patch_are_those_over_the_same_ground_stood_on_anew(patch):
     standing, _ = after(patch)
-    places = np.array([[18.0, 14.0, 80.0], [14.0, 12.0, 80.0], [25.0, 25.0, 80.0]])
-    places += EAST, NORTH, 0.0
-    trigger = trigger_of(places, np.tile([1.0, 0.5, 0.0], (3, 1)), None, 1)
-
-    def told(standing):
-        some = answers(standing, trigger, Around(2.0, 0.5, 1.0), {}, 200, lambda stage: False, count(1))
-        return [answer.maps for answer in islice(some, 3)]
-
     for one, other in zip(told(standing), told(stand_on(standing.ground, standing.scene)), strict=True):
         for layers in ("cells", "facets", "zones"):
             a, b = getattr(one, layers), getattr(other, layers)
@@ -99,6 +101,16 @@ def test_answers_after_a_patch_are_those_over_the_same_ground_stood_on_anew(patc
             assert np.array_equal(a.cell, b.cell) and np.array_equal(a.rocks, b.rocks)
             assert np.array_equal(a.energy.largest, b.energy.largest, equal_nan=True)
             assert np.array_equal(a.energy.p95, b.energy.p95, equal_nan=True)
+
+
+@EACH
+def test_threads_count_in_room_for_every_facet_there_is_after_a_patch(patch):
+    standing, _ = after(patch)
+    _ = told(standing)
+    scratches, rows = standing.tallies.idle, len(standing.ground.facets.zone)
+    assert not scratches.empty() and len(standing.tallies.facets.slot) >= rows
+    while not scratches.empty():
+        assert len(scratches.get().facets.mark) >= rows
 
 
 def test_patch_after_patch_keeps_what_is_known_of_the_rest():
