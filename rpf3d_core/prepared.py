@@ -73,8 +73,10 @@ class Prepared:
         return obstacles_of(self.scene, self.flight.models)
 
 
-def prepare(scene: Scene) -> Prepared:
+def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
     """Read everything that a scene names and build what flying takes.
+
+    wait : called before the index is built
 
     Raises
     ------
@@ -90,6 +92,8 @@ def prepare(scene: Scene) -> Prepared:
     sources = scene_sources(scene, terrain)
     outlines = area_outlines(scene, terrain)
     read_s = time.perf_counter() - began
+    if wait:
+        wait()
     engine = build_engine(scene, terrain)
     index_s = time.perf_counter() - began - read_s
     return Prepared(

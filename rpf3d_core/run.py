@@ -1,8 +1,8 @@
 """From a scene to a result: read, release, fly, count, write. What `rpf3d run` does, in a few lines of Python."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,7 @@ from rpf3d_core.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import Compiled, warm
+from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index, warm, warm_flights
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
@@ -94,7 +94,8 @@ def simulate(
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with _second_compiler(chosen) as beside:
-        return _fly(prepare(chosen), None, progress=progress, threads=threads, beside=beside)
+        prepared = prepare(chosen, lambda: beside.wait(rehearse_index))
+        return _fly(prepared, None, progress=progress, threads=threads, beside=beside)
 
 
 def run_scene(
@@ -125,7 +126,7 @@ def run_scene(
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with result_folder(folder) as part, _second_compiler(chosen) as beside:
-        prepared = prepare(chosen)
+        prepared = prepare(chosen, lambda: beside.wait(rehearse_index))
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(
@@ -231,16 +232,28 @@ def _fly(
 
 
 def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: Beside) -> float:
-    """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took."""
-    beside.compile(tallies.longest_to_compile())
-    _check_all(prepared, rocks)
+    """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took.
+
+    To check them takes the ground below them: flights are compiled before it where it is still being compiled beside.
+    """
+    beside.compile(*tallies.loops())
     flight = prepared.flight
-    return warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm(beside.wait)
+    flying = prepared.engine, flight.models, flight.materials, flight.settings
+    before = 0.0 if beside.has_done(rehearse_ground_below) else warm_flights(*flying)
+    beside.wait(rehearse_ground_below)
+    _check_all(prepared, rocks)
+    return before + warm(*flying) + tallies.warm(beside.wait)
 
 
-def _second_compiler(scene: Scene) -> AbstractContextManager[Beside]:
-    """A second process to compile what takes longest, where a scene's rocks need compiled code."""
-    return compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else []))
+@contextmanager
+def _second_compiler(scene: Scene) -> Iterator[Beside]:
+    """A second process to compile what takes longest, where a scene's rocks need compiled code.
+
+    Until the types of that are known, it compiles what has the same types in all scenes.
+    """
+    with compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else [])) as beside:
+        beside.call(rehearse_index, rehearse_ground_below)
+        yield beside
 
 
 def _check_all(prepared: Prepared, rocks: Round) -> None:

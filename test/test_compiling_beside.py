@@ -35,10 +35,15 @@ def product(n):
     return s
 
 
+def rehearse():
+    print("rpf3d_core.terrain.sums.slow")  # is no answer
+    product(3)
+
+
 class Slow:
     \"\"\"Takes longer to compile than anyone waits.\"\"\"
 
-    __name__, typeof_pyval = "slow", None
+    __name__, typeof_pyval = "slow", None  # its module is that of its class
 
     def compile(self, types):
         time.sleep(600)
@@ -49,7 +54,7 @@ slow = Slow()
 BEGIN = """\
 import os, signal, subprocess, sys
 from rpf3d_core import compiling_beside
-from rpf3d_core.terrain.sums import product, slow, total
+from rpf3d_core.terrain.sums import product, rehearse, slow, total
 compiling_beside.has_spare_core = lambda: True
 {before}
 with compiling_beside.compiling_beside(total) as beside:
@@ -58,8 +63,14 @@ with compiling_beside.compiling_beside(total) as beside:
     product(3)
     beside.wait()
     print(total(10), len(total.stats.cache_hits), process is not None)
+    assert process is None or process.poll() is not None, "it idles while rocks fly"
 """
 TOLD = "beside.compile((total, (10,)))"
+TOLD_IN_TURN = f"beside.call(rehearse); {TOLD}; beside.wait(rehearse)"
+HITS = "; print(len((product(3), product)[1].stats.cache_hits), beside.has_done(rehearse), end=' ')"
+TOLD_SLOW = "beside.compile((slow, ()))"
+IMPATIENT = "compiling_beside.PATIENCE = 0.2"
+HANGS = "import time; time.sleep(600)"
 AT_WORK = 3.0
 """Seconds in which a second process has begun to work, on a machine that is not very busy."""
 END_SOON = 20.0
@@ -98,7 +109,7 @@ def other_in_place_of_it(program: str) -> str:
     """Have another program run instead of the second process."""
     return (
         "compiling_beside._started = lambda loops: "
-        f"subprocess.Popen([sys.executable, '-c', {program!r}], stdin=subprocess.PIPE)"
+        f"subprocess.Popen([sys.executable, '-c', {program!r}], stdin=subprocess.PIPE, stdout=subprocess.PIPE)"
     )
 
 
@@ -142,8 +153,47 @@ def test_a_second_process_that_is_killed_at_work_costs_nothing_but_time(sources:
 
 
 def test_a_second_process_that_hangs_is_ended(sources: Path) -> None:
-    hangs = other_in_place_of_it("import time; time.sleep(600)") + "; compiling_beside.PATIENCE = 0.2"
+    hangs = f"{other_in_place_of_it(HANGS)}; {IMPATIENT}"
     assert printed(sources, before=hangs) == "45 0 True"
+
+
+def test_one_part_is_waited_for_and_the_rest_goes_on(sources: Path) -> None:
+    assert printed(sources, then=TOLD_IN_TURN + HITS) == "1 True 45 1 True"
+
+
+def test_no_other_part_is_waited_for(sources: Path) -> None:
+    then = f"beside.call(rehearse); {TOLD_SLOW}; beside.wait(rehearse){HITS}"
+    then += f"; print(beside.has_done(slow), process.poll(), end=' '); {IMPATIENT}"
+    assert printed(sources, then=then) == "1 True False None 45 0 True"
+
+
+@pytest.mark.parametrize("program", ["import sys; sys.exit(3)", "import os; os.kill(os.getpid(), 9)"])
+def test_one_that_breaks_down_while_a_part_is_waited_for_costs_nothing_but_time(sources: Path, program: str) -> None:
+    assert printed(sources, before=other_in_place_of_it(program), then=TOLD_IN_TURN + HITS) == "0 True 45 0 True"
+
+
+@pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
+def test_one_that_is_ended_while_a_part_is_waited_for_costs_nothing_but_time(sources: Path, number: str) -> None:
+    end = f"import threading; threading.Timer({AT_WORK}, process.send_signal, [signal.{number}]).start(); "
+    then = f"{end}{TOLD_SLOW}; beside.call(rehearse); beside.wait(rehearse){HITS}"
+    then += "; assert process.returncode != -signal.SIGABRT"
+    assert printed(sources, then=then) == "0 True 45 0 True"
+
+
+def test_one_that_hangs_while_a_part_is_waited_for_is_ended_once(sources: Path) -> None:
+    hangs = f"{other_in_place_of_it(HANGS)}; {IMPATIENT}"
+    ended = "; assert process.poll() is not None; compiling_beside.PATIENCE = 600.0"
+    assert printed(sources, before=hangs, then=TOLD_IN_TURN + HITS + ended) == "0 True 45 0 True"
+
+
+def test_what_cannot_be_done_ends_the_waiting(sources: Path) -> None:
+    (sources / "rpf3d_core" / "terrain" / "sums.py").write_text(LOOP.replace("product(3)", "product(None)"))
+    assert printed(sources, then=TOLD_IN_TURN + HITS) == "0 True 45 0 True"
+
+
+def test_without_a_second_process_nothing_is_waited_for(sources: Path) -> None:
+    alone = "compiling_beside.has_spare_core = lambda: False"
+    assert printed(sources, before=alone, then=TOLD_IN_TURN + HITS) == "0 True 45 0 False"
 
 
 def test_a_second_process_that_cannot_be_started_costs_nothing(sources: Path) -> None:
@@ -152,10 +202,13 @@ def test_a_second_process_that_cannot_be_started_costs_nothing(sources: Path) ->
 
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="the system cannot tell when another's child ends")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
-@pytest.mark.parametrize("at_work", [False, True], ids=["idle", "at work"])
-def test_the_second_process_never_outlives_the_first(sources: Path, number: int, at_work: bool) -> None:
-    told = "beside.compile((slow, ())); " if at_work else ""
-    with started(sources, then=f"{told}print(process.pid, flush=True); signal.pause()") as first:
+@pytest.mark.parametrize(
+    "then",
+    ["{pid}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; beside.wait(slow)"],
+    ids=["idle", "at work", "waited for"],
+)
+def test_the_second_process_never_outlives_the_first(sources: Path, number: int, then: str) -> None:
+    with started(sources, then=then.format(pid="print(process.pid, flush=True)")) as first:
         assert first.stdout is not None
         second = os.pidfd_open(int(first.stdout.readline()))
         assert not select.select([second], [], [], AT_WORK)[0], "it ends before it should"

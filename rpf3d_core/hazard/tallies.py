@@ -65,22 +65,23 @@ class Tallies:
     def warm(self, wait: Callable[[], None] | None = None) -> float:
         """Compile what counting needs; returns the seconds it took.
 
-        wait : called before the loop that `longest_to_compile` tells of is needed
+        wait : called before the loops that `loops` tells of are needed
         """
         began = time.perf_counter()
         scratch = self._scratch()
-        self._fold(scratch)
         if wait:
             wait()
+        self._fold(scratch)
         self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
         self.idle.put(scratch)
         return time.perf_counter() - began
 
-    def longest_to_compile(self) -> Call:
-        """The loop of `warm` that takes longest to compile, with arguments."""
+    def loops(self) -> tuple[Call, Call]:
+        """The loops of `warm` that take longest to compile, with arguments."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
-        return visit_all, (*self._arguments(scratch, NOTHING, nothing), 0, nothing)
+        visit = visit_all, (*self._arguments(scratch, NOTHING, nothing), 0, nothing)
+        return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
         """Count in what another part of the same ensemble has counted."""

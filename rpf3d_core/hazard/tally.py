@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import kernel, loop, prefetch
+from rpf3d_core.compiling_beside import Call
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
 from rpf3d_core.hazard.carries import AT_ONCE, Carries, in_pairs
 from rpf3d_core.hazard.lines import (
@@ -121,6 +122,11 @@ class Tally:
             carried = fold(self.slot, self.slots, visits, used, self.scales, self.merges, self._ahead, full)
             self.carries.take(carried)
         visits.state[:] = 0
+
+    def loop(self, visits: Visits) -> Call:
+        """The loop of `fold`, with arguments: no visits."""
+        full = self.carries.room_for(0)
+        return _fold, (self.slot, self.slots, visits, 0, self.scales, self.merges, self._ahead, full)
 
     def add(self, other: "Tally") -> None:
         """Fold another tally of the same cells and scales in: the same bits as if its rocks had been folded here."""

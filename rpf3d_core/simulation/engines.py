@@ -19,7 +19,7 @@ from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.terrain.facets import Facets, plain
+from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
@@ -199,14 +199,37 @@ def facet_size(facets: Facets) -> float:
 def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
     """Compile what a run of these models needs; returns the seconds it took."""
     began = time.perf_counter()
+    warm_flights(engine, models, materials, settings)
+    if isinstance(engine, Compiled):
+        engine.ground_below(np.empty((0, 3)))
+    return time.perf_counter() - began
+
+
+def warm_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
+    """Compile what flights need and nothing else does; returns the seconds it took."""
+    began = time.perf_counter()
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
         numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
         starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
         engine.follow(models, materials, settings, starts, empty_record(0, 0), first, 0, finals, none)
-        engine.ground_below(nothing)
     return time.perf_counter() - began
+
+
+def rehearse_index() -> Compiled:
+    """Build the index over two facets: that compiles what building it over any terrain needs.
+
+    Two, for the corners of a single one lie in memory as no others do: they would be of another type.
+    """
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    triangles, zone = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), np.zeros(2, dtype=np.int32)
+    return Compiled(facets_of(Terrain(corners, triangles, zone, ("",))))
+
+
+def rehearse_ground_below() -> None:
+    """Ask for the ground below nothing, over two facets: that compiles what asking over any terrain needs."""
+    rehearse_index().ground_below(np.empty((0, 3)))
 
 
 @loop

@@ -343,5 +343,5 @@ def test_what_is_compiled_ahead_is_what_is_called():
     terrain = rough()
     tallies = over(terrain)
     flown(terrain, tallies)
-    loop, arguments = tallies.longest_to_compile()
-    assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"
+    for loop, arguments in tallies.loops():
+        assert loop.overloads.keys() == {tuple(map(numba.typeof, arguments))}, "compiled for nothing, and once more"

@@ -1,0 +1,100 @@
+"""What a second process compiles before any terrain has been read is what a run over any terrain calls, in its turn."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from small_pit import scene_file
+
+from rpf3d_core import prepared as prepared_module
+from rpf3d_core import run as run_module
+from rpf3d_core.compiling_beside import Beside
+from rpf3d_core.detection import bucket_grid, slabs
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.prepared import prepare
+from rpf3d_core.run import simulate
+from rpf3d_core.simulation import engines
+from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index
+from rpf3d_core.terrain import facets
+
+numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
+
+GROUND_BELOW: Any = engines._ground_below_all
+INDEX: list[Any] = [facets.lay_out, *(
+    loop for module in (bucket_grid, slabs) for loop in vars(module).values() if hasattr(loop, "overloads")
+)]  # fmt: skip
+
+
+@pytest.fixture(params=[6000, 120_000])
+def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Compiled:
+    """The engine of a scene that is read from a file, over so many facets."""
+    path = scene_file(tmp_path, more="engine: compiled")
+    path.write_text(path.read_text().replace("triangles: 6000", f"triangles: {request.param}"))
+    engine = prepare(read_scene(path)).engine
+    assert isinstance(engine, Compiled)
+    return engine
+
+
+def test_the_index_that_is_rehearsed_has_the_types_of_any_other(engine: Compiled) -> None:
+    rehearsed = rehearse_index()
+    assert numba.typeof(rehearsed.facets) == numba.typeof(engine.facets)
+    assert numba.typeof(rehearsed.locator) == numba.typeof(engine.locator)
+
+
+def test_what_is_rehearsed_is_compiled_once_for_all(engine: Compiled) -> None:
+    assert len(INDEX) > 6, "not all loops of the index are looked at"
+    rehearse_ground_below()
+    known = {loop: set(loop.overloads) for loop in (*INDEX, GROUND_BELOW)}
+    assert all(known.values()), "it leaves some of them out"
+    Compiled(engine.facets).ground_below(np.zeros((3, 3)))
+    assert {loop: set(loop.overloads) for loop in known} == known
+
+
+class Told(Beside):
+    """Notes what it is told, and what is called meanwhile; `slow`: the ground below takes long to compile."""
+
+    def __init__(self, slow: bool) -> None:
+        super().__init__(None)
+        self.slow, self.noted = slow, list[str]()
+
+    def compile(self, *calls: Any) -> None:
+        self.noted.append("types known")
+
+    def call(self, *functions: Any) -> None:
+        self.noted += [f"begin {function.__name__}" for function in functions]
+
+    def wait(self, *parts: Any) -> None:
+        self.noted += [f"wait {part.__name__}" for part in parts] or ["wait"]
+
+    def has_done(self, part: Any) -> bool:
+        return not self.slow
+
+    def note(self, monkeypatch: pytest.MonkeyPatch, module: ModuleType, name: str) -> None:
+        """Note when a function of a module is called."""
+        function = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *args: self.noted.append(name) or function(*args))
+
+
+@pytest.mark.parametrize("slow", [False, True], ids=["in time", "slow"])
+def test_a_run_waits_for_each_part_before_it_needs_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, slow: bool
+) -> None:
+    told = Told(slow)
+
+    @contextmanager
+    def beside(*loops: Any) -> Iterator[Beside]:
+        yield told
+
+    monkeypatch.setattr(run_module, "compiling_beside", beside)
+    told.note(monkeypatch, prepared_module, "facets_of")
+    told.note(monkeypatch, run_module, "warm_flights")
+    told.note(monkeypatch, run_module, "_check_all")
+    simulate(scene_file(tmp_path, more="engine: compiled"))
+    assert told.noted == [
+        "begin rehearse_index", "begin rehearse_ground_below", "wait rehearse_index", "facets_of", "types known",
+        *(["warm_flights"] if slow else []), "wait rehearse_ground_below", "_check_all", "wait",
+    ]  # fmt: skip
