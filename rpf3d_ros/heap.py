@@ -7,8 +7,9 @@ import sys
 MMAP_THRESHOLD = -3
 """M_MMAP_THRESHOLD of glibc's mallopt(3)."""
 
-LARGE = 1_000_000
-"""Bytes from which an array has pages of its own, which go back to the system when it is freed.
+LARGE = 4_000_000
+"""Bytes from which an array has pages of its own, which go back to the system when it is freed. Smaller ones are those
+of rocks in flight, which come and go thousands of times: to touch their pages anew took a fifth of a flight.
 
 Left alone, glibc raises its threshold to the largest that was freed, at most 32 MB, and the arrays of a survey go into
 the heap, which they leave in pieces: a node that took a terrain of 2.33 million triangles again and again grew by

@@ -47,12 +47,12 @@ def _edges(tally: Tally, q: int) -> FloatArray:
 def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> FloatArray:
     """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
     told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan)
+    many = np.flatnonzero(found.rocks >= FEWEST_ROCKS)
     first = 0
-    for bins in tally.bins_found():
-        rocks = found.rocks[first : first + len(bins)]
-        many = np.flatnonzero(rocks >= FEWEST_ROCKS)
+    for bins in tally.bins_found(many):
+        some = many[first : first + len(bins)]
         for q in range(3):
-            told[q, first + many] = _told(bins[many, _columns(tally, q)], rocks[many], bin_values(edges[q]))
+            told[q, some] = _told(bins[:, _columns(tally, q)], found.rocks[some], bin_values(edges[q]))
         first += len(bins)
     return told
 

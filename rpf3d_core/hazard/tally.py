@@ -148,9 +148,12 @@ class Tally:
         order = self._order()
         return found_in(self.slots.lines, self.slots.cell[order], order)
 
-    def bins_found(self) -> Iterator[NDArray[np.uint32]]:
-        """The bins of the same cells with all that was carried, (N, B) at a time: all at once would fill memory."""
-        order = self._order()
+    def bins_found(self, some: NDArray[np.intp] | None = None) -> Iterator[NDArray[np.uint32]]:
+        """The bins of those cells with all that was carried, (N, B) at a time: all at once would fill memory.
+
+        some : numbers of those that are asked for, among those of `found`; None for all
+        """
+        order = self._order() if some is None else self._order()[some]
         for begin in range(0, len(order), AT_ONCE):
             yield self.carries.whole(self.slots.bins, order[begin : begin + AT_ONCE])
 

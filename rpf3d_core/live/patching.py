@@ -140,9 +140,8 @@ def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terra
 
 def _extent(corners: FloatArray) -> tuple[Plan, Plan]:
     """The corners (m) of the box in plan of facets (N, 9) m."""
-    plan = corners.reshape(-1, 3)[:, :2]
-    (x, y), (u, v) = plan.min(axis=0).tolist(), plan.max(axis=0).tolist()
-    return (x, y), (u, v)
+    x, y = (np.ascontiguousarray(corners[:, k::3]) for k in range(2))  # a minimum along rows takes ten times as long
+    return (float(x.min()), float(y.min())), (float(x.max()), float(y.max()))
 
 
 def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:
