@@ -14,6 +14,7 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_ros.flyer import Flyer
 from rpf3d_ros.intake import WaitingTerrain
 from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.terrain_messages import Buffer, same_bytes
 from rpf3d_ros.unforeseen import tell
 
 
@@ -26,7 +27,7 @@ class Arrival:
 
     convert: Callable[[], Survey]
     stamp_ns: int
-    data: bytes = b""
+    data: Buffer = b""
 
 
 class Listener(Protocol):
@@ -51,7 +52,7 @@ class Builder:
     ) -> None:  # fmt: skip
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
-        self._mesh = b""
+        self._mesh: Buffer = b""
         self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
         self._thread.start()
 
@@ -95,8 +96,9 @@ class Builder:
     def _whole(self, arrival: Arrival) -> tuple[Ground, Survey | None]:
         """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
         standing = self._flyer.standing
-        if arrival.data and arrival.data == self._mesh and standing is not None and isinstance(standing.ground, Ground):
-            return standing.ground, None
+        known = standing.ground if standing is not None else None
+        if len(arrival.data) and isinstance(known, Ground) and same_bytes(arrival.data, self._mesh):
+            return known, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
         standing = stand_on(ground, self._scene)

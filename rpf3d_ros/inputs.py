@@ -17,12 +17,13 @@ from rpf3d_ros.builder import Arrival
 from rpf3d_ros.health import OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import StampGuards
+from rpf3d_ros.large_messages import LargeMessages
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
 from rpf3d_ros.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.stamps import nanoseconds
 from rpf3d_ros.station import Station
-from rpf3d_ros.terrain_messages import check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+from rpf3d_ros.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
 
 
 class Inputs:
@@ -39,7 +40,6 @@ class Inputs:
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._subscriptions = [
             self._listen(PointCloud2, "terrain/points", self.on_points, terrain),
-            self._listen(Mesh, "terrain/mesh", self.on_mesh, terrain, raw=True),
             self._listen(PointCloud2, "terrain/update", self.on_update, many),
             self._listen(PoseArray, "sources", self.on_poses, EVENTS),
             self._listen(PointStamped, "/clicked_point", self.on_point, EVENTS),
@@ -47,9 +47,11 @@ class Inputs:
             self._listen(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
             self._listen(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
         ]
+        self._meshes = LargeMessages(node, Mesh, "terrain/mesh", self.on_mesh, terrain)
 
     def close(self) -> None:
         """Listen to nothing any more."""
+        self._meshes.close()
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions = []
@@ -58,8 +60,8 @@ class Inputs:
         """Take a cloud as the terrain: a grid of heights, or points to be triangulated."""
         self._take("terrain", "terrain/points", cloud.header, lambda: self._whole(cloud))
 
-    def on_mesh(self, data: bytes) -> None:
-        """Take a mesh as the terrain."""
+    def on_mesh(self, data: Buffer) -> None:
+        """Take a mesh, as CDR, as the terrain; called on a thread of its own."""
         now = self._now()
 
         def take() -> None:
@@ -101,8 +103,8 @@ class Inputs:
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
 
-    def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile, **more: Any) -> Any:
-        return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE, **more)
+    def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
+        return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE)
 
     def _whole(self, cloud: PointCloud2) -> None:
         arrival = self._arrival(cloud)

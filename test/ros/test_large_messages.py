@@ -1,0 +1,161 @@
+"""Large messages come byte for byte, on a thread of their own, and leave no memory behind."""
+
+import os
+import threading
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from live_peer import resident
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from shape_msgs.msg import Mesh
+
+from rpf3d_core.live.survey import MeshSurvey
+from rpf3d_ros import large_messages
+from rpf3d_ros.large_messages import LargeMessages
+from rpf3d_ros.qos import LATCHED
+from rpf3d_ros.terrain_messages import cdr_of_mesh, same_bytes
+
+MANY = 40
+"""Messages of 7 MB, which would be 280 MB if they stayed."""
+PATIENCE = 60.0
+"""Seconds until something is given up that takes milliseconds."""
+STAYS = 60.0
+"""MB that may stay after them: the middleware's own history and buffers."""
+
+
+def mesh(count, seed=0):
+    """The CDR of a mesh of so many triangles."""
+    random = np.random.default_rng(seed)
+    return cdr_of_mesh(MeshSurvey(random.random((count, 3)), random.integers(0, count, (count, 3)).astype(np.int32)))
+
+
+@pytest.fixture
+def node(stage):
+    context = Context()
+    context.init()
+    made = Node("large", context=context)
+    yield made
+    made.destroy_node()
+    context.try_shutdown()
+
+
+def wait(condition, turn=lambda: time.sleep(0.01)):
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        turn()
+
+
+@pytest.fixture
+def heard(node):
+    """What comes, and the threads that it comes on."""
+    came, threads = [], []
+
+    def take(data):
+        came.append(data)
+        threads.append(threading.current_thread())
+
+    node.came, node.threads = came, threads
+    node.listening = LargeMessages(node, Mesh, "mesh", take, LATCHED)
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    yield node
+    node.listening.close()
+
+
+def publish(node, data):
+    before = len(node.came)
+    wait(lambda: node.publisher.get_subscription_count() > 0)
+    node.publisher.publish(data)
+    return before
+
+
+def test_the_bytes_are_those_that_were_published_and_no_executor_was_needed(heard):
+    sent = mesh(100_000)
+    publish(heard, sent)
+    wait(lambda: heard.came)
+    assert isinstance(heard.came[0], memoryview) and same_bytes(heard.came[0], sent)
+    assert heard.threads[0] is not threading.main_thread()
+
+
+def test_what_came_stays_as_it_is_while_others_come(heard):
+    for seed in range(3):
+        before = publish(heard, mesh(50_000, seed))
+        wait(lambda before=before: len(heard.came) > before)
+    assert all(same_bytes(data, mesh(50_000, seed)) for seed, data in enumerate(heard.came))
+
+
+def test_an_executor_that_spins_takes_none_of_it(heard):
+    executor = SingleThreadedExecutor(context=heard.context)
+    executor.add_node(heard)
+    publish(heard, mesh(10))
+    wait(lambda: heard.came, lambda: executor.spin_once(timeout_sec=0.01))
+    assert heard.threads[0] is not threading.main_thread()
+    executor.shutdown()
+
+
+def test_messages_leave_no_memory_behind(heard):
+    def send():
+        before = publish(heard, mesh(200_000))
+        wait(lambda: len(heard.came) > before)
+        heard.came[:] = [b""]
+
+    for _ in range(3):
+        send()
+    began = resident(os.getpid())
+    for _ in range(MANY):
+        send()
+    assert resident(os.getpid()) < began + STAYS
+
+
+def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
+    came = []
+
+    def take(data):
+        came.append(len(data))
+        if len(came) == 1:
+            raise ValueError("the first is not wanted")
+
+    node.came = came
+    listening, node.publisher = LargeMessages(node, Mesh, "mesh", take, LATCHED), None
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    for count in (10, 20):
+        before = publish(node, mesh(count))
+        wait(lambda before=before: len(came) > before)
+    listening.close()
+    assert came == [len(mesh(10)), len(mesh(20))]
+
+
+def test_nothing_comes_after_it_has_been_closed(heard):
+    publish(heard, mesh(10))
+    wait(lambda: heard.came)
+    heard.listening.close()
+    heard.publisher.publish(mesh(20))
+    time.sleep(0.2)
+    assert len(heard.came) == 1
+    heard.listening = LargeMessages(heard, Mesh, "other", heard.came.append, LATCHED)
+
+
+def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkeypatch):
+    monkeypatch.setattr(large_messages, "_rcl", lambda: None)
+    came = node.came = []
+    listening = LargeMessages(node, Mesh, "mesh", came.append, LATCHED)
+    node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    publish(node, mesh(10))
+    wait(lambda: came, lambda: executor.spin_once(timeout_sec=0.01))
+    assert came == [mesh(10)]
+    executor.shutdown()
+    listening.close()
+
+
+@pytest.mark.parametrize(("one", "other", "same"), [(b"ab", b"ab", True), (b"ab", b"ac", False), (b"ab", b"a", False)])
+def test_messages_are_the_same_where_every_byte_is(one, other, same):
+    assert same_bytes(memoryview(one), other) is same
+    assert same_bytes(b"", b"")
