@@ -25,7 +25,7 @@ help:
 	@echo "make accuracy  measure what accuracy costs, and write docs/accuracy.md; takes about four minutes"
 	@echo "make effects   measure what each model and effect costs, and write docs/effects.md; takes some minutes"
 	@echo "make validation  calibrate on field data, and write docs/validation.md; takes some minutes, and needs that data"
-	@echo "make colcon    build as a ROS 2 workspace does"
+	@echo "make colcon    build and test as a ROS 2 workspace does; some minutes"
 	@echo "make venv      only the virtual environment, with everything in it"
 	@echo "make clean     remove what the others made"
 
@@ -104,8 +104,12 @@ $(COLCON)/.installed:
 	$(COLCON)/bin/python -m pip install --quiet --no-compile colcon-common-extensions catkin_pkg 'setuptools<80'
 	@touch $@
 
-# The workspace is a temporary folder, so nothing of it stays behind.
-colcon: $(COLCON)/.installed
+# What colcon tests here: that the nodes come up and answer. Everything else is `make test`.
+COLCON_TESTS := test/test_package.py test/ros/test_launch_files.py test/ros/test_parameters.py test/ros/test_lifecycle.py \
+  test/ros/test_simulator_node.py
+
+# The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment.
+colcon: $(COLCON)/.installed venv
 	@set -eu; work=$$(mktemp -d); trap 'rm -rf "$$work"' EXIT; export PATH="$(CURDIR)/$(COLCON)/bin:$$PATH" COLCON_LOG_PATH="$$work/log"; \
 	mkdir -p "$$work/src/rpf3d"; \
 	cp -r package.xml setup.py setup.cfg pyproject.toml LICENSE resource config launch rpf3d_core rpf3d_ros test "$$work/src/rpf3d"; \
@@ -116,7 +120,11 @@ colcon: $(COLCON)/.installed
 	  lib/rpf3d/rpf3d_play_bag share/rpf3d/package.xml \
 	  share/ament_index/resource_index/packages/rpf3d; do \
 	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
-	echo "colcon: built and installed as ros.ament_python"
+	libraries=$$($(CURDIR)/$(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))'); \
+	PYTHONPATH="$$libraries" colcon test --return-code-on-test-failure --event-handlers console_cohesion+ \
+	  --pytest-args $(COLCON_TESTS); \
+	colcon test-result --all; \
+	echo "colcon: built, installed and tested as ros.ament_python"
 
 clean:
 	rm -rf $(VENV) $(COLCON) build install log out *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -1,13 +1,14 @@
 """Five minutes of a shift, in time lapse: simulator and recorder on a simulated clock, each in a process of its own.
 
 `python -m rpf3d_ros.demo --out out/demo-ros` plays what survey, radar and operator do (`shift.py`), while the nodes
-answer, decide and record, and leaves a .rrd that `rerun rrd verify` accepts; exit code 0 where it does and nothing is
-missing in it, 1 otherwise, 128 + its number after a signal. The clock runs at its true rate while an answer is
-awaited and fast through the quiet between; `--real-time` takes the five minutes.
+answer, decide and record. It leaves the log of decisions and a .rrd that `rerun rrd verify` accepts; exit code 0 where
+it does and nothing is missing in it, 1 otherwise, 128 + its number after a signal. The clock runs at its true rate
+while an answer is awaited and fast through the quiet between; `--real-time` takes the five minutes.
 """
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -49,6 +50,9 @@ EARLIER_NS = 600_000_000_000
 
 SOURCES = 12
 
+DECISIONS = "decisions"
+"""Where the log of decisions is left, beside the recording."""
+
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demo; 0 or 1, or 128 + its number after a signal."""
@@ -69,13 +73,14 @@ def _played(options: argparse.Namespace) -> int:
     finished, recording = options.out / "demo.rrd", options.out / "demo.part.rrd"
     for old in (finished, recording):
         old.unlink(missing_ok=True)
+    shutil.rmtree(options.out / DECISIONS, ignore_errors=True)
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="rpf3d_ros_") as logs:
         missing = _record(options, recording, Path(logs))
     if missing:
         print(f"after {options.timeout:g} s there was nothing of: {', '.join(missing)}", file=sys.stderr)
         return 1
-    print(f"recorded in {time.monotonic() - began:.1f} s")
+    print(f"recorded in {time.monotonic() - began:.1f} s; decisions: rpf3d audit {options.out / DECISIONS}")
     return _report(recording, finished)
 
 
@@ -103,7 +108,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
     nodes = {
         "recorder": {"file": recording},
         "simulator": {
-            "scene": options.scene, "site_file": options.site, "decision_log": logs / "decisions",
+            "scene": options.scene, "site_file": options.site, "decision_log": (options.out / DECISIONS).resolve(),
             "above_ground": 0.5, "release_speed": content.speed, "position_spread": 1.0, "velocity_spread": 0.3,
         },
     }  # fmt: skip

@@ -59,7 +59,9 @@ def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
     done = play("--out", tmp_path, "--timeout", 300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout
-    assert os.listdir(tmp_path) == ["demo.rrd"]
+    assert sorted(os.listdir(tmp_path)) == ["decisions", "demo.rrd"]
+    audit = [sys.executable, "-m", "rpf3d_core.cli", "audit", str(tmp_path / "decisions")]
+    assert subprocess.run(audit, cwd=ROOT, capture_output=True, check=False).returncode == 0
     for entity in demo.ENTITIES:
         assert f"  {entity} " in done.stdout
 
