@@ -31,7 +31,7 @@ def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """The same array where it has a length, or one with room to spare that goes on with `rest`."""
+    """The same array (N,) where it has a length, or one with room to spare that goes on with `rest`."""
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])

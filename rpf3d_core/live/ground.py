@@ -39,8 +39,10 @@ THREADS = 2
 
 
 class Changed(NamedTuple):
-    """block : the buckets that facets went from or came into; low, high : corners in plan of all these facets, m, local
-    frame"""
+    """Where a patch has changed something.
+
+    block : the buckets that facets went from or came into; low, high : corners in plan of these facets, m, local frame
+    """
 
     block: Block
     low: Plan
