@@ -28,6 +28,9 @@ Reply = Callable[[tuple[bool, str]], None]
 FORGOTTEN = "a decision failed: what was heard before is not used"
 """Why nothing is known after an error."""
 
+NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
+"""Why there is no decision: it would be stamped 0, and say that a level is held since 1970."""
+
 CLOSING = None
 """What ends the thread, where a piece of work is expected."""
 
@@ -40,6 +43,9 @@ class Listener(Protocol):
 
     def logged(self, fault: str) -> None:
         """The last decision is on disk ("") or why it is not."""
+
+    def held_up(self, why: str) -> None:
+        """No decision can be made, and why; for who is to be warned that is a fault. Empty once one can."""
 
     def undecided(self, error: BaseException) -> None:
         """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
@@ -73,7 +79,7 @@ class AlertDesk:
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence: dict[Hashable, Evidence] = {}
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
-        self._closed = self._failed = False
+        self._closed = self._failed = self._clock_ran = self._owed = False
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
@@ -122,12 +128,22 @@ class AlertDesk:
             self._evidence.clear()
         if request.evidence is not None:
             self._take(request.region, request.evidence)
-        if request.acknowledged is not None:
+        self._clock_ran = self._clock_ran or now > 0  # a clock that has gone back to 0 tells a time like any other
+        if not self._clock_ran:
+            self._wait_for_clock(request)
+        elif request.acknowledged is not None:
             self._acknowledge(request, now)
         elif request.evidence is not None or request.faults or self._is_over(now):
             self._decide(now, None)
             if request.reply is not None:
                 request.reply((True, request.faults))
+
+    def _wait_for_clock(self, request: Request) -> None:
+        """Keep what is told, and decide on it as soon as there is a time that a decision can be stamped with."""
+        self._owed = True
+        self._listener.held_up(NO_CLOCK)
+        if request.reply is not None:
+            request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
@@ -145,6 +161,9 @@ class AlertDesk:
             request.reply(said)
 
     def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
+        if self._owed:
+            self._owed = False
+            self._listener.held_up("")
         evidence = self._fresh(now)
         alert = decide(self.alert, evidence, self._thresholds, now, given)
         if self._log is not None:
@@ -164,7 +183,7 @@ class AlertDesk:
             self._listener.logged("")
 
     def _is_over(self, now: int) -> bool:
-        return self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
+        return self._owed or self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
 
     def _take(self, region: Hashable, evidence: Evidence) -> None:
         """Keep what is known of a region; who sees nothing clears what was seen before, and nothing newer."""

@@ -213,6 +213,12 @@ class Station:
         """Publish an alert."""
         self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
 
+    def held_up(self, why: str) -> None:
+        """Tell why nothing can be decided, and sound the alarm: who hears no alert must not take that for safety."""
+        self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
+        if why:
+            self._outlets.alerts.sound_alarm()
+
     def undecided(self, error: BaseException) -> None:
         """Tell of a decision that failed."""
         self._outlets.logger.error("".join(traceback.format_exception(error)))

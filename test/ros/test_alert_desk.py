@@ -9,9 +9,13 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from alert_evidence import NOW, S, area, evidence, site
 
+from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import untouched
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.alert_desk import AlertDesk
+from rpf3d_core.alerts.lines import Decision
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import files_in
+from rpf3d_ros.alert_desk import NO_CLOCK, AlertDesk
 
 PATIENCE = 20.0
 """Seconds; what is waited for takes some hundredths."""
@@ -21,7 +25,7 @@ class Heard:
     """Keeps what the desk tells, and raises where it is told to."""
 
     def __init__(self):
-        self.alerts, self.errors, self.faults = [], [], []
+        self.alerts, self.errors, self.faults, self.hindrances = [], [], [], []
         self.broken, self.hold = False, threading.Event()
         self.hold.set()
 
@@ -33,6 +37,9 @@ class Heard:
 
     def logged(self, fault):
         self.faults.append(fault)
+
+    def held_up(self, why):
+        self.hindrances.append(why)
 
     def undecided(self, error):
         self.errors.append(error)
@@ -155,3 +162,46 @@ def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
     told = []
     desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
     assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]
+
+
+def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_time_what_was_heard_is(tmp_path):
+    with DecisionLog(tmp_path, "0.1.0") as log:  # a level that is held from before, valid for long
+        before = decide(None, evidence(area(5000)), site(), NOW - S)
+        log.decided(Decision(None, evidence(area(5000)), None, NOW - S, before), site())
+    log, heard, clock = DecisionLog(tmp_path, "0.1.0"), Heard(), Clock()
+    lines, clock.now = logged(tmp_path), 0
+    desk = AlertDesk(site(), log, clock, heard)
+    replies = []
+    desk.forget("just activated", replies.append)
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    desk.tell("wall", evidence(area(0)))
+    desk.tick()
+    assert wait(lambda: len(replies) == 2 and replies) == [(True, NO_CLOCK), (False, NO_CLOCK)]
+    wait(lambda: len(heard.hindrances) >= 3)
+    assert set(heard.hindrances) == {NO_CLOCK} and not heard.alerts
+    assert logged(tmp_path) == lines
+    clock.now = NOW
+    desk.tick()
+    (alert,) = wait(lambda: heard.alerts)
+    assert (alert.at_ns, alert.held, alert.faults) == (NOW, Level.EVACUATE, ())
+    assert heard.hindrances[-1] == "" and logged(tmp_path) == lines + 1
+    desk.tick()  # what was owed is not decided again
+    desk.acknowledge("", "", replies.append)
+    wait(lambda: len(replies) == 3)
+    assert len(heard.alerts) == 1
+    assert desk.close(PATIENCE)
+
+
+def logged(folder):
+    """How many lines the log in a folder has."""
+    return sum(len(path.read_bytes().splitlines()) for _, path in files_in(folder))
+
+
+def test_a_clock_that_goes_back_to_0_is_decided_on(desk):
+    desk, heard, clock = desk
+    desk.tell("wall", evidence(area(0)))
+    wait(lambda: heard.alerts)
+    clock.now = 0
+    desk.forget("the clock went back")
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].level == Level.FAULT and not heard.hindrances
