@@ -20,6 +20,7 @@ from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.site_model import Thresholds
 from rpf3d_core.live.evidence import together
+from rpf3d_ros.heard_topics import HeardTopics
 from rpf3d_ros.intake import SECOND
 from rpf3d_ros.unforeseen import tell
 
@@ -27,6 +28,9 @@ Reply = Callable[[tuple[bool, str]], None]
 
 FORGOTTEN = "a decision failed: what was heard before is not used"
 """Why nothing is known after an error."""
+
+NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
+"""Why there is no decision: it would be stamped 0, and say that a level is held since 1970."""
 
 CLOSING = None
 """What ends the thread, where a piece of work is expected."""
@@ -41,6 +45,9 @@ class Listener(Protocol):
     def logged(self, fault: str) -> None:
         """The last decision is on disk ("") or why it is not."""
 
+    def held_up(self, why: str) -> None:
+        """No decision can be made, and why; for who is to be warned that is a fault. Empty once one can."""
+
     def undecided(self, error: BaseException) -> None:
         """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
 
@@ -49,13 +56,16 @@ class Listener(Protocol):
 class Request:
     """What makes the desk decide.
 
-    evidence : of a region, or None; faults : why nothing is known any more: all evidence is forgotten
+    evidence : of a region, or None; topic : that it was heard on
+    faults : why nothing is known any more: all evidence is forgotten; deaf : and so is which topics have spoken
     acknowledged : who, why, and when (ns); reply : called with whether the level was lowered, or why not
     """
 
     region: Hashable = None
     evidence: Evidence | None = None
+    topic: str = ""
     faults: str = ""
+    deaf: bool = False
     acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
 
@@ -72,21 +82,26 @@ class AlertDesk:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence: dict[Hashable, Evidence] = {}
+        self._topics = HeardTopics()
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
-        self._closed = self._failed = False
+        self._closed = self._failed = self._clock_ran = self._owed = False
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
-    def tell(self, region: Hashable, evidence: Evidence) -> None:
-        """Decide on new evidence of a region; that of no sources stands for all of them."""
-        self._requests.put(Request(region, evidence))
+    def tell(self, region: Hashable, evidence: Evidence, topic: str) -> None:
+        """Decide on new evidence of a region; that of no sources stands for all of them, but not for other topics."""
+        self._requests.put(Request(region, evidence, topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Nothing is known any more: decide on that, and say why, until there is new evidence.
 
         reply : called, on the desk's thread, once that has been told
         """
-        self._requests.put(Request(faults=why, reply=reply))
+        self._requests.put(Request(faults=why, deaf=True, reply=reply))
+
+    def lose(self, why: str) -> None:
+        """What was heard is not known any more: as `forget`, but topics that fall silent are still told of."""
+        self._requests.put(Request(faults=why))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
         """Decide with an acknowledgement; `reply` is called, on the desk's thread, with what became of it."""
@@ -120,14 +135,27 @@ class AlertDesk:
         now, self._failed = self._now(), False
         if request.faults:
             self._evidence.clear()
+        if request.deaf:
+            self._topics.clear()
         if request.evidence is not None:
+            self._topics.note(request.topic, request.evidence.trigger_stamp_ns, request.evidence.sources)
             self._take(request.region, request.evidence)
-        if request.acknowledged is not None:
+        self._clock_ran = self._clock_ran or now > 0  # a clock that has gone back to 0 tells a time like any other
+        if not self._clock_ran:
+            self._wait_for_clock(request)
+        elif request.acknowledged is not None:
             self._acknowledge(request, now)
         elif request.evidence is not None or request.faults or self._is_over(now):
             self._decide(now, None)
             if request.reply is not None:
                 request.reply((True, request.faults))
+
+    def _wait_for_clock(self, request: Request) -> None:
+        """Keep what is told, and decide on it as soon as there is a time that a decision can be stamped with."""
+        self._owed = True
+        self._listener.held_up(NO_CLOCK)
+        if request.reply is not None:
+            request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
         """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
@@ -145,6 +173,9 @@ class AlertDesk:
             request.reply(said)
 
     def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
+        if self._owed:
+            self._owed = False
+            self._listener.held_up("")
         evidence = self._fresh(now)
         alert = decide(self.alert, evidence, self._thresholds, now, given)
         if self._log is not None:
@@ -164,7 +195,7 @@ class AlertDesk:
             self._listener.logged("")
 
     def _is_over(self, now: int) -> bool:
-        return self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
+        return self._owed or self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
 
     def _take(self, region: Hashable, evidence: Evidence) -> None:
         """Keep what is known of a region; who sees nothing clears what was seen before, and nothing newer."""
@@ -178,10 +209,15 @@ class AlertDesk:
         self._evidence = {**known, region: evidence}
 
     def _fresh(self, now: int) -> Evidence | None:
-        """The evidence of all regions that is not stale; where none is fresh, that of the newest sources."""
+        """The evidence of all regions that is not stale; where none is fresh, that of the newest sources.
+
+        What is stale is left out, for the radar may have said since that rocks are elsewhere; where it has said nothing
+        since, that is a fault.
+        """
         if not self._evidence:
             return None
         oldest = now - int(self._thresholds.evidence.sources_max_age_s * SECOND)
         oldest = min(oldest, max(known.trigger_stamp_ns for known in self._evidence.values()))
         self._evidence = {each: known for each, known in self._evidence.items() if known.trigger_stamp_ns >= oldest}
-        return together(list(self._evidence.values()))
+        known = together(list(self._evidence.values()))
+        return known._replace(faults=(*known.faults, *self._topics.silent(oldest, now)))

@@ -31,3 +31,8 @@ class AlertPublishers:
         publish(self._node, self._alarm, alarm_message(alert))
         message = alerts_message(header, alert, None if evidence is None else evidence.result)
         publish(self._node, self._alerts, message)
+
+    def sound_alarm(self) -> None:
+        """Publish the alarm alone, where no decision can be made that it would come with."""
+        if not self.closed and self._alarm.is_activated:
+            publish(self._node, self._alarm, Bool(data=True))

@@ -4,15 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rpf3d_core.alerts.evidence import UNFINISHED
 from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, on_ground
 from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES
 from rpf3d_ros.results import Columns
-
-UNFINISHED = (Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED)
-"""Outcomes that a diagnostic warns of: the answer is not the rock's end."""
 
 
 class Content(NamedTuple):

@@ -62,14 +62,20 @@ class Equipment:
 def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> Equipment:
     """Make everything ready that parameters and a scene's values ask for; called on a thread, for it takes seconds.
 
-    Raises InputError for a scene or a site file that is refused.
+    Raises InputError for a scene, a site file or a store that is refused; the store is then free again.
     """
     scene = live_scene(given)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
-    compile_s = warm(scene, parameters)
-    workshop = _workshop_of(scene, parameters)
-    store, standing, said = _restored(scene, parameters, workshop, now_ns)
-    log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
+    store = _store_of(parameters)
+    try:
+        compile_s = warm(scene, parameters)
+        workshop = _workshop_of(scene, parameters)
+        standing, said = _restored(store, scene, workshop, now_ns)
+        log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
+    except BaseException:
+        if store is not None:
+            store.close()  # nobody else would, and its folder would be in use for who configures again
+        raise
     return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
 
 
@@ -103,28 +109,31 @@ def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
     return Workshop(scene.terrain.weld, parameters.most_points, reference=reference)
 
 
-def _restored(
-    scene: Scene, parameters: SimulatorParameters, workshop: Workshop, now_ns: int
-) -> tuple[Store | None, Standing | None, str]:
-    """The store, and the last good terrain in it with how old it is; what cannot be read is told and lives on."""
+def _store_of(parameters: SimulatorParameters) -> Store | None:
+    """The store, None where none is named. Raises InputError where it cannot be had."""
     if not parameters.store:
-        return None, None, ""
-    folder = Path(parameters.store)
+        return None
     try:
-        store = Store(folder)
-    except OSError as fault:
+        return Store(Path(parameters.store))
+    except (OSError, InputError) as fault:
         raise InputError(f"store: {fault}") from fault
+
+
+def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[Standing | None, str]:
+    """The last good terrain in a store, with how old it is; what cannot be read is told and lives on."""
+    if store is None:
+        return None, ""
     try:
-        last = read_last(folder)
+        last = read_last(store.folder)
         standing = stand_on(last.ground(workshop), scene) if last is not None else None
     except (OSError, InputError) as fault:
-        return store, None, f"the last terrain is not restored: {fault}"
+        return None, f"the last terrain is not restored: {fault}"
     if last is None or standing is None:
-        return store, None, ""
+        return None, ""
     _ = standing.cells
     store.follow(last)
     said = f"restored, {age_of(standing.ground.stamp_ns, now_ns)} old"
-    return store, standing, "; ".join((said, *last.faults))
+    return standing, "; ".join((said, *last.faults))
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:

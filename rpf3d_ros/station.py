@@ -160,7 +160,7 @@ class Station:
     def answered(self, answer: Answer) -> None:
         """Decide on an answer and publish it."""
         if self.desk is not None:
-            self.desk.tell(self.region_of(answer.trigger), self._evidence(answer))
+            self.desk.tell(self.region_of(answer.trigger), self._evidence(answer), answer.trigger.topic)
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._equipment.parameters, made)
         warnings = warnings_of(answer)
@@ -172,13 +172,14 @@ class Station:
         """Tell why a trigger has no answer; for alerts that is a fault."""
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         if self.desk is not None:
-            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why))
+            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why), trigger.topic)
 
     def groundless(self, trigger: Trigger) -> None:
         """Tell that there is no terrain to answer on; for alerts that is a fault."""
         self.waiting("terrain")
         if self.desk is not None:
-            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, "there is no terrain to fly over"))
+            evidence = self._no_evidence(trigger, "there is no terrain to fly over")
+            self.desk.tell(self.region_of(trigger), evidence, trigger.topic)
 
     def waiting(self, what: str) -> None:
         """Tell that something is still missing."""
@@ -189,7 +190,7 @@ class Station:
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
-            self.desk.forget(f"an answer failed: {type(error).__name__}")
+            self.desk.lose(f"an answer failed: {type(error).__name__}")
 
     # --- what the builder tells
 
@@ -212,6 +213,12 @@ class Station:
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
         """Publish an alert."""
         self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
+
+    def held_up(self, why: str) -> None:
+        """Tell why nothing can be decided, and sound the alarm: who hears no alert must not take that for safety."""
+        self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
+        if why:
+            self._outlets.alerts.sound_alarm()
 
     def undecided(self, error: BaseException) -> None:
         """Tell of a decision that failed."""

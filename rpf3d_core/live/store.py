@@ -2,16 +2,19 @@
 
 A folder holds the last whole survey, and the patches that were sewn in since, each naming the digest of the ground that
 it was laid upon. Whatever moment the process dies at, the folder holds a ground that was flown over: a whole survey
-replaces the one before in one step, and patches that do not follow on from it are not of it.
+replaces the one before in one step, and patches that do not follow on from it are not of it. One store at a time keeps
+its ground in a folder: two would take each other's patches away.
 """
 
+import fcntl
+import os
 import threading
 import time
 from collections import deque
 from pathlib import Path
 from typing import NamedTuple
 
-from rpf3d_core.errors import TerrainError
+from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import Ground, Workshop
 from rpf3d_core.live.stored import SUFFIX, Piece, read_piece, sync_folder, write_piece
 from rpf3d_core.live.survey import MeshSurvey, Survey
@@ -19,6 +22,9 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 WHOLE = f"whole{SUFFIX}"
 MOST_PATCHES = 64
 """Patches after which the ground is written whole: each takes some hundredths of a second on the way back."""
+
+LOCK = "in_use.lock"
+"""An empty file, locked while a store is open; it stays, and the lock ends with its process, whatever that dies of."""
 
 
 class Last(NamedTuple):
@@ -65,13 +71,23 @@ class Store:
     """Keeps grounds in a folder, on a thread of its own; the newest wins where they come faster than it writes."""
 
     def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
-        self._folder, self._most = folder, most_patches
+        """Open the store in a folder, which is made where it is missing.
+
+        Raises
+        ------
+        InputError
+            Another store is open there.
+        OSError
+            The folder cannot be made.
+        """
+        self.folder, self._most = folder, most_patches
         folder.mkdir(parents=True, exist_ok=True)
+        self._lock, self._unlocked = _locked(folder)
         self._waiting: deque[Piece] = deque()
         self._changed = threading.Condition()
         self._last, self._patches, self._busy, self._closed = "", 0, False, False
         self._gap = False  # a piece is missing on the disk, so patches do not follow on what is there
-        self.fault: str | None = None
+        self.fault = self._unlocked
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
 
@@ -102,7 +118,7 @@ class Store:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
     def close(self, timeout: float | None = None) -> None:
-        """Write what waits, and end."""
+        """Write what waits, and end; the folder is free once that is written, which may be after the timeout (s)."""
         self.flush(timeout)
         with self._changed:
             self._closed = True
@@ -110,6 +126,13 @@ class Store:
         self._thread.join(timeout)
 
     def _run(self) -> None:
+        try:
+            self._write_what_comes()
+        finally:
+            if self._lock >= 0:
+                os.close(self._lock)
+
+    def _write_what_comes(self) -> None:
         while True:
             with self._changed:
                 self._changed.wait_for(lambda: self._waiting or self._closed)
@@ -127,21 +150,39 @@ class Store:
         try:
             self._write(piece)
         except Exception as error:  # whatever it is, the thread goes on
-            self.fault, self._gap = f"the terrain could not be kept in {self._folder}: {error}", True
+            self.fault, self._gap = f"the terrain could not be kept in {self.folder}: {error}", True
         else:
-            self.fault, self._gap = None, False
+            self.fault, self._gap = self._unlocked, False
 
     def _write(self, piece: Piece) -> None:
         """A patch goes behind those that are there; a whole survey takes the place of all."""
-        old = sorted(self._folder.glob(f"patch-*{SUFFIX}"))
+        old = sorted(self.folder.glob(f"patch-*{SUFFIX}"))
         if piece.upon:
             number = int(old[-1].stem.partition("-")[2]) + 1 if old else 1
-            write_piece(self._folder / f"patch-{number:06d}{SUFFIX}", piece)
+            write_piece(self.folder / f"patch-{number:06d}{SUFFIX}", piece)
             return
-        write_piece(self._folder / WHOLE, piece)
+        write_piece(self.folder / WHOLE, piece)
         for path in old:
             path.unlink()
-        sync_folder(self._folder)
+        sync_folder(self.folder)
+
+
+def _locked(folder: Path) -> tuple[int, str | None]:
+    """A descriptor that holds the lock of a folder; or -1 and why there is none: a bad disk keeps nobody from flying.
+
+    Raises InputError where another has it.
+    """
+    handle = -1
+    try:
+        handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if handle >= 0:
+            os.close(handle)
+        if isinstance(error, BlockingIOError):
+            raise InputError(f"{folder}: another simulator keeps its terrain there; name another folder") from error
+        return -1, f"{folder} could not be locked, so another simulator may write there, too: {error}"
+    return handle, None
 
 
 def mesh_of(ground: Ground) -> MeshSurvey:

@@ -1,6 +1,7 @@
 """The last good terrain on disk."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,9 +12,9 @@ import numpy as np
 import pytest
 from surveyed_hills import cloud, grid, live_facets, mesh
 
-from rpf3d_core.errors import TerrainError
+from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.store import WHOLE, Store, read_last
+from rpf3d_core.live.store import LOCK, WHOLE, Store, read_last
 from rpf3d_core.live.stored import Piece, read_piece, write_piece
 
 ROOT = Path(__file__).parents[2]
@@ -57,7 +58,7 @@ def test_patches_come_back_in_their_order(tmp_path):
 def test_a_whole_survey_takes_the_place_of_all_before(tmp_path):
     kept(tmp_path, grid(), *PATCHES)
     ground = kept(tmp_path, grid(seed=9))
-    assert [path.name for path in tmp_path.iterdir()] == [WHOLE]
+    assert {path.name for path in tmp_path.iterdir()} == {WHOLE, LOCK}
     assert read_last(tmp_path).ground(Workshop()).digest == ground.digest
 
 
@@ -127,6 +128,7 @@ def test_a_damaged_patch_leaves_the_terrain_before_it_and_a_sentence(tmp_path):
 
 def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
     ground, store = Workshop().whole(grid()), Store(tmp_path / "store")
+    (tmp_path / "store" / LOCK).unlink()
     (tmp_path / "store").rmdir()
     store.keep(ground, grid())
     assert store.flush(20.0)
@@ -135,6 +137,26 @@ def test_a_disk_that_cannot_be_written_to_is_a_fault_told_and_no_more(tmp_path):
     store.keep(ground, grid())
     assert store.flush(20.0)
     assert store.fault is None
+
+
+def test_a_second_store_in_a_folder_is_refused_by_the_folders_name_until_the_first_is_closed(tmp_path):
+    first = Store(tmp_path)
+    with pytest.raises(InputError, match=f"^{re.escape(str(tmp_path))}: another simulator keeps its terrain there"):
+        Store(tmp_path)
+    first.keep(Workshop().whole(grid()), grid())
+    first.close(20.0)
+    Store(tmp_path).close(20.0)
+    assert read_last(tmp_path) is not None
+
+
+def test_a_folder_that_cannot_be_locked_is_told_of_and_written_to_all_the_same(tmp_path):
+    (tmp_path / LOCK).mkdir()
+    store = Store(tmp_path)
+    assert "could not be locked" in store.fault
+    store.keep(Workshop().whole(grid()), grid())
+    store.close(20.0)
+    assert "could not be locked" in store.fault, "it is no safer for having been written to"
+    assert read_last(tmp_path) is not None
 
 
 WRITER = """

@@ -2,6 +2,8 @@
 
 import threading
 import time
+from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -9,19 +11,26 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from alert_evidence import NOW, S, area, evidence, site
 
+from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import untouched
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.alert_desk import AlertDesk
+from rpf3d_core.alerts.lines import Decision
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import files_in
+from rpf3d_ros.alert_desk import NO_CLOCK, AlertDesk
+from rpf3d_ros.station import Station
 
 PATIENCE = 20.0
 """Seconds; what is waited for takes some hundredths."""
+
+RADAR, OTHER = "sources", "source_cloud"
 
 
 class Heard:
     """Keeps what the desk tells, and raises where it is told to."""
 
     def __init__(self):
-        self.alerts, self.errors, self.faults = [], [], []
+        self.alerts, self.errors, self.faults, self.hindrances = [], [], [], []
         self.broken, self.hold = False, threading.Event()
         self.hold.set()
 
@@ -33,6 +42,9 @@ class Heard:
 
     def logged(self, fault):
         self.faults.append(fault)
+
+    def held_up(self, why):
+        self.hindrances.append(why)
 
     def undecided(self, error):
         self.errors.append(error)
@@ -68,6 +80,13 @@ def wait(condition):
     return found
 
 
+def decided(heard, count):
+    """The alert that comes as one of so many."""
+    wait(lambda: len(heard.alerts) >= count)
+    assert len(heard.alerts) == count
+    return heard.alerts[-1]
+
+
 @pytest.fixture
 def desk():
     """A desk without a log, what it has told, and its clock."""
@@ -84,22 +103,22 @@ def nothing_seen(stamp):
 
 def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S))
-    desk.tell("nobody", nothing_seen(NOW - 2 * S))
+    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.tell("nobody", nothing_seen(NOW - 2 * S), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert heard.alerts[-1].evident == Level.EVACUATE
-    desk.tell("nobody", nothing_seen(NOW))
+    desk.tell("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(heard.alerts) == 3)
     assert heard.alerts[-1].evident == Level.NORMAL
 
 
 def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_was_given(desk):
     desk, heard, clock = desk
-    desk.tell("wall", evidence(area(5000)))
-    desk.tell("wall", evidence(area(0)))
+    desk.tell("wall", evidence(area(5000)), RADAR)
+    desk.tell("wall", evidence(area(0)), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     heard.hold.clear()
-    desk.tell("wall", evidence(area(200)))
+    desk.tell("wall", evidence(area(200)), RADAR)
     replies = []
     time.sleep(0.05)
     clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
@@ -113,7 +132,7 @@ def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_
 def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not_without_end(desk):
     desk, heard, _ = desk
     heard.broken = True
-    desk.tell("wall", evidence(area(5000)))
+    desk.tell("wall", evidence(area(5000)), RADAR)
     wait(lambda: heard.errors)
     time.sleep(0.1)
     assert len(heard.errors) == 1
@@ -125,7 +144,7 @@ def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not
 def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
     heard = Heard()
     desk = AlertDesk(site(), BrokenLog(), Clock(), heard)
-    desk.tell("wall", evidence(area(5000)))
+    desk.tell("wall", evidence(area(5000)), RADAR)
     assert wait(lambda: heard.alerts)[0].level == Level.EVACUATE
     assert desk.close(PATIENCE) and "broken" in heard.faults[0]
 
@@ -133,7 +152,7 @@ def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
 def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
     desk, heard, clock = desk
     heard.hold.clear()
-    desk.tell("wall", evidence(area(0)))
+    desk.tell("wall", evidence(area(0)), RADAR)
     time.sleep(0.05)
     clock.now = NOW + 100 * S
     for _ in range(1000):
@@ -143,15 +162,110 @@ def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
 
 def test_of_sources_that_are_all_stale_the_newest_are_told_of(desk):
     desk, heard, _ = desk
-    desk.tell("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S))
-    desk.tell("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S))
+    desk.tell("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S), RADAR)
+    desk.tell("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert "stamped 40.000 s ago" in " ".join(heard.alerts[-1].faults)
 
 
 def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(0)))
+    desk.tell("wall", evidence(area(0)), RADAR)
     told = []
     desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
     assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]
+
+
+def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_time_what_was_heard_is(tmp_path):
+    with DecisionLog(tmp_path, "0.1.0") as log:  # a level that is held from before, valid for long
+        before = decide(None, evidence(area(5000)), site(), NOW - S)
+        log.decided(Decision(None, evidence(area(5000)), None, NOW - S, before), site())
+    log, heard, clock = DecisionLog(tmp_path, "0.1.0"), Heard(), Clock()
+    lines, clock.now = logged(tmp_path), 0
+    desk = AlertDesk(site(), log, clock, heard)
+    replies = []
+    desk.forget("just activated", replies.append)
+    desk.acknowledge("J. Meyer", "looks quiet", replies.append)
+    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.tick()
+    assert wait(lambda: len(replies) == 2 and replies) == [(True, NO_CLOCK), (False, NO_CLOCK)]
+    wait(lambda: len(heard.hindrances) >= 3)
+    assert set(heard.hindrances) == {NO_CLOCK} and not heard.alerts
+    assert logged(tmp_path) == lines
+    clock.now = NOW
+    desk.tick()
+    (alert,) = wait(lambda: heard.alerts)
+    assert (alert.at_ns, alert.held, alert.faults) == (NOW, Level.EVACUATE, ())
+    assert heard.hindrances[-1] == "" and logged(tmp_path) == lines + 1
+    desk.tick()  # what was owed is not decided again
+    desk.acknowledge("", "", replies.append)
+    wait(lambda: len(replies) == 3)
+    assert len(heard.alerts) == 1
+    assert desk.close(PATIENCE)
+
+
+def logged(folder):
+    """How many lines the log in a folder has."""
+    return sum(len(path.read_bytes().splitlines()) for _, path in files_in(folder))
+
+
+def test_a_clock_that_goes_back_to_0_is_decided_on(desk):
+    desk, heard, clock = desk
+    desk.tell("wall", evidence(area(0)), RADAR)
+    wait(lambda: heard.alerts)
+    clock.now = 0
+    desk.forget("the clock went back")
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].level == Level.FAULT and not heard.hindrances
+
+
+def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_names_it_whoever_else_speaks(desk):
+    desk, heard, clock = desk
+    desk.tell("other wall", evidence(), OTHER)
+    desk.tell("wall", evidence(), RADAR)
+    assert decided(heard, 2).level == Level.NORMAL
+    clock.now = NOW + 20 * S
+    desk.tell("wall", evidence(now=clock.now), RADAR)
+    assert decided(heard, 3).level == Level.NORMAL
+    clock.now = NOW + 30 * S
+    desk.tell("wall", evidence(now=clock.now), RADAR)
+    alert = decided(heard, 4)
+    assert (alert.level, alert.faults) == (Level.FAULT, (f"nothing has been heard of sources on {OTHER} for 32.000 s",))
+    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    assert decided(heard, 5).faults == alert.faults, "that is what another radar sees"
+    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), OTHER)
+    assert decided(heard, 6).level == Level.NORMAL
+
+
+def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_not_silent(desk):
+    desk, heard, clock = desk
+    desk.tell("wall", evidence(), OTHER)
+    desk.tell("clicked", evidence(), "/clicked_point")
+    clock.now = NOW + 40 * S
+    desk.tell("nobody", nothing_seen(NOW + 30 * S), OTHER)
+    desk.tell("elsewhere", evidence(now=clock.now), RADAR)
+    desk.tell("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered anew, over new ground
+    wait(lambda: len(heard.alerts) == 5)
+    clock.now = NOW + 80 * S  # who sees nothing need not say so for ever
+    desk.tell("elsewhere", evidence(now=clock.now), RADAR)
+    wait(lambda: len(heard.alerts) == 6)
+    assert not any("nothing has been heard" in fault for alert in heard.alerts for fault in alert.faults)
+
+
+def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginning_does(desk):
+    desk, heard, clock = desk
+    desk.tell("other wall", evidence(), OTHER)
+    desk.lose("an answer failed")
+    clock.now = NOW + 40 * S
+    desk.tell("wall", evidence(now=clock.now), RADAR)
+    assert OTHER in decided(heard, 3).faults[0]
+    desk.forget("the node has just been activated")
+    desk.tell("wall", evidence(now=clock.now), RADAR)
+    assert decided(heard, 5).faults == ()
+
+
+def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
+    lost = []
+    station = SimpleNamespace(desk=SimpleNamespace(lose=lost.append), _outlets=MagicMock())
+    Station.failed(station, RuntimeError("broken"))
+    assert lost == ["an answer failed: RuntimeError"]

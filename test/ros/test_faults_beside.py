@@ -122,10 +122,24 @@ def test_while_the_terrain_cannot_be_kept_it_is_flown_over_all_the_same_and_kept
 def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_logging(living, shared_stage):
     _, peer = living
     said = len(peer.said)
-    second = shared_stage.node_beside("second", "simulator_node", **with_alerts(shared_stage.folder))
+    given = with_alerts(shared_stage.folder) | {"store": shared_stage.folder / "second store"}
+    second = shared_stage.node_beside("second", "simulator_node", **given)
     peer.wait_for_sentence("another process writes the log of decisions", said)
     second.send_signal(signal.SIGTERM)
     assert second.wait(20.0) == 0
     decisions = audit_log(shared_stage.folder / "decisions").decisions
     decided(peer)
     assert audit_log(shared_stage.folder / "decisions").decisions > decisions
+
+
+def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothing_from_the_first(living, shared_stage):
+    _, peer = living
+    said = len(peer.said)
+    second = shared_stage.node_beside("third", "simulator_node", **with_alerts(shared_stage.folder))
+    refusal = peer.wait_for_sentence("not configured: store: ", said)
+    assert refusal.level == ERROR and f"{shared_stage.folder / 'store'}: another simulator" in refusal.message
+    second.send_signal(signal.SIGTERM)
+    assert second.wait(20.0) == 0
+    peer.stand_on_ramp()
+    peer.wait_for_sentence("is kept", len(peer.said))
+    decided(peer)

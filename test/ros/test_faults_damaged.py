@@ -28,7 +28,8 @@ MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
 """For each of eight topics."""
 
 NO_BYTES = bytes(1)
-"""Sent in the place of nothing at all: FastDDS (2.14) delivers what follows a message of no bytes ten messages late."""
+"""Sent in the place of nothing at all: a message of no bytes is not sent, for what followed one was heard late here,
+and why has not been looked for."""
 
 AHEAD = 0.5
 """Seconds that a damaged stamp may be ahead, and shut its topic for what is stamped now."""

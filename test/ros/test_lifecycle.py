@@ -70,8 +70,8 @@ def spin(peer, seconds):
         peer.executor.spin_once(timeout_sec=0.05)
 
 
-def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage):
-    stage.node("simulator_node", **QUIET)
+def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage, tmp_path):
+    stage.node("simulator_node", **QUIET, store=tmp_path / "store")
     peer = stage.peer(publishes=("terrain/points", "sources"), hears=tuple(TOPICS))
     assert state(peer) == "unconfigured"
     assert change(peer, Transition.TRANSITION_CONFIGURE) and state(peer) == "inactive"
@@ -99,7 +99,8 @@ def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage):
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     assert change(peer, Transition.TRANSITION_CLEANUP) and state(peer) == "unconfigured"
     assert change(peer, Transition.TRANSITION_CONFIGURE) and change(peer, Transition.TRANSITION_ACTIVATE)
-    assert peer.wait_for_health(f"{NODE}: run", "waiting for terrain")
+    assert peer.wait_for_health(f"{NODE}: terrain", "restored")
+    assert peer.wait_for_health(f"{NODE}: run", "waiting for sources")
     assert stage.clear() == [0], stage.output("simulator_node")
 
 
