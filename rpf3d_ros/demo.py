@@ -50,8 +50,9 @@ EARLIER_NS = 600_000_000_000
 
 SOURCES = 12
 
-DECISIONS = "decisions"
-"""Where the log of decisions is left, beside the recording."""
+DECISION_FILES = "decisions-*.jsonl"
+DECISIONS = "demo-decisions"
+"""Folder of the log of decisions, beside the recording; no node calls its own so unless it is told to."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
@@ -73,15 +74,25 @@ def _played(options: argparse.Namespace) -> int:
     finished, recording = options.out / "demo.rrd", options.out / "demo.part.rrd"
     for old in (finished, recording):
         old.unlink(missing_ok=True)
-    shutil.rmtree(options.out / DECISIONS, ignore_errors=True)
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="rpf3d_ros_") as logs:
         missing = _record(options, recording, Path(logs))
+        if not missing:
+            _keep_decisions(Path(logs) / DECISIONS, options.out / DECISIONS)
     if missing:
         print(f"after {options.timeout:g} s there was nothing of: {', '.join(missing)}", file=sys.stderr)
         return 1
     print(f"recorded in {time.monotonic() - began:.1f} s; decisions: rpf3d audit {options.out / DECISIONS}")
     return _report(recording, finished)
+
+
+def _keep_decisions(made: Path, kept: Path) -> None:
+    """Put the log of this demo in the place of the last one's; whatever else lies there stays."""
+    kept.mkdir(exist_ok=True)
+    for old in kept.glob(DECISION_FILES):
+        old.unlink()
+    for new in made.glob(DECISION_FILES):
+        shutil.copy(new, kept)
 
 
 def shipped(name: str) -> Path:
@@ -108,7 +119,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
     nodes = {
         "recorder": {"file": recording},
         "simulator": {
-            "scene": options.scene, "site_file": options.site, "decision_log": (options.out / DECISIONS).resolve(),
+            "scene": options.scene, "site_file": options.site, "decision_log": logs / DECISIONS,
             "above_ground": 0.5, "release_speed": content.speed, "position_spread": 1.0, "velocity_spread": 0.3,
         },
     }  # fmt: skip

@@ -66,6 +66,8 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
     """
     scene = live_scene(given)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
+    if thresholds is not None:
+        _check_rocks(scene, thresholds)
     store = _store_of(parameters)
     try:
         compile_s = warm(scene, parameters)
@@ -77,6 +79,16 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
             store.close()  # nobody else would, and its folder would be in use for who configures again
         raise
     return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
+
+
+def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
+    """Raise InputError where no answer could ever clear anything."""
+    fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
+    if most < fewest:
+        raise InputError(
+            f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
+            " is cleared (evidence.fewest_rocks): every level would be fault"
+        )
 
 
 def around_of(parameters: SimulatorParameters) -> Around:

@@ -61,9 +61,10 @@ class Flyer:
 
     def __init__(
         self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
-        listener: Listener, answered: AnsweredSources | None = None,
+        listener: Listener, answered: AnsweredSources | None = None, least_rocks: int = 0,
     ) -> None:  # fmt: skip
-        self._scene, self._around, self._first = scene, around, first_rocks
+        """first_rocks : of the first stage; least_rocks : that are flown in all, whatever the target says."""
+        self._scene, self._around, self._first, self._least = scene, around, first_rocks, least_rocks
         self._sources, self._results, self._listener = sources, results, listener
         self._handovers: list[Handover] = []
         self._changed = threading.Condition()
@@ -230,7 +231,7 @@ class Flyer:
             areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
                 self._stages = answers(
-                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results
+                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results, self._least
                 )
         if standing is None:
             self._listener.groundless(trigger)

@@ -1,11 +1,14 @@
 """What an active simulator listens to: each message is checked, converted where that is quick, and put in line."""
 
+import threading
 from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
+from rclpy._rclpy_pybind11 import RMWError
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 from shape_msgs.msg import Mesh
 from std_msgs.msg import Header
@@ -14,10 +17,10 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.builder import Arrival
-from rpf3d_ros.health import OK, WARN
+from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
 from rpf3d_ros.intake import StampGuards
-from rpf3d_ros.large_messages import LargeMessages
+from rpf3d_ros.large_messages import LargeMessages, Topic
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
 from rpf3d_ros.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
@@ -35,33 +38,38 @@ class Inputs:
         self._node, self._parameters, self._station, self._health = node, parameters, station, health
         self._frame = parameters.frame
         self.guards = StampGuards(parameters.most_ahead)
-        self._refused = 0
+        self._refused, self._counting = 0, threading.Lock()
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._subscriptions = [
-            self._listen(PointCloud2, "terrain/points", self.on_points, terrain),
-            self._listen(PointCloud2, "terrain/update", self.on_update, many),
             self._listen(PoseArray, "sources", self.on_poses, EVENTS),
             self._listen(PointStamped, "/clicked_point", self.on_point, EVENTS),
             self._listen(PointCloud2, "source_cloud", self.on_cloud, EVENTS),
             self._listen(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
             self._listen(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
         ]
-        self._meshes = LargeMessages(node, Mesh, "terrain/mesh", self.on_mesh, terrain)
+        surveys = (
+            Topic(PointCloud2, "terrain/update", self.on_update, many),
+            Topic(PointCloud2, "terrain/points", self.on_points, terrain),
+            Topic(Mesh, "terrain/mesh", self.on_mesh, terrain),
+        )
+        self._surveys = LargeMessages(node, surveys, lambda why: health.set("terrain", ERROR, why))
 
     def close(self) -> None:
         """Listen to nothing any more."""
-        self._meshes.close()
+        self._surveys.close()
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
         self._subscriptions = []
 
-    def on_points(self, cloud: PointCloud2) -> None:
-        """Take a cloud as the terrain: a grid of heights, or points to be triangulated."""
-        self._take("terrain", "terrain/points", cloud.header, lambda: self._whole(cloud))
+    # --- on the thread of the surveys, in the order in which they were published
+
+    def on_points(self, data: Buffer) -> None:
+        """Take a cloud, as CDR, as the terrain: a grid of heights, or points to be triangulated."""
+        self._survey("terrain/points", data, self._whole)
 
     def on_mesh(self, data: Buffer) -> None:
-        """Take a mesh, as CDR, as the terrain; called on a thread of its own."""
+        """Take a mesh, as CDR, as the terrain."""
         now = self._now()
 
         def take() -> None:
@@ -73,10 +81,12 @@ class Inputs:
 
         self._try("terrain", take)
 
-    def on_update(self, cloud: PointCloud2) -> None:
-        """Take a cloud in the place of what lies in its footprint."""
+    def on_update(self, data: Buffer) -> None:
+        """Take a cloud, as CDR, in the place of what lies in its footprint."""
         put = self._station.terrain.put_patch
-        self._take("terrain", "terrain/update", cloud.header, lambda: put(self._arrival(cloud)))
+        self._survey("terrain/update", data, lambda cloud: put(self._arrival(cloud)))
+
+    # --- on the executor's thread
 
     def on_poses(self, poses: PoseArray) -> None:
         """Answer one source a pose; none says that the walls are watched and nothing is seen."""
@@ -110,6 +120,15 @@ class Inputs:
         arrival = self._arrival(cloud)
         self._station.terrain.put_whole(arrival)
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch of what was surveyed before is out of date
+
+    def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
+        """Take a cloud that may be none: what rclpy reads itself it drops without a word where it cannot be read."""
+        try:
+            cloud = deserialize_message(bytes(data), PointCloud2)
+        except RMWError as error:
+            self._refuse("terrain", f"no sensor_msgs/PointCloud2 can be read from its bytes: {error}")
+            return
+        self._take("terrain", topic, cloud.header, lambda: take(cloud))
 
     def _arrival(self, cloud: PointCloud2) -> Arrival:
         frame, most = self._frame, self._parameters.most_points
@@ -150,7 +169,12 @@ class Inputs:
         try:
             take()
         except InputError as refusal:
+            self._refuse(part, str(refusal))
+
+    def _refuse(self, part: str, why: str) -> None:
+        with self._counting:  # two threads may refuse at once
             self._refused += 1
-            self._health.set(part, WARN, f"message refused: {refusal}", {"refused": str(self._refused)})
+            count = self._refused
+        self._health.set(part, WARN, f"message refused: {why}", {"refused": str(count)})
 
 

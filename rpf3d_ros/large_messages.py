@@ -1,28 +1,33 @@
-"""Large messages, taken on a thread of their own and without the interpreter's lock.
+"""Large messages and those whose order with them matters, taken on one thread and without the interpreter's lock.
 
 rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into pages that nobody has touched before,
 keeps every thread of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which lets go of the
-lock, and the bytes stay where rcl has put them.
+lock, and the bytes stay where rcl has put them. Messages of several topics are handed on in the order in which they
+were published: a patch must not overtake the terrain that it was surveyed upon.
 """
 
 import ctypes
 import threading
-import traceback
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
 from rpf3d_ros.qos import OVERRIDABLE
+from rpf3d_ros.terrain_messages import Buffer
 
-PAUSE = 0.02
+PAUSE = 0.01
 """Seconds between looks whether a message has come; to look takes some microseconds."""
+
+AFTER_ERROR = 1.0
+"""As PAUSE, where rcl has just said that it cannot tell."""
 
 OK, NOTHING_THERE = 0, 401
 """RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
@@ -45,6 +50,18 @@ class _Serialized(ctypes.Structure):
     )  # fmt: skip
 
 
+class _Info(ctypes.Structure):
+    """rmw_message_info_t: what comes first in it, and room for the rest."""
+
+    _fields_ = (("published_ns", ctypes.c_int64), ("rest", ctypes.c_int64 * 31))
+
+
+class _Sentence(ctypes.Structure):
+    """rcutils_error_string_t."""
+
+    _fields_ = (("text", ctypes.c_char * 1024),)
+
+
 class _Rcl:
     """The functions that are called, of the libraries that rclpy has loaded."""
 
@@ -52,11 +69,13 @@ class _Rcl:
         """Raises OSError or AttributeError where they are not to be had under their usual names."""
         rcl, rcutils = ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so")
         self.take: Any = rcl.rcl_take_serialized_message
-        self.take.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Serialized), ctypes.c_void_p, ctypes.c_void_p]
+        self.take.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Serialized), ctypes.POINTER(_Info), ctypes.c_void_p]
         self.allocator: Any = rcutils.rcutils_get_default_allocator
         self.allocator.restype = _Allocator
         self.free: Any = rcutils.rcutils_uint8_array_fini
         self.free.argtypes = [ctypes.POINTER(_Serialized)]
+        self.error: Any = rcutils.rcutils_get_error_string
+        self.error.restype = _Sentence
         self.reset_error: Any = rcutils.rcutils_reset_error
 
 
@@ -69,39 +88,54 @@ def _rcl() -> _Rcl | None:
 
 
 class NotByTheExecutor(CallbackGroup):
-    """What is in this group no executor looks at."""
+    """A group whose subscriptions no executor looks at; their events, such as a QoS that does not fit, it does."""
 
     def can_execute(self, entity: object) -> bool:
-        """Never."""
-        return False
+        """Whether it is no subscription."""
+        return not isinstance(entity, Subscription)
 
     def beginning_execution(self, entity: object) -> bool:
-        """Never."""
-        return False
+        """As `can_execute`."""
+        return self.can_execute(entity)
 
     def ending_execution(self, entity: object) -> None:
-        """Nothing has begun."""
+        """Nothing is kept of what goes on."""
+
+
+class Topic(NamedTuple):
+    """kind : a message class; take : given the CDR bytes of each message, on a thread of its own."""
+
+    kind: Any
+    name: str
+    take: Callable[[Buffer], None]
+    qos: QoSProfile
 
 
 class LargeMessages:
-    """A subscription that hands on the CDR bytes of each message, as a memoryview, on a thread of its own.
+    """Subscriptions whose messages are handed on as CDR, in a memoryview, in the order in which they were published.
 
-    Where rcl's functions are not to be had, the executor hands them on as `bytes`.
+    failed : called with a sentence where rcl cannot tell whether there are messages, once for each sentence, and where
+        something is raised by who takes one. Where rcl's functions are not to be had, the executor hands on `bytes`.
     """
 
     def __init__(
-        self, node: Node, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile, pause: float = PAUSE
+        self, node: Node, topics: Sequence[Topic], failed: Callable[[str], None], pause: float = PAUSE
     ) -> None:
-        self._node, self._callback, self._pause = node, callback, pause
-        rcl = _rcl()
-        group = None if rcl is None else NotByTheExecutor()
-        self._subscription: Any = node.create_subscription(
-            kind, topic, callback, qos, callback_group=group, raw=True, qos_overriding_options=OVERRIDABLE
-        )
+        self._node, self._failed, self._pause = node, failed, pause
+        self._rcl = _rcl()
+        group = None if self._rcl is None else NotByTheExecutor()
+        self._listening: list[tuple[Any, Topic]] = [
+            (node.create_subscription(
+                topic.kind, topic.name, topic.take, topic.qos, callback_group=group, raw=True,
+                qos_overriding_options=OVERRIDABLE,
+            ), topic)
+            for topic in topics
+        ]  # fmt: skip
         self._closed = threading.Event()
+        self._said = ""
         self._thread: threading.Thread | None = None
-        if rcl is not None:
-            self._thread = threading.Thread(target=self._run, args=(rcl,), name=f"rpf3d {topic}", daemon=True)
+        if self._rcl is not None:
+            self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
             self._thread.start()
 
     def close(self) -> None:
@@ -109,31 +143,55 @@ class LargeMessages:
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
-        self._node.destroy_subscription(self._subscription)
+        for subscription, _ in self._listening:
+            self._node.destroy_subscription(subscription)
+        self._listening = []
 
-    def _run(self, rcl: _Rcl) -> None:
-        while not self._closed.wait(self._pause):
+    def _run(self) -> None:
+        pause = self._pause
+        while not self._closed.wait(pause):
+            pause = self._pause
             try:
-                while not self._closed.is_set() and (data := self._taken(rcl)) is not None:
-                    self._callback(data)
+                for _, topic, data in self._come():
+                    topic.take(data)
             except InvalidHandle:  # the node is being destroyed
                 return
-            except Exception:
+            except Exception as error:
                 if self._node.context.ok():  # what a context says that a signal has shut down is no error
-                    self._node.get_logger().error(traceback.format_exc())
+                    self._say(f"{type(error).__name__}: {error}")
+                pause = AFTER_ERROR
 
-    def _taken(self, rcl: _Rcl) -> memoryview | None:
-        """The next message; None where there is none."""
-        message = _Serialized(allocator=rcl.allocator())
-        handle = self._subscription.handle
+    def _say(self, sentence: str) -> None:
+        if sentence != self._said:
+            self._said = sentence
+            self._failed(sentence)
+
+    def _come(self) -> list[tuple[int, Topic, Buffer]]:
+        """What has come, in the order in which it was published.
+
+        The last topic is looked at last: what of the others was there before had been published after its messages, or
+        those are still to come.
+        """
+        come = []
+        for subscription, topic in self._listening:
+            while (found := self._taken(subscription)) is not None:
+                come.append((found[0], topic, found[1]))
+        return sorted(come, key=lambda each: each[0])
+
+    def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
+        """When the next message was published (ns), and it; None where there is none."""
+        rcl = self._rcl
+        assert rcl is not None
+        message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle
         with handle:  # so that it is not destroyed meanwhile
-            code = rcl.take(handle.pointer, ctypes.byref(message), None, None)
+            code = rcl.take(handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
         if code == OK:
-            return _viewed(message, rcl)
+            return info.published_ns, _viewed(message, rcl)
         rcl.free(ctypes.byref(message))
+        why = rcl.error().text.decode(errors="replace")
         rcl.reset_error()
         if code != NOTHING_THERE:
-            raise RuntimeError(f"rcl_take_serialized_message said {code}")
+            raise RuntimeError(f"messages cannot be taken: rcl says {code}, {why}")
         return None
 
 

@@ -22,7 +22,7 @@ from rpf3d_ros.configuring import (
 )
 from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
-from rpf3d_ros.heap import leave_what_stays_to_itself
+from rpf3d_ros.heap import free_what_is_gone, leave_what_stays_to_itself
 from rpf3d_ros.heartbeat import Heartbeat
 from rpf3d_ros.inputs import Inputs
 from rpf3d_ros.parameters import ParameterLock, SimulatorParameters, declare, values_of
@@ -83,6 +83,7 @@ class SimulatorNode(LifecycleNode):
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
             now = self._now()
             equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
+            leave_what_stays_to_itself()
             self.station = Station(equipment, self.outlets)
         except Interrupted:
             self.abandoned = True
@@ -91,7 +92,6 @@ class SimulatorNode(LifecycleNode):
             self._say(f"not configured: {refusal}", ERROR)
             return FAILED
         self.lock.closed = True
-        leave_what_stays_to_itself()
         self._say(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
         return super().on_configure(state)
 
@@ -187,6 +187,7 @@ class SimulatorNode(LifecycleNode):
         if self.station is not None:
             self.abandoned = not self.station.close(CLOSING_TIME) or self.abandoned
             self.station = None
+            free_what_is_gone()
 
     def _stop_listening(self) -> None:
         if self.inputs is not None:

@@ -57,7 +57,8 @@ class Station:
         results, around = itertools.count(1), around_of(parameters)
         age = equipment.thresholds.evidence.sources_max_age_s if equipment.thresholds is not None else 0.0
         answered = AnsweredSources(age, parameters.waiting_sources)
-        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered)
+        least = equipment.thresholds.evidence.fewest_rocks if equipment.thresholds is not None else 0
+        self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered, least)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         if equipment.thresholds is not None:

@@ -175,7 +175,8 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """Faults, what holds the level, what each area says from the worst, and areas that nobody set limits for."""
+    """What makes the level first: faults, or what evacuates in spite of them; what holds it, what each area says from
+    the worst, and areas that nobody set limits for."""
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
     if held.level > evident:
@@ -184,4 +185,6 @@ def _reasons(
     void = (f"the acknowledgement does not count: {held.void}",) if held.void else ()
     unwatched = () if evidence is None else without_limits(evidence, thresholds)
     notes = tuple(f"{name}: the site has no limits for this area" for name in unwatched)
+    if held.level == Level.EVACUATE:
+        return (*void, *holding, *said, *faults, *notes)
     return (*faults, *void, *holding, *said, *notes)

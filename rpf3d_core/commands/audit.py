@@ -52,7 +52,10 @@ def _row(change: "Change") -> tuple[str, ...]:
     from rpf3d_core.alerts.times import when
 
     alert, given = change.alert, change.alert.acknowledgement
-    steps = [f"acknowledged by {given.by}: {given.why}"] if given is not None else []
+    steps = []
+    if given is not None:
+        counts = "acknowledged by" if not alert.void else "an acknowledgement that does not count, of"
+        steps = [f"{counts} {given.by}: {given.why}"]
     first, *more = [*steps, *alert.reasons]
     why = first + (f" (and {len(more)} more)" if more else "")
     shown = _shown(alert)
@@ -71,9 +74,10 @@ def _verdict(found: "Audit") -> list[str]:
     told = f"{found.reproduced:,} of {found.decisions:,} decisions reproduced bit for bit"
     state = "the chain of lines is whole" if found.sound else "the log is NOT sound"
     files = f"{found.files:,} {'file' if found.files == 1 else 'files'}"
+    refused = f", {found.refused:,} refused acknowledgements" if found.refused else ""
     return [
         f"{found.lines:,} lines in {files}, written by version {versions}; last line {found.head}",
-        f"{told}; {state}",
+        f"{told}{refused}; {state}",
     ]
 
 

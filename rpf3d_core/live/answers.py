@@ -72,6 +72,7 @@ def answers(
     first_rocks: int,
     stop: Stop,
     results: Iterator[int],
+    least: int = 0,
 ) -> Iterator[Answer]:
     """Answer a trigger: at once with about `first_rocks` rocks, then with twice as many again and again.
 
@@ -80,6 +81,7 @@ def answers(
     areas : live areas of interest, rings (P, 2) m, map frame; they come beside the scene's own
     stop : given the number of the stage in flight; once it says True that is given up and nothing more is told
     results : where the numbers of the answers come from
+    least : rocks that are flown whatever the target says: fewer clear nothing for the site
 
     Raises
     ------
@@ -101,7 +103,7 @@ def answers(
     if not len(released.places):
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
-    plan = rounds(released.first_round(first_rocks), scene.target.most_rocks)
+    plan = rounds(released.first_round(first_rocks), scene.target.most_rocks, least)
     stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
         blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
@@ -109,22 +111,26 @@ def answers(
             return
         maps = tallies.maps(outcomes.total(), names)
         steps.append(step_of(maps, standing.ground.terrain.zones))
-        complete = stage == len(plan) - 1 or is_enough(steps, scene.target.half_width, scene.target.p95_energy)
+        enough = sum(last) >= least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
+        complete = stage == len(plan) - 1 or enough
         yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
         if complete:
             return
 
 
-def rounds(first: Sequence[int], most: int) -> list[tuple[Sequence[int], Sequence[int]]]:
+def rounds(first: Sequence[int], most: int, least: int = 0) -> list[tuple[Sequence[int], Sequence[int]]]:
     """The rocks of each source, from a number to before another, of each stage: the first, then doublings up to `most`.
 
-    The first flies however many it has: fewer than a rock a source would be no answer.
+    The first flies however many it has: fewer than a rock a source would be no answer. Where the last would have fewer
+    than `least`, another follows that has as many.
     """
     done, counts = [0] * len(first), list(first)
     plan: list[tuple[Sequence[int], Sequence[int]]] = [(done, counts)]
     while 2 * sum(counts) <= most:
         done, counts = counts, [2 * n for n in counts]
         plan.append((done, counts))
+    if 0 < sum(counts) < least:
+        plan.append((counts, [-(-n * least // sum(counts)) for n in counts]))
     return plan
 
 

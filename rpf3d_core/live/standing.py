@@ -166,7 +166,7 @@ def stand_after(before: Standing, ground: Surveyed) -> Standing:
         return stand_on(ground, scene)
     if scene_raster(scene, terrain, (facets.low, facets.high)) != raster:
         return stand_on(ground, scene)
-    tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.method, changed.block))
+    tallies = before.tallies.after(ground_after(before.tallies.ground, facets, engine.locator, changed.block))
     return replace(before, ground=ground, flight=scene_flight(scene, terrain), tallies=tallies, before=before.cells)
 
 

@@ -1,7 +1,7 @@
 """Answers to bursts of sources: first a small ensemble, then larger ones, always the same bits."""
 
 from dataclasses import replace
-from itertools import count, islice
+from itertools import count, islice, pairwise
 
 import numpy as np
 import pytest
@@ -185,6 +185,33 @@ def test_live_areas_are_told_of_beside_the_scenes_own(tmp_path):
 def test_a_first_stage_larger_than_most_rocks_flies_all_the_same():
     assert rounds([3, 3], 4) == [([0, 0], [3, 3])]
     assert rounds([1, 1], 8) == [([0, 0], [1, 1]), ([1, 1], [2, 2]), ([2, 2], [4, 4])]
+
+
+@pytest.mark.parametrize(
+    ("first", "most", "least", "stages"),
+    [
+        ([3, 3], 30, 0, [6, 12, 24]), ([3, 3], 30, 20, [6, 12, 24]), ([3, 3], 30, 28, [6, 12, 24, 28]),
+        ([3], 4, 9, [3, 9]),
+    ],
+)
+def test_stages_double_up_to_most_rocks_and_end_with_no_fewer_than_least(first, most, least, stages):
+    plan = rounds(first, most, least)
+    assert [sum(last) for _, last in plan] == stages
+    assert all(done == last for (_, last), (done, _) in pairwise(plan)), "each goes on from the last"
+
+
+def test_an_answer_is_complete_only_with_as_many_rocks_as_the_site_wants(tmp_path):
+    standing = pit_standing(tmp_path, more="target: {half_width: 0.49, p95_energy: 10.0, most_rocks: 100000}")
+    trigger = over_the_wall(1, height=20.0)
+    few, enough = (
+        [
+            (answer.rocks, answer.complete)
+            for answer in answers(standing, trigger, Around(), {}, 100, lambda stage: False, count(1), least)
+        ][-1]
+        for least in (0, 1500)
+    )
+    assert few[0] < 1500 <= enough[0] < 3200
+    assert few[1] and enough[1]
 
 
 def test_a_ground_whose_zones_have_no_material_is_refused(tmp_path):

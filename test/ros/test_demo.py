@@ -59,8 +59,8 @@ def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
     done = play("--out", tmp_path, "--timeout", 300)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout
-    assert sorted(os.listdir(tmp_path)) == ["decisions", "demo.rrd"]
-    audit = [sys.executable, "-m", "rpf3d_core.cli", "audit", str(tmp_path / "decisions")]
+    assert sorted(os.listdir(tmp_path)) == ["demo-decisions", "demo.rrd"]
+    audit = [sys.executable, "-m", "rpf3d_core.cli", "audit", str(tmp_path / "demo-decisions")]
     assert subprocess.run(audit, cwd=ROOT, capture_output=True, check=False).returncode == 0
     for entity in demo.ENTITIES:
         assert f"  {entity} " in done.stdout

@@ -13,11 +13,12 @@ from live_peer import resident
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from shape_msgs.msg import Mesh
 
 from rpf3d_core.live.survey import MeshSurvey
 from rpf3d_ros import large_messages
-from rpf3d_ros.large_messages import LargeMessages
+from rpf3d_ros.large_messages import LargeMessages, Topic
 from rpf3d_ros.qos import LATCHED
 from rpf3d_ros.terrain_messages import cdr_of_mesh, same_bytes
 
@@ -62,10 +63,14 @@ def heard(node):
         threads.append(threading.current_thread())
 
     node.came, node.threads = came, threads
-    node.listening = LargeMessages(node, Mesh, "mesh", take, LATCHED)
+    node.listening = listening(node, take)
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     yield node
     node.listening.close()
+
+
+def listening(node, take, topic="mesh", failed=pytest.fail):
+    return LargeMessages(node, [Topic(Mesh, topic, take, LATCHED)], failed)
 
 
 def publish(node, data):
@@ -114,7 +119,7 @@ def test_messages_leave_no_memory_behind(heard):
 
 
 def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
-    came = []
+    came, told = [], []
 
     def take(data):
         came.append(len(data))
@@ -122,13 +127,14 @@ def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
             raise ValueError("the first is not wanted")
 
     node.came = came
-    listening, node.publisher = LargeMessages(node, Mesh, "mesh", take, LATCHED), None
+    some = listening(node, take, failed=told.append)
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     for count in (10, 20):
         before = publish(node, mesh(count))
         wait(lambda before=before: len(came) > before)
-    listening.close()
+    some.close()
     assert came == [len(mesh(10)), len(mesh(20))]
+    assert told == ["ValueError: the first is not wanted"]
 
 
 def test_nothing_comes_after_it_has_been_closed(heard):
@@ -138,13 +144,13 @@ def test_nothing_comes_after_it_has_been_closed(heard):
     heard.publisher.publish(mesh(20))
     time.sleep(0.2)
     assert len(heard.came) == 1
-    heard.listening = LargeMessages(heard, Mesh, "other", heard.came.append, LATCHED)
+    heard.listening.close()
 
 
 def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkeypatch):
     monkeypatch.setattr(large_messages, "_rcl", lambda: None)
     came = node.came = []
-    listening = LargeMessages(node, Mesh, "mesh", came.append, LATCHED)
+    some = listening(node, came.append)
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
@@ -152,7 +158,51 @@ def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkey
     wait(lambda: came, lambda: executor.spin_once(timeout_sec=0.01))
     assert came == [mesh(10)]
     executor.shutdown()
-    listening.close()
+    some.close()
+
+
+def test_messages_of_several_topics_come_in_the_order_in_which_they_were_published(node):
+    came = []
+    topics = [Topic(Mesh, name, lambda data, name=name: came.append(name), QoSProfile(depth=1000)) for name in "abc"]
+    some = LargeMessages(node, topics, pytest.fail)
+    publishers = {name: node.create_publisher(Mesh, name, QoSProfile(depth=1000)) for name in "abc"}
+    wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
+    time.sleep(0.5)  # a reader may not have found its writer yet
+    sent = [str(name) for name in np.random.default_rng(1).choice(list("abc"), 120)]
+    for number, name in enumerate(sent):
+        publishers[name].publish(mesh(20_000 if name == "c" else 10))
+        if number % 7 == 0:
+            time.sleep(0.013)
+    wait(lambda: len(came) == len(sent))
+    some.close()
+    assert came == sent
+
+
+def test_an_error_of_rcl_is_told_once_with_its_sentence(node, monkeypatch):
+    told = []
+    rcl = large_messages._rcl()
+    monkeypatch.setattr(rcl, "take", lambda *given: 1)
+    monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
+    some = listening(node, pytest.fail, failed=told.append)
+    time.sleep(0.3)
+    some.close()
+    assert len(told) == 1 and "rcl says 1" in told[0]
+
+
+def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
+    some = listening(node, pytest.fail)
+    publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=1))  # volatile, where latched is asked for
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    said = []
+    def turn():
+        executor.spin_once(timeout_sec=0.05)
+        said.extend(capfd.readouterr())
+
+    wait(lambda: "DURABILITY" in "".join(said), turn)
+    executor.shutdown()
+    node.destroy_publisher(publisher)
+    some.close()
 
 
 @pytest.mark.parametrize(("one", "other", "same"), [(b"ab", b"ab", True), (b"ab", b"ac", False), (b"ab", b"a", False)])
