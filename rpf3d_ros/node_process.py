@@ -20,13 +20,21 @@ if TYPE_CHECKING:
 BAD_INPUT = 2
 """Exit code where a parameter or a file is refused, as of the command line."""
 
+USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/operations.md lists them)"
+
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 """Where in its C sources rcl noticed an error."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
-    """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses its parameters."""
+    """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses arguments or parameters."""
     listening = _leave_on_signals()
+    unknown = _beside_ros(sys.argv[1:] if args is None else args)
+    if {"-h", "--help"} & set(unknown):
+        print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
+        return 0
+    if unknown:
+        return _refused(f"{unknown[0]} is no argument; {USAGE}")
     give_large_arrays_back()
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
@@ -38,6 +46,17 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
         return _refused(SOURCE_PLACE.sub("", " ".join(str(error).split())))
     listening.append(True)
     return _spin(make_node, executor)
+
+
+def _beside_ros(args: Sequence[str]) -> list[str]:
+    """The arguments that are not ROS's: those outside of --ros-args ... --."""
+    beside, ros = [], False
+    for word in args:
+        if word == "--ros-args" or (ros and word == "--"):
+            ros = not ros
+        elif not ros:
+            beside.append(word)
+    return beside
 
 
 def _leave_on_signals() -> list[bool]:

@@ -1,5 +1,6 @@
 """A node's process from its first import to its exit code."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -38,6 +39,22 @@ def python(*arguments):
 def test_a_node_that_is_interrupted_while_it_starts_ends_with_exit_code_0(node, module, number):
     done = python("-c", INTERRUPTED_IN_AN_IMPORT.format(node=node, module=module, number=number))
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_a_node_that_is_asked_for_help_tells_what_it_is_and_starts_nothing(node, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", f"rpf3d_ros.{node}", "--help"], cwd=tmp_path, capture_output=True, text=True,
+        timeout=ENDS_WITHIN, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0 and "--params-file" in done.stdout and "rpf3d" in done.stdout
+    assert not any(tmp_path.iterdir())
+
+
+def test_arguments_that_no_node_knows_are_refused():
+    done = python("-m", "rpf3d_ros.simulator_node", "--params-file", "config/rpf3d.yaml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--params-file is no argument" in done.stderr and "after --ros-args" in done.stderr
 
 
 @pytest.mark.parametrize("content", [None, "a: [1\n", "rpf3d_simulator: 3\n"])

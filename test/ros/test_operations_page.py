@@ -19,7 +19,7 @@ SOURCES = sorted((ROOT / "rpf3d_ros").glob("*.py"))
 TEXT = PAGE.read_text(encoding="utf-8")
 NOT_DRAWN_BY_RVIZ = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
 NOT_DRAWN_IN_3D = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
-ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen"}
+ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen", "Topic"}
 OF_EVERY_NODE = {"parameter_events", "rosout", "clock", "~/transition_event"}
 """Topics that rclpy itself has."""
 
@@ -34,11 +34,16 @@ def documented(direction):
 IN, OUT = documented("in"), documented("out")
 
 
+def name_of(function):
+    """What a call calls, without what it belongs to."""
+    return getattr(function, "attr", getattr(function, "id", ""))
+
+
 def topics_in_code():
     """(topic, name of the message class) of publishers and subscriptions whose names stand in the sources."""
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ENDPOINTS and len(node.args) > 1:
+            if isinstance(node, ast.Call) and name_of(node.func) in ENDPOINTS and len(node.args) > 1:
                 kind, topic = node.args[:2]
                 if isinstance(topic, ast.Constant) and isinstance(kind, ast.Name):
                     yield topic.value, kind.id

@@ -1,0 +1,40 @@
+"""A program that a signal ends says so by its exit code, wherever that strikes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+BEGIN = """
+import os, signal, sys
+from rpf3d_ros.leaving import unless_signalled
+
+class Struck:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+
+def work():
+    {work}
+    return 7
+
+code = unless_signalled(work)
+print(code, signal.getsignal(signal.SIGTERM) == signal.SIG_DFL)
+"""
+
+
+@pytest.mark.parametrize(
+    ("work", "code"),
+    [
+        ("pass", 7),
+        ("os.kill(os.getpid(), signal.SIGTERM)", 143),
+        ("os.kill(os.getpid(), signal.SIGINT)", 130),
+        ("Struck()", 143),  # the exception is dropped there, and the work goes on to its end
+        ("try:\n        os.kill(os.getpid(), signal.SIGINT)\n    except BaseException:\n        raise OSError", 130),
+    ],
+)
+def test_the_exit_code_tells_of_a_signal_and_the_handlers_are_put_back(work, code):
+    command = [sys.executable, "-c", BEGIN.format(work=work)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.split() == [str(code), "True"], done.stderr
