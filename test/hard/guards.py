@@ -297,8 +297,9 @@ GUARDS = (
         "    if approach != other:\n        return approach > other\n"
         "    n, m = stored_normal(facets, f), stored_normal(facets, g)\n"
         "    for k in range(3):\n        if n[k] != m[k]:\n            return n[k] > m[k]\n",
-        "    n = stored_normal(facets, f)\n",
-        "`wins_tie`: speed and normal come before the place of a facet",
+        "    n, m = stored_normal(facets, f), stored_normal(facets, g)\n"
+        "    if approach != other or n != m:\n        return f < g\n",
+        "`wins_tie`: of facets in several planes speed and normal decide, not the number",
         "another order of the facets in the file gives another answer",
     ),
     Guard(
