@@ -1,12 +1,13 @@
 """A subscriber to everything that is published, for a soak to kill: it must make no difference to anybody else."""
 
-from rpf3d_ros.stand_in import KINDS, StandIn
+from rpf3d_ros.recorded_topics import TOPICS
+from rpf3d_ros.stand_in import StandIn
 
 
 def main() -> None:
     """Hear until the end."""
     with StandIn(name="rpf3d_soak_listener") as stand_in:
-        for topic in KINDS:
+        for topic in TOPICS:
             stand_in.hear(topic, lambda data, at_ns: None)
         while True:
             stand_in.spin_once(1.0)

@@ -17,6 +17,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from rpf3d_core.alerts.log_files import files_in
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
@@ -50,7 +51,6 @@ EARLIER_NS = 600_000_000_000
 
 SOURCES = 12
 
-DECISION_FILES = "decisions-*.jsonl"
 DECISIONS = "demo-decisions"
 """Folder of the log of decisions, beside the recording; no node calls its own so unless it is told to."""
 
@@ -89,9 +89,9 @@ def _played(options: argparse.Namespace) -> int:
 def _keep_decisions(made: Path, kept: Path) -> None:
     """Put the log of this demo in the place of the last one's; whatever else lies there stays."""
     kept.mkdir(exist_ok=True)
-    for old in kept.glob(DECISION_FILES):
+    for _, old in files_in(kept):
         old.unlink()
-    for new in made.glob(DECISION_FILES):
+    for _, new in files_in(made):
         shutil.copy(new, kept)
 
 

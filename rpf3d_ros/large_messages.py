@@ -169,8 +169,8 @@ class LargeMessages:
     def _come(self) -> list[tuple[int, Topic, Buffer]]:
         """What has come, in the order in which it was published.
 
-        The last topic is looked at last: what of the others was there before had been published after its messages, or
-        those are still to come.
+        Topics are looked at in their order: put those first whose messages follow the others', so that what came
+        before one of them is not overlooked.
         """
         come = []
         for subscription, topic in self._listening:

@@ -14,7 +14,7 @@ from typing import Any
 from rpf3d_core.errors import InputError
 from rpf3d_ros.from_bag import Raw, messages_of
 from rpf3d_ros.leaving import unless_signalled
-from rpf3d_ros.recorded_topics import TERRAIN, TOPICS
+from rpf3d_ros.recorded_topics import TOPICS
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
@@ -108,11 +108,12 @@ class _Player:
         if topic in self._publishers:
             return
         from rpf3d_ros.message_classes import message_class
-        from rpf3d_ros.qos import EVENTS, LATCHED
+        from rpf3d_ros.qos import given_qos
 
         kind, offered, _ = TOPICS[topic]
-        qos = LATCHED if offered == TERRAIN else EVENTS
-        publisher = self._publishers[topic] = self.node.create_publisher(message_class(kind), topic, qos)
+        publisher = self._publishers[topic] = self.node.create_publisher(
+            message_class(kind), topic, given_qos(offered)
+        )  # fmt: skip
         deadline = time.monotonic() + options.patience
         while publisher.get_subscription_count() < options.subscribers:
             if time.monotonic() > deadline:

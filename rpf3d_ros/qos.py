@@ -34,6 +34,11 @@ RECORDED = {
 """By how a topic is offered (`recorded_topics`); events may wait while a large terrain is being written."""
 
 
+def given_qos(offered: str) -> QoSProfile:
+    """How an input of the simulator is published by who stands in for a mine: terrain latched, all else as events."""
+    return LATCHED if offered == TERRAIN else EVENTS
+
+
 def recorded_qos(offered: str, durability: str) -> QoSProfile:
     """How a topic is recorded; durability : of terrain, as the user says."""
     return terrain_qos(durability) if offered == TERRAIN else RECORDED[offered]

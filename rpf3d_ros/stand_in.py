@@ -8,48 +8,17 @@ import time
 from collections.abc import Callable
 from typing import Any, Self
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
-from nav_msgs.msg import OccupancyGrid
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
-from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
 
-from rpf3d_ros.qos import EVENTS, LATCHED
-
-KINDS: dict[str, Any] = {
-    "terrain/points": PointCloud2,
-    "terrain/mesh": Mesh,
-    "terrain/update": PointCloud2,
-    "sources": PoseArray,
-    "/clicked_point": PointStamped,
-    "source_cloud": PointCloud2,
-    "areas/polygon": PolygonStamped,
-    "areas/equipment": PoseArray,
-    "trajectories": MarkerArray,
-    "trajectories/points": PointCloud2,
-    "impacts": PointCloud2,
-    "deposits": PointCloud2,
-    "hazard/grid": OccupancyGrid,
-    "hazard/points": PointCloud2,
-    "hazard/zones": MarkerArray,
-    "results": DiagnosticArray,
-    "alerts": DiagnosticArray,
-    "alarm": Bool,
-    "/diagnostics": DiagnosticArray,
-}
-"""Topic -> type of its messages."""
-
-KEPT_BY_SURVEY = ("terrain/points", "terrain/mesh")
-"""What a survey publishes latched; everything else that is said here is an event."""
+from rpf3d_ros.message_classes import message_class
+from rpf3d_ros.qos import given_qos
+from rpf3d_ros.recorded_topics import TOPICS
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """How results are heard: those from now on, none of them left out."""
@@ -72,8 +41,9 @@ class StandIn:
         self._context.init()
         self.node = Node(name, context=self._context)
         self._publishers = {
-            topic: self.node.create_publisher(KINDS[topic], topic, LATCHED if topic in KEPT_BY_SURVEY else EVENTS)
-            for topic in speaks
+            name: self.node.create_publisher(message_class(topic.kind), name, given_qos(topic.offered))
+            for name, topic in TOPICS.items()
+            if name in speaks
         }
         self._acknowledge = self.node.create_client(Trigger, f"{SIMULATOR}/acknowledge")
         self._set = self.node.create_client(SetParameters, f"{SIMULATOR}/set_parameters")
@@ -89,7 +59,8 @@ class StandIn:
     def hear(self, topic: str, note: Note, qos: QoSProfile = NEWS) -> None:
         """Tell `note` of each message of a topic, undecoded."""
         arrived = time.monotonic_ns
-        self.node.create_subscription(KINDS[topic], topic, lambda data: note(data, arrived()), qos, raw=True)
+        kind = message_class(TOPICS[topic].kind)
+        self.node.create_subscription(kind, topic, lambda data: note(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:
         """Take one of what has come."""

@@ -55,9 +55,9 @@ class Station:
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
         results, around = itertools.count(1), around_of(parameters)
-        age = equipment.thresholds.evidence.sources_max_age_s if equipment.thresholds is not None else 0.0
+        terms = equipment.thresholds.evidence if equipment.thresholds is not None else None
+        age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
         answered = AnsweredSources(age, parameters.waiting_sources)
-        least = equipment.thresholds.evidence.fewest_rocks if equipment.thresholds is not None else 0
         self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered, least)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Point, Point32, PointStamped, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
+from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray, Quaternion
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from nav_msgs.msg import OccupancyGrid
@@ -17,13 +17,13 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
+from rpf3d_ros.message_classes import message_class
+from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS, given_qos
+from rpf3d_ros.recorded_topics import TOPICS
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
@@ -34,17 +34,7 @@ TURN = 0.02
 """Seconds that a peer waits for a message before it looks whether what it waits for has happened."""
 
 SECOND = 1_000_000_000
-INPUTS = {
-    "terrain/points": PointCloud2,
-    "terrain/mesh": Mesh,
-    "terrain/update": PointCloud2,
-    "sources": PoseArray,
-    "/clicked_point": PointStamped,
-    "source_cloud": PointCloud2,
-    "areas/polygon": PolygonStamped,
-    "areas/equipment": PoseArray,
-}
-LATCHED_INPUTS = ("terrain/points", "terrain/mesh")
+INPUTS = {name: topic for name, topic in TOPICS.items() if topic.given}
 SIDE, SLOPE_ENDS, DROP = 60, 40, 40.0
 TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
 """Corners (m) of an area at the toe that nearly every rock from the slope comes to."""
@@ -117,8 +107,8 @@ class LivePeer:
         self.context.init()
         self.node = Node("mine", context=self.context, parameter_overrides=[Parameter("use_sim_time", value=False)])
         self.publishers = {
-            topic: self.node.create_publisher(kind, topic, LATCHED if topic in LATCHED_INPUTS else EVENTS)
-            for topic, kind in INPUTS.items()
+            name: self.node.create_publisher(message_class(topic.kind), name, given_qos(topic.offered))
+            for name, topic in INPUTS.items()
         }
         if clock:
             self.publishers["/clock"] = self.node.create_publisher(Clock, "/clock", EVENTS)
@@ -203,6 +193,14 @@ class LivePeer:
     def watch_toe(self):
         """Send the area at the toe."""
         self.send("areas/polygon", polygon(TOE, self.now()))
+
+    def see_rocks_reach_the_toe(self):
+        """Send ramp, area and sources, and wait until that evacuates: the values of the answer's status."""
+        self.stand_on_ramp()
+        self.watch_toe()
+        values = self.answered()
+        self.wait_for_alert("evacuate")
+        return values
 
     def answered(self, places=(ON_THE_SLOPE,), stamp_ns=None):
         """Send sources and wait for an answer to them: its status."""

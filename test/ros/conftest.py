@@ -12,17 +12,11 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, PolygonStamped, PoseArray
 from live_peer import LivePeer
-from nav_msgs.msg import OccupancyGrid
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import PointCloud2
-from shape_msgs.msg import Mesh
-from std_msgs.msg import Bool
-from visualization_msgs.msg import MarkerArray
 
 from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
 from rpf3d_ros.health import healths_of
@@ -34,29 +28,7 @@ PATIENCE = 240.0
 """Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
 takes 40 on one core with a cold cache, and several times that on busy ones."""
 
-INPUTS = {
-    "terrain/points": PointCloud2,
-    "terrain/mesh": Mesh,
-    "terrain/update": PointCloud2,
-    "sources": PoseArray,
-    "/clicked_point": PointStamped,
-    "source_cloud": PointCloud2,
-    "areas/polygon": PolygonStamped,
-    "areas/equipment": PoseArray,
-    "/clock": Clock,
-}
-ALERTS = {"alerts": DiagnosticArray, "alarm": Bool}
-RESULTS = {
-    "trajectories": MarkerArray,
-    "trajectories/points": PointCloud2,
-    "impacts": PointCloud2,
-    "deposits": PointCloud2,
-    "hazard/grid": OccupancyGrid,
-    "hazard/points": PointCloud2,
-    "hazard/zones": MarkerArray,
-    "results": DiagnosticArray,
-}
-RECORDED = {name: message_class(topic.kind) for name, topic in TOPICS.items()}
+KINDS = {name: message_class(topic.kind) for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
 """Topics that are not latched."""
 
@@ -88,19 +60,18 @@ class Peer:
     """What stands at the other end of the topics: publishes anything, keeps all that it hears."""
 
     def __init__(self, publishes=(), hears=()):
-        kinds = RECORDED | INPUTS | RESULTS | ALERTS
         self.heard = {topic: [] for topic in hears}
         self.health = {}
         self.context = Context()
         self.context.init()
         self.node = Node("rpf3d_peer", context=self.context)
         self.publishers = {
-            topic: self.node.create_publisher(kinds[topic], topic, EVENTS if topic in PASSING else LATCHED)
+            topic: self.node.create_publisher(KINDS[topic], topic, EVENTS if topic in PASSING else LATCHED)
             for topic in publishes
         }
         for topic in hears:
             qos = EVENTS if topic in PASSING else LATCHED
-            self.node.create_subscription(kinds[topic], topic, self.heard[topic].append, qos)
+            self.node.create_subscription(KINDS[topic], topic, self.heard[topic].append, qos)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._note_health, EVENTS)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)

@@ -26,10 +26,7 @@ def living(shared_stage):
     process = shared_stage.node("simulator_node", **with_alerts(shared_stage.folder))
     peer = shared_stage.live_peer()
     peer.wait_for_simulator()
-    peer.stand_on_ramp()
-    peer.watch_toe()
-    peer.answered()
-    peer.wait_for_alert("evacuate")
+    peer.see_rocks_reach_the_toe()
     yield process, peer
     assert process.poll() is None, "the simulator has died"
 

@@ -33,10 +33,7 @@ def test_a_simulator_killed_in_the_middle_of_an_update_comes_back_with_the_last_
     process = stage.node("simulator_node", **with_alerts(stage.folder))
     peer = stage.live_peer()
     peer.wait_for_simulator()
-    peer.stand_on_ramp()
-    peer.watch_toe()
-    ramp_digest = peer.answered()["terrain_digest"]
-    peer.wait_for_alert("evacuate")
+    ramp_digest = peer.see_rocks_reach_the_toe()["terrain_digest"]
     peer.wait_for_sentence("is kept", len(peer.said))
     peer.send("terrain/points", cloud(ramp_of(LARGE), peer.now()))
     peer.spin(0.4)  # it is being built
