@@ -109,11 +109,12 @@ $(COLCON)/.installed:
 COLCON_TESTS := test/test_package.py test/ros/test_launch_files.py test/ros/test_parameters.py test/ros/test_lifecycle.py \
   test/ros/test_simulator_node.py
 
-# The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment.
+# The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment,
+# whose Python knows where the wheels of ROS 2 have their shared ones.
 colcon: $(COLCON)/.installed venv
 	@set -eu; work=$$(mktemp -d); trap 'rm -rf "$$work"' EXIT; export PATH="$(CURDIR)/$(COLCON)/bin:$$PATH" COLCON_LOG_PATH="$$work/log"; \
 	mkdir -p "$$work/src/rpf3d"; \
-	cp -r package.xml setup.py setup.cfg pyproject.toml LICENSE resource config launch rpf3d_core rpf3d_ros test "$$work/src/rpf3d"; \
+	cp -r package.xml setup.py setup.cfg pyproject.toml LICENSE README.md CHANGELOG.rst resource config launch rpf3d_core rpf3d_ros test "$$work/src/rpf3d"; \
 	cd "$$work"; colcon list; \
 	colcon list | grep -q 'ros.ament_python' || { echo "colcon does not see an ament_python package: check package.xml"; exit 1; }; \
 	colcon build; \
@@ -121,8 +122,9 @@ colcon: $(COLCON)/.installed venv
 	  lib/rpf3d/rpf3d_play_bag share/rpf3d/package.xml \
 	  share/ament_index/resource_index/packages/rpf3d; do \
 	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
-	libraries=$$($(CURDIR)/$(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))'); \
-	PYTHONPATH="$$libraries" colcon test --return-code-on-test-failure --event-handlers console_cohesion+ \
+	export PYTHONPATH="$$($(CURDIR)/$(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"; \
+	export LD_LIBRARY_PATH="$$($(CURDIR)/$(BIN)/python -c 'import os; print(os.environ.get("LD_LIBRARY_PATH", ""))')"; \
+	colcon test --return-code-on-test-failure --event-handlers console_cohesion+ \
 	  --pytest-args $(COLCON_TESTS); \
 	colcon test-result --all; \
 	echo "colcon: built, installed and tested as ros.ament_python"
