@@ -119,7 +119,7 @@ colcon: $(COLCON)/.installed venv
 	colcon list | grep -q 'ros.ament_python' || { echo "colcon does not see an ament_python package: check package.xml"; exit 1; }; \
 	colcon build; \
 	for made in lib/rpf3d/rpf3d_simulator lib/rpf3d/rpf3d_recorder lib/rpf3d/rpf3d_scene_publisher \
-	  lib/rpf3d/rpf3d_play_bag share/rpf3d/package.xml \
+	  lib/rpf3d/rpf3d_play_bag lib/rpf3d/rpf3d_acknowledge share/rpf3d/package.xml \
 	  share/ament_index/resource_index/packages/rpf3d; do \
 	  test -e "install/rpf3d/$$made" || { echo "colcon build did not install $$made"; exit 1; }; done; \
 	export PYTHONPATH="$$($(CURDIR)/$(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')"; \

@@ -7,7 +7,13 @@ The simulator is a lifecycle node that configures and activates itself; `autosta
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, NotEqualsSubstitution, PathJoinSubstitution
+from launch.substitutions import (
+    EqualsSubstitution,
+    IfElseSubstitution,
+    LaunchConfiguration,
+    NotEqualsSubstitution,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -15,7 +21,12 @@ from launch_ros.substitutions import FindPackageShare
 
 def generate_launch_description() -> LaunchDescription:
     """All arguments are declared below with what they mean."""
-    params_file = PathJoinSubstitution([FindPackageShare("rpf3d"), "config", "rpf3d.yaml"])
+    config = [FindPackageShare("rpf3d"), "config"]
+    params_file = IfElseSubstitution(
+        EqualsSubstitution(LaunchConfiguration("scene"), ""),
+        if_value=PathJoinSubstitution([*config, "rpf3d.yaml"]),
+        else_value=PathJoinSubstitution([*config, "rpf3d_scene.yaml"]),  # the one that sets no key of a scene
+    )
     given = LaunchConfiguration("params_file")
     frames = {
         "map_frame": ParameterValue(LaunchConfiguration("map_frame"), value_type=str),
@@ -30,9 +41,7 @@ def generate_launch_description() -> LaunchDescription:
     publisher = {"scene": ParameterValue(LaunchConfiguration("publish_scene"), value_type=str)}
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                "scene", default_value="", description="scene file for the simulator, if params_file sets no key of one"
-            ),
+            DeclareLaunchArgument("scene", default_value="", description="scene file for the simulator; empty: none"),
             DeclareLaunchArgument("params_file", default_value=params_file, description="parameters of the nodes"),
             DeclareLaunchArgument("site_file", default_value="", description="areas and thresholds; empty: no alerts"),
             DeclareLaunchArgument("map_frame", default_value="map", description="frame of every output"),

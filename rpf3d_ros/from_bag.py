@@ -3,6 +3,8 @@
 import struct
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +18,14 @@ from rpf3d_ros.refusals import MessageRefused
 
 MESH = "terrain/mesh"
 """Read from its CDR bytes, as the node does."""
+
+MAGIC = b"\x89MCAP0\r\n"
+"""Begins and ends every MCAP file."""
+
+CUT_OFF = (
+    "was cut off before its end was written, as by a kill; make it whole first, with: mcap recover FILE -o REPAIRED "
+    "(the MCAP command line, https://mcap.dev), and name the repaired file"
+)
 
 UNREADABLE = (ValueError, IndexError, KeyError, TypeError, MemoryError, ArithmeticError, struct.error)
 """What a damaged message may raise where it is taken apart; UnicodeError and rosbags' own are ValueError."""
@@ -37,21 +47,58 @@ class Converted(NamedTuple):
     refused: list[str]
 
 
+def topics_of(bag: Path, namespace: str = "") -> list[str]:
+    """The topics that are recorded and that a bag has messages of. Raises InputError for what is no whole bag."""
+    with _reading(bag) as reader:
+        held = {topic_called(c.topic, namespace) for c in _chosen(reader, namespace) if c.msgcount}
+    return [topic for topic in TOPICS if topic in held]
+
+
 def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
     """The messages of the topics that are recorded, in order of time. Raises InputError for what is no whole bag."""
+    with _reading(bag) as reader:
+        chosen = _chosen(reader, namespace)
+        if not chosen:
+            return  # rosbags takes none for all
+        for connection, stamp_ns, data in reader.messages(connections=chosen):
+            topic = topic_called(connection.topic, namespace)
+            yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
+
+
+@contextmanager
+def _reading(bag: Path) -> Iterator[Any]:
+    """The reader of a bag. Raises InputError for whatever goes wrong with it."""
     rosbags = import_rosbags()
     if not bag.exists():
         raise InputError(f"{bag}: there is no such bag")
     try:
         with rosbags.rosbag2.Reader(bag) as reader:
-            chosen = [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
-            if not chosen:
-                return  # rosbags takes none for all
-            for connection, stamp_ns, data in reader.messages(connections=chosen):
-                topic = topic_called(connection.topic, namespace)
-                yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
+            yield reader
     except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE) as error:
+        if _is_cut_off(bag):
+            raise InputError(f"{bag}: {CUT_OFF}") from error
         raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {error}") from error
+
+
+def _chosen(reader: Any, namespace: str) -> list[Any]:
+    """The connections of the topics that are recorded."""
+    return [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
+
+
+def _is_cut_off(bag: Path) -> bool:
+    """Whether a file of it begins as MCAP and does not end so, as after a kill; False where that cannot be told."""
+    files = bag.glob("*.mcap") if bag.is_dir() else [bag]
+    with suppress(OSError):
+        return any(_begins_only(file) for file in files)
+    return False
+
+
+def _begins_only(file: Path) -> bool:
+    with file.open("rb") as opened:
+        if opened.read(len(MAGIC)) != MAGIC:
+            return False
+        opened.seek(-len(MAGIC), SEEK_END)
+        return opened.tell() == 0 or opened.read() != MAGIC
 
 
 def convert(bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "") -> Converted:

@@ -14,7 +14,7 @@ from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE
 
 PERIOD = 1.0
-"""Seconds between repetitions, as diagnostic_aggregator expects (REP 107)."""
+"""Seconds of the machine between repetitions, as diagnostic_aggregator expects (REP 107)."""
 
 SPACING = 0.005
 """Seconds between publications at least, but for the repetitions: a flood of messages makes no flood of diagnostics."""
@@ -34,20 +34,19 @@ class HealthReport:
         self._publisher = node.create_publisher(
             DiagnosticArray, "/diagnostics", EVENTS, qos_overriding_options=OVERRIDABLE
         )
-        node.create_timer(PERIOD, self.publish)
-        node.create_timer(PERIOD, self._publish_if_due, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._published = -SPACING
         self.closed = False
 
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
-        """Set the state of a part, log it where it is not OK, and publish it where it says something new."""
+        """Set the state of a part, log it where it is not OK or is so again, publish it where it says something new."""
         if self.closed:
             return
         health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
         with self._lock:
             before = self._parts.get(part)
             self._parts = {**self._parts, part: health}
-            if level != OK:
+            if level != OK or (before is not None and before.level != OK):
                 self._log(part, level, message)
             if before is None or (before.level, before.message) != (level, message):
                 self._publish_soon()
@@ -61,12 +60,6 @@ class HealthReport:
         """Publish the state of every part."""
         with self._lock:
             self._publish()
-
-    def _publish_if_due(self) -> None:
-        """Publish where the other timer does not, whose clock, a simulated one, stands still or has not begun."""
-        with self._lock:
-            if time.monotonic() - self._published > 0.9 * PERIOD:
-                self._publish()
 
     def _publish_soon(self) -> None:
         """Publish at once, but not in a flood: what comes too soon after the last waits for the timer."""
@@ -86,7 +79,9 @@ class HealthReport:
             return
         self._logged[part, message] = now
         logger = self._node.get_logger().get_child(part)
-        if level == ERROR:
+        if level == OK:  # a line for each: rclpy lets none change its severity
+            logger.info(message)
+        elif level == ERROR:
             logger.error(message)
         else:
             logger.warning(message)

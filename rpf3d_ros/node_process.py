@@ -29,7 +29,7 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
     """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses arguments or parameters."""
     listening = _leave_on_signals()
-    unknown = _beside_ros(sys.argv[1:] if args is None else args)
+    unknown = beside_ros(sys.argv[1:] if args is None else args)
     if {"-h", "--help"} & set(unknown):
         print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
         return 0
@@ -48,7 +48,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
     return _spin(make_node, executor)
 
 
-def _beside_ros(args: Sequence[str]) -> list[str]:
+def beside_ros(args: Sequence[str]) -> list[str]:
     """The arguments that are not ROS's: those outside of --ros-args ... --."""
     beside, ros = [], False
     for word in args:

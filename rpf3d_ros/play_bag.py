@@ -1,23 +1,36 @@
 """Play a bag into the running nodes: its input topics as CDR, at the pace they came, optionally with /clock.
 
-`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is out, 2 where the bag cannot be read.
+`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is out, 2 where the bag cannot be read. Stamps
+in a bag are of its time: nodes that run by today's clock take its sources for stale, so give them use_sim_time:=true.
+ROS's own arguments (an enclave, say) stand after --ros-args.
 """
 
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.from_bag import Raw, messages_of
+from rpf3d_ros.from_bag import messages_of, topics_of
 from rpf3d_ros.leaving import unless_signalled
+from rpf3d_ros.node_process import beside_ros
 from rpf3d_ros.recorded_topics import TOPICS
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.publisher import Publisher
+
+    from rpf3d_ros.simulated_clock import SimulatedClock
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
+
+CLOCK_AHEAD = 0.5
+"""Seconds for which /clock stands at the time of the first message before that goes out: nodes must have a time."""
 
 LEAVING = 1.0
 """Seconds between the last message and the end: a reliable publisher that leaves takes what is on its way along."""
@@ -25,26 +38,28 @@ LEAVING = 1.0
 
 def main(args: Sequence[str] | None = None) -> int:
     """Play a bag; 0, 2 for bad input, 128 + its number after a signal."""
-    options = _options(args)
-    return unless_signalled(lambda: _played(options))
+    words = sys.argv[1:] if args is None else list(args)
+    options = _options(beside_ros(words))
+    return unless_signalled(lambda: _played(options, words))
 
 
-def inputs_of(bag: Path, namespace: str) -> Iterable[Raw]:
-    """What a bag gives the simulator. Raises InputError where that is nothing."""
-    given = (raw for raw in messages_of(bag, namespace) if TOPICS[raw.topic].given)
-    first = next(given, None)
-    if first is None:
+def inputs_of(bag: Path, namespace: str) -> list[str]:
+    """The inputs of the simulator that a bag holds. Raises InputError where there are none."""
+    given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
+    if not given:
         raise InputError(f"{bag}: holds no input of the simulator; is there a namespace to give?")
-    return chain([first], given)
+    return given
 
 
-def _options(args: Sequence[str] | None) -> argparse.Namespace:
+def _options(args: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rpf3d_play_bag", description=__doc__.splitlines()[0])
     parser.add_argument("bag", type=Path, help="folder of a rosbag2 bag, or its .mcap or .db3 file")
     parser.add_argument("--rate", type=_positive, default=1.0, help="how many times as fast as it was recorded")
     parser.add_argument("--namespace", default="", help="namespace of the topics in the bag")
-    parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time")
-    parser.add_argument("--subscribers", type=int, default=1, help="subscribers of each topic to wait for")
+    parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time:=true")
+    parser.add_argument(
+        "--subscribers", type=int, default=1, help="of each topic to wait for: 1 (default), 2 with the recorder"
+    )
     parser.add_argument("--patience", type=float, default=30.0, help="seconds to wait for them")
     return parser.parse_args(args)
 
@@ -56,79 +71,78 @@ def _positive(text: str) -> float:
     return value
 
 
-def _played(options: argparse.Namespace) -> int:
+def _played(options: argparse.Namespace, words: list[str]) -> int:
     try:
-        _play(options)
+        _play(options, words)
     except InputError as error:
         print(f"rpf3d: {error}", file=sys.stderr)
         return 2
     return 0
 
 
-def _play(options: argparse.Namespace) -> None:
-    """Publish every message at its time."""
-    messages = inputs_of(options.bag, options.namespace)
+def _play(options: argparse.Namespace, words: list[str]) -> None:
+    """Publish every input at its time, and tell what was played; words : of the command line, for ROS."""
+    played = dict.fromkeys(inputs_of(options.bag, options.namespace), 0)
     import rclpy
+    from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        player = _Player(options.clock)
-        began, first = 0.0, 0
-        for raw in messages:
-            player.offer(raw.topic, options)
-            if not began:
-                began, first = time.monotonic(), raw.stamp_ns
-            _wait_until(began + (raw.stamp_ns - first) / SECOND / options.rate)
-            player.send(raw)
-        time.sleep(LEAVING)
+        node = Node("rpf3d_play_bag", start_parameter_services=False)
+        publishers = _publishers(node, played)
+        given = (raw for raw in messages_of(options.bag, options.namespace) if raw.topic in publishers)
+        first = next(given)
+        with _clock(node, first.stamp_ns) if options.clock else nullcontext() as clock:
+            _wait_for_subscribers(publishers, options)
+            if clock is not None:
+                time.sleep(CLOCK_AHEAD)
+                clock.run_at(options.rate)
+            began = time.monotonic()
+            for raw in chain([first], given):
+                _wait_until(began + (raw.stamp_ns - first.stamp_ns) / SECOND / options.rate)
+                if clock is not None:
+                    clock.tell()
+                publishers[raw.topic].publish(raw.data)
+                played[raw.topic] += 1
+            time.sleep(LEAVING)
+        print("played", ", ".join(f"{count} of {topic}" for topic, count in played.items()))
     finally:
         rclpy.try_shutdown()
 
 
+def _publishers(node: "Node", topics: Iterable[str]) -> dict[str, "Publisher"]:
+    """A publisher for each topic, with the quality of service that a mine's own has."""
+    from rpf3d_ros.message_classes import message_class
+    from rpf3d_ros.qos import given_qos
+
+    return {
+        topic: node.create_publisher(message_class(TOPICS[topic].kind), topic, given_qos(TOPICS[topic].offered))
+        for topic in topics
+    }
+
+
+def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
+    """A clock that stands until it is told to run."""
+    from rpf3d_ros.simulated_clock import SimulatedClock
+
+    return SimulatedClock(node, begin_ns, speed=0.0)
+
+
+def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argparse.Namespace) -> None:
+    """Wait until each topic has its subscribers. Raises InputError that names those which have not."""
+    deadline = time.monotonic() + options.patience
+    while few := [each for each, offer in publishers.items() if offer.get_subscription_count() < options.subscribers]:
+        if time.monotonic() > deadline:
+            raise InputError(
+                f"after {options.patience:g} s there are fewer than {options.subscribers} subscribers of "
+                f"{', '.join(few)}; does the simulator run, in this ROS_DOMAIN_ID?"
+            )
+        time.sleep(0.02)
+
+
 def _wait_until(moment: float) -> None:
     time.sleep(max(0.0, moment - time.monotonic()))
-
-
-class _Player:
-    """A node that publishes CDR on the inputs of the simulator."""
-
-    def __init__(self, clock: bool) -> None:
-        from rclpy.node import Node
-        from rosgraph_msgs.msg import Clock
-
-        from rpf3d_ros.qos import EVENTS
-
-        self.node = Node("rpf3d_play_bag")
-        self._publishers: dict[str, Any] = {}
-        self._clock = self.node.create_publisher(Clock, "/clock", EVENTS) if clock else None
-
-    def offer(self, topic: str, options: argparse.Namespace) -> None:
-        """Make the publisher of a topic, once, and wait for its subscribers. Raises InputError where none come."""
-        if topic in self._publishers:
-            return
-        from rpf3d_ros.message_classes import message_class
-        from rpf3d_ros.qos import given_qos
-
-        kind, offered, _ = TOPICS[topic]
-        publisher = self._publishers[topic] = self.node.create_publisher(
-            message_class(kind), topic, given_qos(offered)
-        )  # fmt: skip
-        deadline = time.monotonic() + options.patience
-        while publisher.get_subscription_count() < options.subscribers:
-            if time.monotonic() > deadline:
-                few = f"{topic} has fewer than {options.subscribers} subscribers"
-                raise InputError(f"after {options.patience:g} s {few}")
-            time.sleep(0.02)
-
-    def send(self, raw: Raw) -> None:
-        """Publish a message, and its time before it."""
-        if self._clock is not None:
-            from builtin_interfaces.msg import Time
-            from rosgraph_msgs.msg import Clock
-
-            self._clock.publish(Clock(clock=Time(sec=raw.stamp_ns // SECOND, nanosec=raw.stamp_ns % SECOND)))
-        self._publishers[raw.topic].publish(raw.data)
 
 
 if __name__ == "__main__":

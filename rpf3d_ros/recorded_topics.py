@@ -38,7 +38,7 @@ TOPICS: dict[str, Topic] = {
     "hazard/points": Topic(CLOUD, RESULT),
     "hazard/grid": Topic("nav_msgs/msg/OccupancyGrid", RESULT),
     "results": Topic(DIAGNOSTICS, RESULT),
-    "alerts": Topic(DIAGNOSTICS, EVENT),
+    "alerts": Topic(DIAGNOSTICS, RESULT),
     "alarm": Topic("std_msgs/msg/Bool", STATE),
     "/diagnostics": Topic(DIAGNOSTICS, EVENT),
 }

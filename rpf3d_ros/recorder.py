@@ -53,6 +53,7 @@ class RecorderNode(Node):
         self.feed = ViewerFeed(viewer, self.files.head) if viewer.kind != NONE else None
         self.abandoned = False
         self._say_recorded()
+        self.get_logger().info(f"recording into {self.files.path}")
         for topic, (kind, offered, _) in TOPICS.items():
             qos = recorded_qos(offered, parameters.terrain_durability)
             self._listen(topic, message_class(kind), qos)

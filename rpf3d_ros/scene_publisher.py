@@ -50,6 +50,8 @@ class ScenePublisherNode(Node):
         asked = f"{fast:.6g} m/s" if slow == fast else f"one for all; the scene has {slow:.6g} to {fast:.6g} m/s"
         values = {"triangles": str(len(content.mesh.triangles)), "rocks": str(len(content.positions))}
         self.health.set("scene", OK, f"publishing {self.parameters.scene}", {**values, "release_speed": asked})
+        counts = f"{len(content.mesh.triangles)} triangles and {len(content.positions)} sources"
+        self.get_logger().info(f"publishing {self.parameters.scene}: {counts}")
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}")
 
     def look(self) -> None:

@@ -50,12 +50,16 @@ class SimulatedClock:
             self._base_ns, self._since = self._now_ns(), time.monotonic_ns()
             self._speed = speed
 
+    def tell(self) -> None:
+        """Publish the time at once, before what has its stamp: at a high rate the last tick is long ago."""
+        self._publisher.publish(Clock(clock=self.now()))
+
     def _now_ns(self) -> int:
         return self._base_ns + round((time.monotonic_ns() - self._since) * self._speed)
 
     def _run(self) -> None:
         while not self._ended.wait(1.0 / TICKS):
-            self._publisher.publish(Clock(clock=self.now()))
+            self.tell()
 
     def __enter__(self) -> Self:
         self._thread.start()

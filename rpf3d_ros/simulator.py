@@ -196,6 +196,8 @@ class SimulatorNode(LifecycleNode):
 
     def _say(self, what: str, level: int) -> None:
         self.health.set("lifecycle", level, what)
+        if level == OK:
+            self.get_logger().info(what)  # the health report logs only what is wrong, or no longer so
 
     def _now(self) -> int:
         return int(self.get_clock().now().nanoseconds)

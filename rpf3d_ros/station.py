@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
-from rpf3d_core.alerts.levels import Alert, acknowledgement
+from rpf3d_core.alerts.levels import Alert, Level, acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.ground import Ground
@@ -61,6 +61,7 @@ class Station:
         self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered, least)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
+        self._level: Level | None = None
         if equipment.thresholds is not None:
             self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
         if equipment.log_fault:
@@ -142,7 +143,7 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or said)
 
     def acknowledged(self, said: str) -> tuple[bool, str]:
-        """Whether an acknowledgement ("name: reason") lowered the level, or why it did not."""
+        """Whether an acknowledgement ("NAME: REASON") lowered the level, or why it did not."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = said.partition(":")
@@ -152,7 +153,7 @@ class Station:
             acknowledgement(by, why, self._outlets.now())
             return replies.get(timeout=ANSWER_WITHIN)
         except InputError as refusal:
-            return False, str(refusal)
+            return False, f"{refusal}; acknowledged_by is to say NAME: REASON"
         except queue.Empty:
             return False, "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
 
@@ -212,7 +213,10 @@ class Station:
     # --- what the desk tells
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert."""
+        """Publish an alert, and log it where the level is another than before."""
+        if self._level != alert.level:
+            self._level = alert.level
+            self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
         self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
 
     def held_up(self, why: str) -> None:

@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.alert_reading import ALERT
-from rpf3d_ros.bag_writer import BagWriter
+from rpf3d_ros.bag_writer import BagWriter, typestore
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.diagnostic_messages import diagnostics_of
 from rpf3d_ros.health import ERROR, OK, WARN, Health
@@ -163,6 +163,13 @@ def nothing_wrong(second) -> DiagnosticArray:
 
 def as_cdr(message):
     return message if isinstance(message, bytes) else serialize_message(message)
+
+
+def without_chance(message):
+    """A message as CDR, its padding zeros: rclpy leaves there what the memory held before."""
+    kind, types = type(message), typestore()
+    name = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
+    return bytes(types.serialize_cdr(types.deserialize_cdr(serialize_message(message), name), name))
 
 
 def write_bag(folder, messages, namespace="/"):

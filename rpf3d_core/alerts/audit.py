@@ -77,7 +77,7 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
     Raises
     ------
     InputError
-        There is no log there, or it cannot be read.
+        There is no log there, it cannot be read, or not one line of it is one of a log.
     """
     files = _files(Path(path))
     reading = _Reading(seeking=head)
@@ -86,6 +86,8 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
             reading.read(number, file)
     except OSError as error:
         raise InputError(f"{path}: the log cannot be read: {error.strerror}") from None
+    if reading.last is None and reading.audit.lines:
+        raise InputError(f"{path}: is no log of decisions: none of its {reading.audit.lines:,} lines is one of a log")
     if head is not None and not reading.found:
         reading.blame(f"no line of the log has the hash {head}: lines have been taken away, or it was written anew")
     return reading.audit

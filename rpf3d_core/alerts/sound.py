@@ -52,15 +52,15 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
     limits = thresholds.evidence
     ahead = ns_of(limits.clock_tolerance_s)
     for what, stamp, longest in (
-        ("sources", evidence.trigger_stamp_ns, limits.sources_max_age_s),
-        ("terrain", evidence.terrain_stamp_ns, limits.terrain_max_age_s),
-        ("answer", evidence.at_ns, None),
+        ("the sources are", evidence.trigger_stamp_ns, limits.sources_max_age_s),
+        ("the terrain is", evidence.terrain_stamp_ns, limits.terrain_max_age_s),
+        ("the answer is", evidence.at_ns, None),
     ):
         age = now_ns - stamp
         if longest is not None and age > ns_of(longest):
-            yield f"the {what} is stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
+            yield f"{what} stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
         if age < -ahead:
-            yield f"the {what} is stamped {span(-age)} in the future"
+            yield f"{what} stamped {span(-age)} in the future"
     if evidence.at_ns < evidence.trigger_stamp_ns - ahead:
         yield "the answer was made before the sources were stamped that it answers"
 

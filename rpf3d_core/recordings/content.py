@@ -52,10 +52,11 @@ def content_of(recording: Path) -> Content:
 def repair(broken: Path, repaired: Path) -> Content:
     """Write what can be read of a recording that was cut off, with the footer it lacks; what was saved.
 
-    Raises InputError where nothing can be read, or where what was written does not verify; then there is no file.
+    Raises InputError where nothing can be read, or where what was written does not verify, then there is no file; and
+    where there is a file already.
     """
-    if repaired.resolve() == broken.resolve():
-        raise InputError(f"{broken}: would be overwritten; give another file with -o")
+    if repaired.exists():
+        raise InputError(f"{repaired}: is there already; remove it, or give another file with -o")
     if not broken.is_file():
         raise InputError(f"{broken}: there is no such file")
     part = repaired.with_name(f"{repaired.stem}.part.rrd")

@@ -12,6 +12,7 @@ from rpf3d_core.alerts import audit
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.alerts.lines import BEGINNING, content_of, line_of
 from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.errors import InputError
 
 LEVELS_SHOWN = ["normal", "watch", "evacuate", "evacuate", "evacuate", "normal"]
 """At the changes of the shift: the fault is told while evacuate is held, and clears to it."""
@@ -197,7 +198,8 @@ def test_a_log_that_is_not_there_is_refused(tmp_path: Path, monkeypatch, capsys)
 
 def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
     (tmp_path / "picture.png").write_bytes(bytes(range(256)) * 4)
-    assert not audit_log(tmp_path / "picture.png").sound
+    with pytest.raises(InputError, match="is no log of decisions: none of its 5 lines"):
+        audit_log(tmp_path / "picture.png")
     with DecisionLog(tmp_path / "log", "0.1.0"):
         pass
     with pytest.raises(Exception, match="holds no log"):

@@ -203,9 +203,9 @@ def test_a_small_answer_lowers_nothing() -> None:
 
 FAULTS: dict[str, tuple[Evidence | None, str]] = {
     "no evidence": (None, "there is no evidence"),
-    "stale sources": (evidence(trigger_stamp_ns=NOW - 30 * S - 1), "the sources is stale"),
+    "stale sources": (evidence(trigger_stamp_ns=NOW - 30 * S - 1), "the sources are stale"),
     "stale terrain": (evidence(terrain_stamp_ns=NOW - 3600 * S - 1), "the terrain is stale"),
-    "sources of the future": (evidence(trigger_stamp_ns=NOW + S), "the sources is stamped 1.000 s in the future"),
+    "sources of the future": (evidence(trigger_stamp_ns=NOW + S), "the sources are stamped 1.000 s in the future"),
     "terrain of the future": (evidence(terrain_stamp_ns=NOW + S), "the terrain is stamped"),
     "answer of the future": (evidence(at_ns=NOW + S), "the answer is stamped"),
     "answer before the question": (evidence(at_ns=NOW - 9 * S), "the answer was made before the sources"),

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.bag_writer import BagWriter, typestore
-from rpf3d_ros.from_bag import convert, messages_of
+from rpf3d_ros.from_bag import convert, messages_of, topics_of
 from rpf3d_ros.incident_bag import IncidentBag
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.play_bag import inputs_of
@@ -65,12 +65,26 @@ def test_a_bag_becomes_a_recording_where_there_is_no_ros(bag, tmp_path):
 
 def test_a_bag_that_is_none_is_refused_in_a_sentence_with_exit_code_2(tmp_path):
     (tmp_path / "bad.mcap").write_bytes(b"\x89MCAP0\r\n and no more")
-    for name, sentence in (("nowhere", "no such bag"), ("bad.mcap", "cannot be read")):
+    made.write_bag(tmp_path / "whole", made.shift())
+    whole = next((tmp_path / "whole").glob("*.mcap")).read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "other.mcap").write_bytes(b"no bag at all")
+    told = {"nowhere": "no such bag", "bad.mcap": "mcap recover", "cut.mcap": "mcap recover", "other.mcap": "be read"}
+    for name, sentence in told.items():
         done = without_ros("from-bag", tmp_path / name, "--out", tmp_path / "out.rrd")
         assert done.returncode == 2
         assert sentence in " ".join(done.stderr.split())
         assert "Traceback" not in done.stderr
     assert not (tmp_path / "out.rrd").exists()
+
+
+def test_a_bag_that_a_kill_cut_off_is_told_from_others_as_a_folder_too(tmp_path):
+    made.write_bag(tmp_path / "shift", made.shift())
+    file = next((tmp_path / "shift").glob("*.mcap"))
+    file.write_bytes(file.read_bytes()[:-20])
+    (tmp_path / "shift" / "metadata.yaml").unlink()
+    with pytest.raises(InputError, match="cut off before its end"):
+        topics_of(tmp_path / "shift")
 
 
 def test_a_bag_whose_topics_are_in_another_namespace_is_refused_and_leaves_no_file(tmp_path):
@@ -159,15 +173,17 @@ def test_a_bag_replays_into_the_simulator(stage):
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     player = subprocess.Popen(
         [sys.executable, "-m", "rpf3d_ros.play_bag", str(folder), "--rate", "20", "--clock"],
-        env={**os.environ, "PYTHONPATH": path},
-    )
+        env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
     try:
         last = max(ns // made.SECOND for ns, topic, _ in made.shift() if topic == "sources")
         peer.wait(
             lambda: any(array.markers[0].header.stamp.sec == last for array in peer.heard["hazard/zones"]),
             "an answer to the last sources of the bag",
         )
-        assert player.wait(timeout=30.0) == 0
+        said, _ = player.communicate(timeout=30.0)
+        assert player.returncode == 0
+        assert said == "played 2 of terrain/mesh, 2 of sources\n"
     finally:
         player.kill()
 
@@ -178,7 +194,8 @@ def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag
     environment = {**os.environ, "PYTHONPATH": path}
     done = subprocess.run([*command, "--patience", "0.2"], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "fewer than 1 subscribers" in done.stderr
+    assert "fewer than 1 subscribers of terrain/mesh, " in done.stderr
+    assert "does the simulator run" in done.stderr
     waiting = subprocess.Popen([*command, "--patience", "100"], env=environment, stderr=subprocess.PIPE, text=True)
     stage.peer().wait(lambda: waiting.poll() is None, "the player")
     with pytest.raises(subprocess.TimeoutExpired):
@@ -188,4 +205,5 @@ def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag
 
 
 def test_events_are_those_topics_that_are_not_latched():
-    assert {name for name, topic in TOPICS.items() if topic.offered == EVENT} >= {"sources", "alerts", "/diagnostics"}
+    events = {name for name, topic in TOPICS.items() if topic.offered == EVENT}
+    assert events >= {"sources", "/diagnostics"} and not events & {"alerts", "alarm", "results"}

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+pytest.importorskip("rosbags", reason="rosbags is not installed")
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 LONGEST = 240.0 * max(1.0, MUTATIONS / 1000)  # s; the slowest takes 2 s where nothing else runs
@@ -27,11 +28,12 @@ sys.path[:0] = sys.argv[4:]
 warnings.simplefilter("ignore")
 from mutated_files import mutated
 from mutated_messages import CONVERSIONS
-from rclpy.serialization import deserialize_message, serialize_message
+from recorded_messages import without_chance
+from rclpy.serialization import deserialize_message
 from rpf3d_ros.refusals import MessageRefused
 
 sound, kept, convert = CONVERSIONS[kind]()
-whole = serialize_message(sound)
+whole = without_chance(sound)
 convert(whole if kept is bytes else deserialize_message(whole, kept))
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + memory, resource.RLIM_INFINITY))

@@ -89,12 +89,15 @@ STUBS = {
     "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription", "SetEnvironmentVariable"],
     "launch.conditions": ["IfCondition"],
     "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
-    "launch.substitutions": ["LaunchConfiguration", "NotEqualsSubstitution", "PathJoinSubstitution"],
+    "launch.substitutions": [
+        "EqualsSubstitution", "IfElseSubstitution", "LaunchConfiguration", "NotEqualsSubstitution",
+        "PathJoinSubstitution",
+    ],
     "launch_ros": [],
     "launch_ros.actions": ["Node"],
     "launch_ros.parameter_descriptions": ["ParameterValue"],
     "launch_ros.substitutions": ["FindPackageShare"],
-}
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -113,6 +116,14 @@ def described(request, monkeypatch):
     return found
 
 
+def chosen(default):
+    """The paths that the default of an argument may come to."""
+    if isinstance(default, str):
+        return []
+    choice = [default.named[name] for name in ("if_value", "else_value") if name in default.named]
+    return choice or [default]
+
+
 def resolved(path):
     """The file of this source tree that a PathJoinSubstitution in the package's share names."""
     ((share, *parts),) = path.arguments
@@ -124,7 +135,7 @@ def resolved(path):
 def test_a_launch_file_names_files_that_are_there(described):
     defaults = [argument.named["default_value"] for argument in described["DeclareLaunchArgument"]]
     includes = [include.arguments[0].arguments[0] for include in described.get("IncludeLaunchDescription", [])]
-    paths = [path for path in defaults if not isinstance(path, str)] + includes
+    paths = [path for default in defaults for path in chosen(default)] + includes
     assert paths
     assert all(resolved(path).is_file() for path in paths)
 
@@ -138,12 +149,39 @@ def test_a_launched_node_gets_the_parameter_file_and_only_parameters_that_it_has
         assert {name for section in own for name in section} <= set(known)
 
 
-def test_the_parameter_file_sets_only_parameters_that_exist_and_of_their_type():
-    for node, section in yaml.safe_load((ROOT / "config" / "rpf3d.yaml").read_text()).items():
+def set_by(file):
+    """Node -> parameter -> value of a parameter file."""
+    content = yaml.safe_load((ROOT / "config" / file).read_text())
+    return {node: dict(flat(section["ros__parameters"])) for node, section in content.items()}
+
+
+@pytest.mark.parametrize("file", ["rpf3d.yaml", "rpf3d_scene.yaml"])
+def test_a_parameter_file_sets_only_parameters_that_exist_and_of_their_type(file):
+    for node, given in set_by(file).items():
         known = known_to(node)
-        for name, value in flat(section["ros__parameters"]):
+        for name, value in given.items():
             assert name in known, f"{node}: {name}"
             assert isinstance(value, list if isinstance(known[name], tuple) else type(known[name])), f"{node}: {name}"
+
+
+def test_the_parameter_file_beside_a_scene_differs_from_the_other_by_the_keys_of_a_scene_alone():
+    keys = {field.key for field in live_parameters()}
+    without = {node: {n: v for n, v in given.items() if n not in keys} for node, given in set_by("rpf3d.yaml").items()}
+    assert without != set_by("rpf3d.yaml")
+    assert set_by("rpf3d_scene.yaml") == without
+
+
+@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+def test_a_scene_file_takes_the_parameter_file_that_sets_no_key_of_a_scene(described):
+    (default,) = [
+        each.named["default_value"] for each in described["DeclareLaunchArgument"]
+        if each.arguments[0] == "params_file"
+    ]  # fmt: skip
+    (condition,) = default.arguments
+    scene, nothing = condition.arguments
+    assert (type(condition).__name__, scene.arguments, nothing) == ("EqualsSubstitution", ("scene",), "")
+    files = [resolved(default.named[name]).name for name in ("if_value", "else_value")]
+    assert files == ["rpf3d.yaml", "rpf3d_scene.yaml"]
 
 
 @pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)

@@ -1,7 +1,10 @@
 """Alerts of rpf3d_simulator as a process: up by evidence, down by acknowledgement, a fault where nothing is known."""
 
 import json
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +25,7 @@ from rpf3d_core.live.survey import GridSurvey
 from rpf3d_ros.cloud_messages import cloud_of_grid
 from rpf3d_ros.health import healths_of
 
+ROOT = Path(__file__).resolve().parents[2]
 NODE = "rpf3d_simulator"
 SITE = """\
 site: test pit
@@ -76,6 +80,13 @@ def acknowledge(peer, said):
     return peer.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
 
 
+def acknowledge_by_program(*words):
+    """What a person does at a terminal: the exit code, and what was printed."""
+    command = [sys.executable, "-m", "rpf3d_ros.acknowledge", *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=60.0)
+    return done.returncode, done.stdout + done.stderr
+
+
 def keep_saying(peer, message, condition, what):
     """Publish sources again and again, as a radar does, until something is heard."""
     said = [0.0]
@@ -107,11 +118,10 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     keep_saying(peer, poses, lambda: len(peer.heard["alerts"]) > 20 or time.sleep(0.05), "more decisions")
     assert level(peer) == "evacuate", "nobody has acknowledged"
     nobody = acknowledge(peer, "")
-    assert not nobody.success and "name" in nobody.message
+    assert not nobody.success and "name" in nobody.message and "NAME: REASON" in nobody.message
     peer.send("sources", poses())
     peer.wait_for_health(f"{NODE}: sources", "nothing seen")
-    answer = keep_and_acknowledge(peer)
-    assert answer.success or "taken up" in answer.message, answer.message
+    keep_and_acknowledge(peer)
     peer.wait(lambda: level(peer) == "normal", "normal")
     peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
     assert stage.clear() == [0], stage.output("simulator_node")
@@ -139,15 +149,15 @@ def test_a_node_that_is_deactivated_leaves_the_alarm_on(stage, tmp_path):
 
 def keep_and_acknowledge(peer):
     """Acknowledge once the newest evidence, that nothing is seen, has been decided on."""
-    for _ in range(20):
+    for _ in range(10):
         peer.send("sources", poses())
         until = time.monotonic() + 0.5
         while time.monotonic() < until:
             peer.executor.spin_once(timeout_sec=0.05)
-        answer = acknowledge(peer, "A. Foreman: the slope was inspected")
-        if answer.success or "taken up" in answer.message:
-            return answer
-    return answer
+        code, said = acknowledge_by_program("A. Foreman", "the slope was inspected")
+        if code == 0 or "taken up" in said:
+            return
+    pytest.fail(f"not acknowledged: {code}, {said}")
 
 
 def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage):
@@ -156,4 +166,15 @@ def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage
     peer.wait_for_health(f"{NODE}: lifecycle", "active")
     answer = acknowledge(peer, "A. Foreman: inspected")
     assert not answer.success and "site_file" in answer.message
+    code, said = acknowledge_by_program("A. Foreman", "inspected")
+    assert code == 1 and said.startswith("not lowered: no site_file is set"), said
     assert not peer.heard["alerts"]
+
+
+def test_who_acknowledges_nobody_or_nothing_is_told_so_with_exit_code_2(stage):
+    stage.peer()  # nothing but a domain of the test's own
+    code, said = acknowledge_by_program("A. Foreman", "inspected", "--patience", "0.5")
+    assert code == 2 and "/rpf3d_simulator does not answer" in said and "Traceback" not in said
+    for words, sentence in ((("A. Foreman", " "), "empty"), (("A: Foreman", "inspected"), "colon"), ((), "required")):
+        code, said = acknowledge_by_program(*words)
+        assert code == 2 and sentence in said, said

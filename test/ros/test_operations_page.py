@@ -5,6 +5,8 @@ import configparser
 import json
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import fields
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,9 @@ import yaml
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from parameter_tables import PAGE, with_tables
+
+from rpf3d_core.live.scene import SCENE
+from rpf3d_ros.parameters import RecorderParameters, SimulatorParameters
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "rpf3d_ros").glob("*.py"))
@@ -104,7 +109,10 @@ def test_the_policy_allows_each_node_the_documented_topics_and_no_more():
     assert recorder["subscribe"] - OF_EVERY_NODE == without_slash(IN | OUT)
     assert recorder["publish"] - OF_EVERY_NODE == {"diagnostics"}
     assert nodes["rpf3d_scene_publisher"]["publish"] - OF_EVERY_NODE == {"terrain/mesh", "sources", "diagnostics"}
+    assert nodes["rpf3d_play_bag"]["publish"] - OF_EVERY_NODE == without_slash(IN), "and clock"
     assert nodes["plc_bridge"]["publish"] <= OF_EVERY_NODE
+    asked = {"rpf3d_simulator/acknowledge", "rpf3d_simulator/set_parameters"}
+    assert nodes["rpf3d_acknowledge"]["request"] == asked and nodes["rpf3d_acknowledge"]["publish"] <= OF_EVERY_NODE
 
 
 def test_the_policy_has_no_wildcards():
@@ -126,7 +134,7 @@ def test_rviz_asks_for_what_is_offered():
     for topic, display in displays().items():
         _, quality = (IN | OUT).get(topic.lstrip("/")) or (IN | OUT)[topic]
         latched = display["Topic"]["Durability Policy"] == "Transient Local"
-        assert latched == (quality == "latched"), topic
+        assert latched == (quality in ("latched", "terrain")), f"{topic}; terrain as in config/rpf3d.yaml"
         assert display["Topic"]["Reliability Policy"] == "Reliable"
 
 
@@ -145,19 +153,49 @@ def test_the_foxglove_layout_has_a_configuration_for_each_panel_and_draws_every_
     assert without_slash(drawn["topics"]) == without_slash(set(IN | OUT) - NOT_DRAWN_IN_3D)
 
 
-def test_the_service_ends_in_time_starts_again_and_stays_on_this_machine():
+def service_of(name):
+    """The [Service] of a systemd unit in config, and the unit's text."""
     unit = configparser.ConfigParser(strict=False, interpolation=None)
     unit.optionxform = str
-    text = (ROOT / "config" / "rpf3d.service").read_text()
+    text = (ROOT / "config" / name).read_text()
     unit.read_string(text)
-    service = unit["Service"]
+    return unit["Service"], text
+
+
+@pytest.mark.parametrize("name", ["rpf3d.service", "rpf3d_recorder.service"])
+def test_a_service_starts_again_and_stays_on_this_machine(name):
+    service, text = service_of(name)
     assert (service["Restart"], service["RestartPreventExitStatus"]) == ("on-failure", "2")
-    assert service["TimeoutStopSec"] == "5"
     assert "Environment=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n" in text
     assert (service["IPAddressDeny"], service["IPAddressAllow"]) == ("any", "localhost")
     assert service["NoNewPrivileges"] == "yes"
+
+
+def test_the_service_of_the_simulator_ends_in_time_and_may_compile():
+    service, text = service_of("rpf3d.service")
+    assert service["TimeoutStopSec"] == "5"
     assert "MemoryDenyWriteExecute=" not in text, "the engine is compiled while it runs"
-    assert service["ExecStart"].split()[0].endswith("/rpf3d_simulator")
+
+
+@pytest.mark.parametrize(
+    ("name", "program", "parameters"),
+    [
+        ("rpf3d.service", "rpf3d_simulator", SimulatorParameters),
+        ("rpf3d_recorder.service", "rpf3d_recorder", RecorderParameters),
+    ],
+)
+def test_a_service_runs_a_program_with_files_where_it_may_write_and_parameters_that_it_has(name, program, parameters):
+    service, _ = service_of(name)
+    started, *words = service["ExecStart"].replace("\\\n", " ").split()
+    assert Path(started).name == program
+    assert (ROOT / "config" / Path(words[words.index("--params-file") + 1]).name).is_file()
+    given = dict(word.split(":=") for flag, word in pairwise(words) if flag == "-p")
+    known = {field.name: type(field.default) for field in fields(parameters)} | {SCENE: str}
+    assert given and set(given) <= set(known)
+    for key, value in given.items():
+        known[key](value)
+        if value.startswith("/"):
+            assert value.startswith("/var/lib/rpf3d/" if key not in (SCENE, "site_file") else "/etc/rpf3d/"), key
 
 
 def test_every_file_that_the_page_names_is_there():
