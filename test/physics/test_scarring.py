@@ -235,7 +235,9 @@ def test_each_zone_has_its_own_ground(engine):
     x, v = np.array([[-10.0, 0.3, 5.0], [10.0, 0.3, 5.0]]), np.tile((2.0, 0.0, 0.0), (2, 1))
     ones, numbers = np.ones(2), np.arange(2)
     releases = Releases(0 * numbers, numbers, x, v, 780.0 * ones, 0.4265 * ones)
-    impacts = fly_ensemble(over, with_scars(scarring, R_n=1.0, R_t=1.0), releases).impacts
+    flight = with_scars(scarring, R_n=1.0, R_t=1.0)
+    few = dataclasses.replace(flight, settings=flight.settings._replace(max_impacts=20))  # without loss there is no end
+    impacts = fly_ensemble(over, few, releases).impacts
     first = [np.flatnonzero(impacts.row == i)[0] for i in range(2)]
     kept = impacts.speed_out[first] / impacts.speed_in[first]
     assert kept[0] < 0.95 and kept[1] == pytest.approx(1.0, abs=1e-12)
