@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_ros.cloud_messages import cloud_of_columns
+from rpf3d_ros.shift_content import heights_at
 from rpf3d_ros.terrain_messages import COUNT, HEADER, MeshSurvey, cdr_of_mesh
 
 Floats = NDArray[np.float64]
@@ -32,15 +33,14 @@ class Heights:
     """The ground of a terrain as heights over the plan, map frame."""
 
     def __init__(self, terrain: Terrain) -> None:
-        self._terrain = terrain
-        self._engine: Engine = engine_of("compiled", facets_of(terrain))
+        self._origin = np.array(terrain.frame.origin)
+        self._facets = facets_of(terrain)
+        self._engine: Engine = engine_of("compiled", self._facets)
 
     def at(self, plan: Floats) -> Floats:
         """z (N,) m of the ground at places (N, 2) m; NaN where there is none."""
-        top = float(self._terrain.vertices[:, 2].max()) + 1.0
-        x = np.column_stack([plan - np.array(self._terrain.frame.origin[:2]), np.full(len(plan), top)])
-        below = self._engine.ground_below(x)
-        return np.where(below[:, 1] < 0, np.nan, top - below[:, 0]) + self._terrain.frame.origin[2]
+        x, y = (plan - self._origin[:2]).T
+        return heights_at(self._engine, self._facets, x, y) + self._origin[2]
 
     def grid(self, west: float, south: float, step: float, columns: int, rows: int) -> Floats:
         """Points (rows, columns, 3) m of a grid from its south-western corner."""

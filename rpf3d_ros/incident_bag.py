@@ -31,7 +31,7 @@ class IncidentBag:
         if self._prefix is None:
             return
         first = self.folder is None
-        self.folder = self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
+        self.folder = self._beside(recording)
         try:
             self.close()
             self._writer, self._is_new, self.fault = BagWriter(self.folder), True, ""
@@ -39,6 +39,19 @@ class IncidentBag:
             self.fault = f"{self.folder} cannot be written: {error}"
             if first:
                 raise
+
+    def forget(self, recording: Path) -> None:
+        """Delete the bag of a recording that is deleted; where that is not possible, `fault` says why."""
+        if self._prefix is None:
+            return
+        try:
+            for file in self._beside(recording).glob("*"):  # a bag's folder holds files alone
+                file.unlink()
+            self._beside(recording).rmdir()
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            self.fault = f"an old bag could not be deleted: {error}"
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
         """Add a message as it came; where that is not possible, `fault` says why and the bag is left."""
@@ -57,6 +70,10 @@ class IncidentBag:
         writer, self._writer = self._writer, None
         if writer is not None:
             writer.close()
+
+    def _beside(self, recording: Path) -> Path:
+        assert self._prefix is not None
+        return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 
     def _begin(self, stamp_ns: int) -> None:
         """The ground comes first, at the time of the first message: whoever replays does not wait for it."""

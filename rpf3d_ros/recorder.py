@@ -147,6 +147,6 @@ def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
     path = Path(parameters.file)
     rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
     try:
-        return RecordingFiles(path, rotation, begun=bag.begin_with)
+        return RecordingFiles(path, rotation, begun=bag.begin_with, forgotten=bag.forget)
     except FAULTS as error:
         raise InputError(f"{path}: the recording cannot be written: {error}") from error

@@ -72,9 +72,14 @@ class RecordingFiles:
         rotation: Rotation,
         monotonic: Callable[[], float] = time.monotonic,
         begun: Callable[[Path], None] = lambda path: None,
+        forgotten: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        """Begin the first file; `begun` is told of each. Raises OSError or RuntimeError where that is not possible."""
-        self._file, self._rotation, self._monotonic, self._begun = file, rotation, monotonic, begun
+        """Begin the first file. Raises OSError or RuntimeError where that is not possible.
+
+        begun : told of each file; forgotten : of each that has been deleted, for there are newer ones enough
+        """
+        self._file, self._rotation, self._monotonic = file, rotation, monotonic
+        self._begun, self._forgotten = begun, forgotten
         self.head = Head()
         self.number, self.lost = 0, 0
         self.path = file
@@ -169,6 +174,7 @@ class RecordingFiles:
         if self._rotation.keep > 0:
             for old in numbered_files(self._file)[: -self._rotation.keep]:
                 old.unlink(missing_ok=True)
+                self._forgotten(old)
 
 
 def numbered(file: Path, number: int, at: datetime) -> Path:

@@ -8,6 +8,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 import recorded_messages as made
 
 from rpf3d_core.recordings.content import rows_by_entity, verify
+from rpf3d_ros.incident_bag import IncidentBag
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.message_log import Entry, MessageLog
 from rpf3d_ros.recording_files import RETRY, Head, RecordingFiles, Rotation, numbered_files
@@ -80,6 +81,21 @@ def test_only_so_many_files_are_kept_and_no_other_file_is_touched(tmp_path, cloc
     files.close()
     assert [path.stem[-4:] for path in numbered_files(tmp_path / "shift.rrd")] == ["0004", "0005"]
     assert all(other.exists() for other in others)
+
+
+def test_with_a_file_that_is_deleted_its_bag_goes_and_no_other(tmp_path, clock):
+    bags = IncidentBag(str(tmp_path / "pit"))
+    (tmp_path / "pit_by_hand").mkdir()
+    rotation = Rotation(minutes=1.0, keep=2)
+    files = RecordingFiles(tmp_path / "shift.rrd", rotation, clock, begun=bags.begin_with, forgotten=bags.forget)
+    for _ in range(4):
+        clock.now += 60.0
+        files.check()
+    files.close()
+    bags.close()
+    kept = {f"pit_{path.stem}" for path in numbered_files(tmp_path / "shift.rrd")}
+    assert len(kept) == 2 and not bags.fault
+    assert {path.name for path in tmp_path.glob("pit_*")} == kept | {"pit_by_hand"}
 
 
 def test_without_rotation_there_is_one_file_of_the_given_name(tmp_path, log):
