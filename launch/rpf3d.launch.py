@@ -1,67 +1,68 @@
 """The simulator and, where asked for, the recorder and a scene in the place of the survey and the radar.
 
 The simulator is a lifecycle node that configures and activates itself; `autostart:=false` leaves that to a manager.
+What is not given is as the parameter file says.
 """
 
 # ruff: noqa: I001 - ruff takes this folder for the package `launch`
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
-from launch.conditions import IfCondition
-from launch.substitutions import (
-    EqualsSubstitution,
-    IfElseSubstitution,
-    LaunchConfiguration,
-    NotEqualsSubstitution,
-    PathJoinSubstitution,
-)
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
+FRAMES = {"map_frame": str, "survey_frame": str}
+SIMULATOR = {"scene": str, "site_file": str, "decision_log": str, "store": str, "autostart": bool}
+"""Arguments that are parameters of the same name, and their types."""
+
 
 def generate_launch_description() -> LaunchDescription:
-    """All arguments are declared below with what they mean."""
-    config = [FindPackageShare("rpf3d"), "config"]
-    params_file = IfElseSubstitution(
-        EqualsSubstitution(LaunchConfiguration("scene"), ""),
-        if_value=PathJoinSubstitution([*config, "rpf3d.yaml"]),
-        else_value=PathJoinSubstitution([*config, "rpf3d_scene.yaml"]),  # the one that sets no key of a scene
-    )
-    given = LaunchConfiguration("params_file")
-    frames = {
-        "map_frame": ParameterValue(LaunchConfiguration("map_frame"), value_type=str),
-        "survey_frame": ParameterValue(LaunchConfiguration("survey_frame"), value_type=str),
-    }
-    simulator = {
-        "scene": ParameterValue(LaunchConfiguration("scene"), value_type=str),
-        "site_file": ParameterValue(LaunchConfiguration("site_file"), value_type=str),
-        "autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool),
-    }
-    recorder = {"file": ParameterValue(LaunchConfiguration("record_to"), value_type=str)}
-    publisher = {"scene": ParameterValue(LaunchConfiguration("publish_scene"), value_type=str)}
+    """All arguments are declared below with what they mean; an empty one is not given."""
     return LaunchDescription(
         [
-            DeclareLaunchArgument("scene", default_value="", description="scene file for the simulator; empty: none"),
-            DeclareLaunchArgument("params_file", default_value=params_file, description="parameters of the nodes"),
+            DeclareLaunchArgument(
+                "params_file", default_value="",
+                description="parameters of the nodes; empty: config/rpf3d.yaml, or with scene config/rpf3d_scene.yaml",
+            ),
+            DeclareLaunchArgument("scene", default_value="", description="scene file for the simulator"),
             DeclareLaunchArgument("site_file", default_value="", description="areas and thresholds; empty: no alerts"),
-            DeclareLaunchArgument("map_frame", default_value="map", description="frame of every output"),
+            DeclareLaunchArgument("decision_log", default_value="", description="folder; empty: beside the site file"),
+            DeclareLaunchArgument("store", default_value="", description="folder of the last terrain; empty: none"),
+            DeclareLaunchArgument("map_frame", default_value="", description="frame of every output"),
             DeclareLaunchArgument("survey_frame", default_value="", description="frame that map_origin shifts"),
-            DeclareLaunchArgument("autostart", default_value="true", description="configure and activate at once"),
+            DeclareLaunchArgument("autostart", default_value="", description="configure and activate at once"),
             DeclareLaunchArgument("record", default_value="true", description="whether to run the recorder"),
             DeclareLaunchArgument("record_to", default_value="rpf3d.rrd", description="the recording to write"),
             DeclareLaunchArgument("publish_scene", default_value="", description="scene file to publish; empty: none"),
             DeclareLaunchArgument("discovery_range", default_value="LOCALHOST", description="or SUBNET"),
             SetEnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", LaunchConfiguration("discovery_range")),
-            Node(
-                package="rpf3d", executable="rpf3d_simulator", parameters=[given, frames, simulator], output="screen",
-            ),
-            Node(
-                package="rpf3d", executable="rpf3d_recorder", parameters=[given, frames, recorder], output="screen",
-                condition=IfCondition(LaunchConfiguration("record")),
-            ),
-            Node(
-                package="rpf3d", executable="rpf3d_scene_publisher", parameters=[given, frames, publisher],
-                output="screen", condition=IfCondition(NotEqualsSubstitution(LaunchConfiguration("publish_scene"), "")),
-            ),
+            OpaqueFunction(function=_nodes),
         ]
     )  # fmt: skip
+
+
+def _nodes(context: LaunchContext) -> list[Node]:
+    """The nodes, with no parameter that nobody has given: it would take the place of the parameter file's."""
+
+    def said(name: str) -> str:
+        return LaunchConfiguration(name).perform(context)
+
+    def given(kinds: dict[str, type]) -> dict[str, ParameterValue]:
+        return {name: ParameterValue(said(name), value_type=kind) for name, kind in kinds.items() if said(name)}
+
+    def named(name: str, argument: str) -> dict[str, ParameterValue]:
+        return {name: ParameterValue(said(argument), value_type=str)}
+
+    def node(program: str, own: dict[str, ParameterValue]) -> Node:
+        own = {**given(FRAMES), **own}
+        return Node(package="rpf3d", executable=program, parameters=[file, *([own] if own else [])], output="screen")
+
+    shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the former sets no key of a scene
+    file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
+    nodes = [node("rpf3d_simulator", given(SIMULATOR))]
+    if said("record").lower() in ("true", "1"):
+        nodes.append(node("rpf3d_recorder", named("file", "record_to")))
+    if said("publish_scene"):
+        nodes.append(node("rpf3d_scene_publisher", named("scene", "publish_scene")))
+    return nodes

@@ -1,8 +1,8 @@
 """Acknowledge the alert of a running simulator, so that its level may fall; who and why go into the log of decisions.
 
 `rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 where the level was lowered, 1
-where the simulator refuses and says why, 2 where there is none. ROS's own arguments (an enclave, say) stand after
---ros-args.
+where the simulator refuses and says why, 2 where there is none, 3 where it cannot tell yet. ROS's own arguments (an
+enclave, say) stand after --ros-args.
 """
 
 import argparse
@@ -20,8 +20,15 @@ if TYPE_CHECKING:
     from rclpy.task import Future
 
 
+TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
+"""What the simulator answers where it does not know yet whether the level falls."""
+
+NOT_YET = 3
+"""Exit code for that."""
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge; 0, 1 where it is refused, 2 for bad input, 128 + its number after a signal."""
+    """Acknowledge; 0, 1 where it is refused, 2 for bad input, 3 where taken up, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(beside_ros(words))
     return unless_signalled(lambda: _acknowledged(options, words))
@@ -57,6 +64,9 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
         return 2
     finally:
         rclpy.try_shutdown()
+    if message == TAKEN_UP:
+        print(message)
+        return NOT_YET
     print(message if lowered else f"not lowered: {message}")
     return 0 if lowered else 1
 

@@ -1,15 +1,16 @@
 """Decides on alerts and publishes them, on a thread of its own: each decision is on disk before anybody is told.
 
-Nothing is held back for the log's sake: where it cannot be written the alert is published all the same, and the fault
-of the log with it.
+Where the log cannot be written the alert is published all the same, and the fault of the log with it. A disk that does
+neither, and hangs, keeps the alert back; that is told, and the alarm sounded, after a second.
 """
 
 import queue
 import threading
+import time
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence
@@ -20,7 +21,7 @@ from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.site_model import Thresholds
 from rpf3d_core.live.evidence import together
-from rpf3d_ros.heard_topics import HeardTopics
+from rpf3d_ros.heard_topics import HeardTopics, is_cleared_by
 from rpf3d_ros.intake import SECOND
 from rpf3d_ros.unforeseen import tell
 
@@ -31,6 +32,12 @@ FORGOTTEN = "a decision failed: what was heard before is not used"
 
 NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
 """Why there is no decision: it would be stamped 0, and say that a level is held since 1970."""
+
+RENEWED_BEFORE = SECOND
+"""ns before a decision ends in which the next is made, or half of the time for which it is valid, if that is less."""
+
+LONGEST_WRITE = 1.0
+"""Seconds that a decision may take to be on disk before the alarm is sounded without it."""
 
 CLOSING = None
 """What ends the thread, where a piece of work is expected."""
@@ -47,6 +54,9 @@ class Listener(Protocol):
 
     def held_up(self, why: str) -> None:
         """No decision can be made, and why; for who is to be warned that is a fault. Empty once one can."""
+
+    def unwritten(self, seconds: float) -> None:
+        """A decision has been waiting so long to be written, and is not told before it is."""
 
     def undecided(self, error: BaseException) -> None:
         """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
@@ -70,8 +80,24 @@ class Request:
     reply: Reply | None = None
 
 
+class Told(NamedTuple):
+    """Evidence, and the topic whose sources it is of."""
+
+    topic: str
+    evidence: Evidence
+
+    @property
+    def stamp_ns(self) -> int:
+        """When its sources were seen."""
+        return self.evidence.trigger_stamp_ns
+
+    def clears(self, other: "Told") -> bool:
+        """Whether this, that nothing is seen, takes the place of something else that was told."""
+        return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
+
+
 class AlertDesk:
-    """One thread that decides on evidence as it comes, and again when a decision is no longer valid.
+    """One thread that decides on evidence as it comes, and again before a decision ends.
 
     thresholds : the site's; log : of decisions, None where it could not be opened; now : the node's clock, ns
     """
@@ -81,7 +107,8 @@ class AlertDesk:
     ) -> None:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence: dict[Hashable, Evidence] = {}
+        self._evidence: dict[Hashable, Told] = {}
+        self._writing_since: float | None = None
         self._topics = HeardTopics()
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._closed = self._failed = self._clock_ran = self._owed = False
@@ -89,7 +116,7 @@ class AlertDesk:
         self._thread.start()
 
     def tell(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Decide on new evidence of a region; that of no sources stands for all of them, but not for other topics."""
+        """Decide on new evidence of a region; that of no sources stands for all of them that its topic has told of."""
         self._requests.put(Request(region, evidence, topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
@@ -108,7 +135,13 @@ class AlertDesk:
         self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
 
     def tick(self) -> None:
-        """Decide again if the last decision is no longer valid, or failed; nothing where work waits already."""
+        """Decide again if the last decision is about to end, or failed; nothing where work waits already.
+
+        Tells where a decision has been waiting for its log for long: a disk that hangs raises no error.
+        """
+        since = self._writing_since
+        if since is not None and (waited := time.monotonic() - since) > LONGEST_WRITE:
+            self._listener.unwritten(waited)
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
             self._requests.put(Request(faults=FORGOTTEN if self._failed else ""))
 
@@ -139,7 +172,7 @@ class AlertDesk:
             self._topics.clear()
         if request.evidence is not None:
             self._topics.note(request.topic, request.evidence.trigger_stamp_ns, request.evidence.sources)
-            self._take(request.region, request.evidence)
+            self._take(request.region, Told(request.topic, request.evidence))
         self._clock_ran = self._clock_ran or now > 0  # a clock that has gone back to 0 tells a time like any other
         if not self._clock_ran:
             self._wait_for_clock(request)
@@ -186,6 +219,7 @@ class AlertDesk:
         return alert
 
     def _try_to_log(self, write: Callable[[], object]) -> None:
+        self._writing_since = time.monotonic()
         try:
             write()
         except Exception as fault:  # whatever it is, the alert goes out
@@ -193,20 +227,27 @@ class AlertDesk:
             self._listener.logged(said)
         else:
             self._listener.logged("")
+        finally:
+            self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        return self._owed or self.alert is None or now >= self.alert.valid_until_ns or now < self.alert.at_ns
+        """Whether it is time for another decision: it must be told before the last one says nothing any more."""
+        if self._owed or self.alert is None:
+            return True
+        early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
+        return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
 
-    def _take(self, region: Hashable, evidence: Evidence) -> None:
-        """Keep what is known of a region; who sees nothing clears what was seen before, and nothing newer."""
-        known = self._evidence
-        if evidence.sources == 0:
-            known = {each: one for each, one in known.items() if one.trigger_stamp_ns > evidence.trigger_stamp_ns}
-            if known:
-                return
+    def _take(self, region: Hashable, told: Told) -> None:
+        """Keep what is known of a region; who sees nothing clears what its topic told before, and nothing newer.
+
+        Where others have told of sources, that nothing is seen is no evidence beside theirs.
+        """
+        seen = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
+        if told.evidence.sources:
+            self._evidence = {**seen, region: told}
         else:
-            known = {each: one for each, one in known.items() if one.sources and each != region}
-        self._evidence = {**known, region: evidence}
+            seen = {each: one for each, one in seen.items() if not told.clears(one)}
+            self._evidence = seen or {region: told}
 
     def _fresh(self, now: int) -> Evidence | None:
         """The evidence of all regions that is not stale; where none is fresh, that of the newest sources.
@@ -217,7 +258,7 @@ class AlertDesk:
         if not self._evidence:
             return None
         oldest = now - int(self._thresholds.evidence.sources_max_age_s * SECOND)
-        oldest = min(oldest, max(known.trigger_stamp_ns for known in self._evidence.values()))
-        self._evidence = {each: known for each, known in self._evidence.items() if known.trigger_stamp_ns >= oldest}
-        known = together(list(self._evidence.values()))
+        oldest = min(oldest, max(one.stamp_ns for one in self._evidence.values()))
+        self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
+        known = together([one.evidence for one in self._evidence.values()])
         return known._replace(faults=(*known.faults, *self._topics.silent(oldest, now)))

@@ -22,15 +22,19 @@ class AlertPublishers:
         self._alarm = node.create_lifecycle_publisher(Bool, "alarm", LATCHED, **options)
         self.closed = False
 
-    def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> None:
-        """Publish a decision, stamped as the sources that it rests on, or as itself where it rests on none."""
+    def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
+        """Publish a decision, stamped as the sources that it rests on, or as itself where it rests on none.
+
+        False where the node is not active, and nothing was published.
+        """
         if self.closed or not self._alerts.is_activated:
-            return
+            return False
         stamp = alert.at_ns if evidence is None else evidence.trigger_stamp_ns
         header = Header(frame_id=frame, stamp=stamp_of(stamp))
         publish(self._node, self._alarm, alarm_message(alert))
         message = alerts_message(header, alert, None if evidence is None else evidence.result)
         publish(self._node, self._alerts, message)
+        return True
 
     def sound_alarm(self) -> None:
         """Publish the alarm alone, where no decision can be made that it would come with."""

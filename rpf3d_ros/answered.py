@@ -3,7 +3,8 @@
 from collections.abc import Hashable
 
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.intake import NOBODY, SECOND
+from rpf3d_ros.heard_topics import is_cleared_by
+from rpf3d_ros.intake import SECOND
 
 
 class AnsweredSources:
@@ -15,9 +16,12 @@ class AnsweredSources:
         self._last: dict[Hashable, Trigger] = {}
 
     def note(self, region: Hashable, trigger: Trigger) -> None:
-        """A trigger is answered; one of no sources takes the place of all that are not newer."""
-        if region == NOBODY:
-            self._last = {each: one for each, one in self._last.items() if one.stamp_ns > trigger.stamp_ns}
+        """A trigger is answered; one of no sources takes the place of all of its topic that are not newer."""
+        if not len(trigger.positions):
+            self._last = {
+                each: one for each, one in self._last.items()
+                if one.stamp_ns > trigger.stamp_ns or not is_cleared_by(trigger.topic, one.topic)
+            }  # fmt: skip
             return
         self._last.pop(region, None)
         self._last[region] = trigger

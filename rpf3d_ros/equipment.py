@@ -15,7 +15,7 @@ from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.site import read_site
-from rpf3d_core.io.site_model import Thresholds
+from rpf3d_core.io.site_model import PATTERN_MARKS, Thresholds
 from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around
@@ -25,6 +25,7 @@ from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.simulation.engines import Reference
+from rpf3d_ros.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.intake import SECOND
 from rpf3d_ros.parameters import SimulatorParameters
 
@@ -33,6 +34,9 @@ WARM_SIDE, WARM_STEP = 60, 2.0
 
 WARM_ROCKS = 300
 """As many as come to more cells than NumPy tells percentiles of; the reference engine needs none to be compiled."""
+
+LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
+"""Areas whose outlines come as messages."""
 
 DECISIONS = "decisions"
 """Folder of the log of decisions, beside the site file, where no other is named."""
@@ -68,6 +72,7 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
+        _check_areas(scene, thresholds)
     store = _store_of(parameters)
     try:
         compile_s = warm(scene, parameters)
@@ -89,6 +94,17 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
             f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
             " is cleared (evidence.fewest_rocks): every level would be fault"
         )
+
+
+def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
+    """Raise InputError where the site watches an area by its name that nothing could ever tell the outline of."""
+    outlined = [area.name for area in scene.areas_of_interest]
+    for name in thresholds.areas:
+        if not any(mark in name for mark in PATTERN_MARKS) and name not in (*outlined, *LIVE_AREAS):
+            raise InputError(
+                f"the site file watches {name}, and no outline of it can come: areas_of_interest of the scene has"
+                f" {', '.join(outlined) or 'none'}, topics tell of {' and '.join(LIVE_AREAS)}: it would be fault always"
+            )
 
 
 def around_of(parameters: SimulatorParameters) -> Around:

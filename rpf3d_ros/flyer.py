@@ -56,7 +56,8 @@ class Flyer:
     """Answers triggers over the ground of the moment, one thread's work.
 
     A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
-    last trigger of each region is answered anew, the newest last.
+    last trigger of each region is answered anew, the newest last. What another wall's trigger has interrupted is
+    answered to its end afterwards.
     """
 
     def __init__(
@@ -74,16 +75,19 @@ class Flyer:
         self._areas: Mapping[str, Outlines] = {}
         self._stages: Iterator[Answer] | None = None
         self._trigger: Trigger | None = None
+        self._unfinished: Trigger | None = None
+        self._left: list[Trigger] = []
+        self._finishing = False
         self._latest: Trigger | None = None
         self.standing: Standing | None = None
         self._thread = threading.Thread(target=self._run, name="rpf3d flyer", daemon=True)
         self._thread.start()
 
-    def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in line."""
+    def submit(self, trigger: Trigger) -> Trigger | None:
+        """Put a trigger in line; the one of another wall that found no room any more and has no answer, or None."""
         with self._changed:
-            self._sources.put(trigger)
             self._changed.notify()
+            return self._sources.put(trigger)
 
     def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
         """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
@@ -135,8 +139,8 @@ class Flyer:
     def _forget(self) -> None:
         self._sources.clear()
         self._answered.clear()
-        self._again, self._outdated = [], False
-        self._stages = self._trigger = self._latest = None
+        self._again, self._left, self._outdated = [], [], False
+        self._stages = self._trigger = self._unfinished = self._latest = None
 
     def close(self, timeout: float) -> bool:
         """End; wait at most timeout (s) for the thread. True where it has ended."""
@@ -151,7 +155,7 @@ class Flyer:
             try:
                 self._step()
             except Exception as error:
-                self._stages = None
+                self._stages = self._unfinished = None
                 tell(self._listener.failed, error)
 
     def _step(self) -> None:
@@ -170,11 +174,14 @@ class Flyer:
             self._refine()
 
     def _has_work(self) -> bool:
-        busy = self._stages is not None or len(self._sources) or self._again or self._wants_anew()
+        waits = self._again or self._wants_anew() or self._to_be_finished()
+        busy = self._stages is not None or len(self._sources) or waits
         return bool(self._closed or self._handovers or (self._active and busy))
 
     def _wants_anew(self) -> bool:
-        return self._latest is not None and (self._anew or self._trigger is not self._latest)
+        """Whether the newest must be answered, again or at last: it is what is shown in the end."""
+        ends_another = self._finishing and self._unfinished is not None
+        return self._latest is not None and (self._anew or (self._trigger is not self._latest and not ends_another))
 
     def _next_trigger(self) -> Trigger | None:
         """The next to begin; the latest again where something of it has changed, or another was answered since."""
@@ -182,15 +189,33 @@ class Flyer:
             return None
         if self._outdated and self._latest is not None:
             self._again, self._outdated = self._answered.beside(self._latest), False
-        trigger = self._sources.take()
+        finishing, trigger = False, self._sources.take()
         if trigger is not None:
             self._answered.note(self._sources.region_of(trigger), trigger)
             if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
                 self._latest = trigger
         else:
             trigger = self._answered_before() or (self._latest if self._wants_anew() else None)
-        self._trigger = trigger or self._trigger
+            if trigger is None:
+                trigger = self._to_be_finished()
+                finishing = trigger is not None
+        if trigger is not None:
+            self._set_aside(trigger)
+            self._trigger, self._finishing = trigger, finishing
         return trigger
+
+    def _set_aside(self, trigger: Trigger) -> None:
+        """Keep in mind what a trigger interrupts: without an end it would stay as uncertain as it is."""
+        left = [*self._left, *([self._unfinished] if self._unfinished is not None else [])]
+        left = [each for each in left if each is not trigger and self._answered.holds(each)]
+        self._left = list({id(each): each for each in left}.values())
+
+    def _to_be_finished(self) -> Trigger | None:
+        """What was left unfinished for other walls and is not too old, once nothing else is to do."""
+        if self._unfinished is not None or self._latest is None:
+            return None
+        beside = self._answered.beside(self._latest)
+        return next((each for each in self._left if any(each is one for one in beside)), None)
 
     def _answered_before(self) -> Trigger | None:
         """The next of what must be answered anew beside the latest; what has been overtaken since is not."""
@@ -228,6 +253,7 @@ class Flyer:
             if self._trigger is not trigger:
                 return
             self._anew, self._stages, standing = False, None, self.standing
+            self._unfinished = None if standing is None else trigger
             areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
                 self._stages = answers(
@@ -245,12 +271,14 @@ class Flyer:
         try:
             answer = next(stages, None)
         except InputError as refusal:
+            self._unfinished = None
             if self._goes_on(stages, ended=True):
                 self._listener.unanswerable(trigger, str(refusal))
             return
         if answer is None:
             self._anew = self._goes_on(stages, ended=True) or self._anew
         elif self._goes_on(stages, answer.complete):
+            self._unfinished = None if answer.complete else trigger
             self._listener.answered(answer)
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:

@@ -1,5 +1,6 @@
 """The state of a node's parts on /diagnostics: at once when it changes, and every second."""
 
+import re
 import threading
 import time
 from collections.abc import Mapping
@@ -20,7 +21,10 @@ SPACING = 0.005
 """Seconds between publications at least, but for the repetitions: a flood of messages makes no flood of diagnostics."""
 
 QUIET = 5.0
-"""Seconds in which a part logs the same warning once only; /diagnostics carries every one."""
+"""Seconds in which a part logs the same warning once only, whatever its numbers; /diagnostics carries every one."""
+
+NUMBER = re.compile(r"\d+(\.\d+)?")
+"""What differs between warnings of one kind, such as by how much each stamp of a flood goes back."""
 
 
 class HealthReport:
@@ -75,9 +79,10 @@ class HealthReport:
     def _log(self, part: str, level: int, message: str) -> None:
         now = time.monotonic()
         self._logged = {key: at for key, at in self._logged.items() if now - at < QUIET}
-        if (part, message) in self._logged:
+        kind = part, NUMBER.sub("#", message)
+        if kind in self._logged:
             return
-        self._logged[part, message] = now
+        self._logged[kind] = now
         logger = self._node.get_logger().get_child(part)
         if level == OK:  # a line for each: rclpy lets none change its severity
             logger.info(message)

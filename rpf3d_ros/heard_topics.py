@@ -6,6 +6,15 @@ BY_HAND = "/clicked_point"
 """Who clicks a source watches no wall, and has no more to say of it."""
 
 
+def is_cleared_by(empty: str, told: str) -> bool:
+    """Whether "nothing seen" on one topic says anything of what another has told: of its own, and of what was clicked.
+
+    >>> is_cleared_by("sources", "sources"), is_cleared_by("sources", "source_cloud"), is_cleared_by("sources", BY_HAND)
+    (True, False, True)
+    """
+    return told in (empty, BY_HAND)
+
+
 class HeardTopics:
     """What each topic of sources has said last."""
 

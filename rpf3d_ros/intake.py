@@ -22,7 +22,7 @@ SECOND = 1_000_000_000
 """Nanoseconds."""
 
 NOBODY = "nobody"
-"""The region of a message without sources: it speaks of all walls."""
+"""In the place of a square: a message without sources speaks of all walls that its topic watches."""
 
 
 class StampGuards:
@@ -75,15 +75,16 @@ class WaitingSources:
         self._turn = 0
         self.dropped = 0
 
-    def put(self, trigger: Trigger) -> None:
-        """Put a trigger in line; the oldest region's is dropped where too many wait."""
+    def put(self, trigger: Trigger) -> Trigger | None:
+        """Put a trigger in line; where too many wait, that of the oldest region is dropped, and returned."""
         region = self.region_of(trigger)
         if self._waiting.pop(region, None) is not None:
             self.dropped += 1
         self._waiting[region] = trigger
-        if len(self._waiting) > self._most:
-            self._waiting.pop(next(iter(self._waiting)))
-            self.dropped += 1
+        if len(self._waiting) <= self._most:
+            return None
+        self.dropped += 1
+        return self._waiting.pop(next(iter(self._waiting)))
 
     def take(self) -> Trigger | None:
         """The newest trigger of the region that has not been served for longest; None where nothing waits."""
@@ -107,7 +108,7 @@ class WaitingSources:
     def region_of(self, trigger: Trigger) -> Hashable:
         """The topic, for a click hides no radar's sources, and the square that the middle of the sources lies in."""
         if not len(trigger.positions):
-            return NOBODY
+            return trigger.topic, NOBODY
         column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
         return trigger.topic, column, row
 

@@ -141,6 +141,11 @@ class MessageLog:
         yield self._released(point, self._finite(at, point.header.frame_id), np.zeros((1, 3)))
 
     def _source_cloud(self, cloud: Any) -> Iterator[Entry]:
+        """The sources of a cloud; one without points says that nothing is seen."""
+        if cloud.width * cloud.height == 0:
+            self._frame.check(cloud.header.frame_id)
+            yield self._released(cloud, np.empty((0, 3)), np.empty((0, 3)))
+            return
         points = self._positions(cloud)
         names = [field.name for field in cloud.fields]
         directions = np.zeros_like(points)

@@ -8,14 +8,14 @@ ROS's own arguments (an enclave, say) stand after --ros-args.
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.from_bag import messages_of, topics_of
+from rpf3d_ros.from_bag import Raw, messages_of, topics_of
 from rpf3d_ros.leaving import unless_signalled
 from rpf3d_ros.node_process import beside_ros
 from rpf3d_ros.recorded_topics import TOPICS
@@ -49,6 +49,19 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
     if not given:
         raise InputError(f"{bag}: holds no input of the simulator; is there a namespace to give?")
     return given
+
+
+def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
+    """The messages, and the time (ns) of the first that has one.
+
+    A recorder on a simulated clock receives the latched terrain at time 0, before the clock begins.
+    """
+    early = []
+    for raw in messages:
+        early.append(raw)
+        if raw.stamp_ns > 0:
+            break
+    return chain(early, messages), early[-1].stamp_ns if early else 0
 
 
 def _options(args: Sequence[str]) -> argparse.Namespace:
@@ -92,15 +105,15 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
         node = Node("rpf3d_play_bag", start_parameter_services=False)
         publishers = _publishers(node, played)
         given = (raw for raw in messages_of(options.bag, options.namespace) if raw.topic in publishers)
-        first = next(given)
-        with _clock(node, first.stamp_ns) if options.clock else nullcontext() as clock:
+        timed, begin_ns = with_times(given)
+        with _clock(node, begin_ns) if options.clock else nullcontext() as clock:
             _wait_for_subscribers(publishers, options)
             if clock is not None:
                 time.sleep(CLOCK_AHEAD)
                 clock.run_at(options.rate)
             began = time.monotonic()
-            for raw in chain([first], given):
-                _wait_until(began + (raw.stamp_ns - first.stamp_ns) / SECOND / options.rate)
+            for raw in timed:
+                _wait_until(began + (raw.stamp_ns - begin_ns) / SECOND / options.rate)
                 if clock is not None:
                     clock.tell()
                 publishers[raw.topic].publish(raw.data)

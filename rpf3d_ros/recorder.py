@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
@@ -57,7 +58,7 @@ class RecorderNode(Node):
         for topic, (kind, offered, _) in TOPICS.items():
             qos = recorded_qos(offered, parameters.terrain_durability)
             self._listen(topic, message_class(kind), qos)
-        self.create_timer(LOOK_AFTER, self._look_after)
+        self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)

@@ -52,7 +52,8 @@ class ScenePublisherNode(Node):
         self.health.set("scene", OK, f"publishing {self.parameters.scene}", {**values, "release_speed": asked})
         counts = f"{len(content.mesh.triangles)} triangles and {len(content.positions)} sources"
         self.get_logger().info(f"publishing {self.parameters.scene}: {counts}")
-        self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}")
+        where = "in its own section of the parameter file, where one sets it: that wins over -p"
+        self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
         """Publish the terrain when a subscriber has joined, and the first sources once all are there for them."""

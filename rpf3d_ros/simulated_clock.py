@@ -52,7 +52,8 @@ class SimulatedClock:
 
     def tell(self) -> None:
         """Publish the time at once, before what has its stamp: at a high rate the last tick is long ago."""
-        self._publisher.publish(Clock(clock=self.now()))
+        with self._lock:  # so that no time overtakes a later one
+            self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
 
     def _now_ns(self) -> int:
         return self._base_ns + round((time.monotonic_ns() - self._since) * self._speed)

@@ -4,8 +4,10 @@ The executor's thread only receives, converts what is small, and puts it in line
 threads of the `Station`, which is there from configuring to cleaning up.
 """
 
+import time
 from typing import TYPE_CHECKING, Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger as TriggerService
@@ -39,6 +41,9 @@ CLOSING_TIME = 1.0
 TICK = 0.25
 """Seconds between looks whether a decision is over."""
 
+NAMED_FOR = 10.0
+"""Seconds for which `acknowledged_by` counts: one that was left there would acknowledge whatever comes later."""
+
 DONE, FAILED = (
     TransitionCallbackReturn.SUCCESS,
     TransitionCallbackReturn.FAILURE,
@@ -62,10 +67,11 @@ class SimulatorNode(LifecycleNode):
         self.inputs: Inputs | None = None
         self.broken = ""
         self.abandoned = False
-        self._ticked = 0
+        self._ticked, self._named_at = 0, -NAMED_FOR
+        self.add_post_set_parameters_callback(self._note_name)
         self.heartbeat = Heartbeat(self, self.health)
         self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
-        self.create_timer(TICK, self._tick)
+        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also where time goes back
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
         self._say("unconfigured", OK)
@@ -109,9 +115,7 @@ class SimulatorNode(LifecycleNode):
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Listen to nothing, forget what waits, publish nothing."""
-        self._stop_listening()
-        if self.station is not None:
-            self.station.deactivate()
+        self._fall_silent()
         self._say("inactive", OK)
         self.health.set("run", OK, "inactive")
         return super().on_deactivate(state)
@@ -127,15 +131,13 @@ class SimulatorNode(LifecycleNode):
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End for good."""
-        self._stop_listening()
-        self._close_station()
+        self._let_go()
         self._say("shut down", OK)
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Something went wrong in a transition: let go of everything, say why, and be ready to be configured again."""
-        self._stop_listening()
-        self._close_station()
+        self._let_go()
         self.lock.closed = False
         self._say(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
         return DONE
@@ -168,7 +170,7 @@ class SimulatorNode(LifecycleNode):
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
         """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
-        said = self.get_parameter("acknowledged_by").value
+        said = self._named()
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
         if self.station is None or self.inputs is None:
             response.success, response.message = False, "the node is not active"
@@ -176,12 +178,31 @@ class SimulatorNode(LifecycleNode):
             response.success, response.message = self.station.acknowledged(said)
         return response
 
+    def _named(self) -> str:
+        """What `acknowledged_by` says; nothing where that was set too long ago to be meant for this call."""
+        recent = time.monotonic() - self._named_at <= NAMED_FOR
+        return str(self.get_parameter("acknowledged_by").value) if recent else ""
+
+    def _note_name(self, parameters: list[Parameter]) -> None:
+        if any(parameter.name == "acknowledged_by" for parameter in parameters):
+            self._named_at = time.monotonic()
+
     def destroy_node(self) -> None:
         """Let the threads end, or abandon them, before what they publish on is gone."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()
         super().destroy_node()
+
+    def _fall_silent(self) -> None:
+        """Listen to nothing and answer nothing; the last that is told is a fault."""
+        self._stop_listening()
+        if self.station is not None:
+            self.station.deactivate()
+
+    def _let_go(self) -> None:
+        self._fall_silent()
+        self._close_station()
 
     def _close_station(self) -> None:
         if self.station is not None:

@@ -5,7 +5,6 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable
-from contextlib import suppress
 from dataclasses import dataclass
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
@@ -17,6 +16,7 @@ from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.ground import Ground
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.acknowledge import TAKEN_UP
 from rpf3d_ros.alert_desk import AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
 from rpf3d_ros.answer_content import figures_of, warnings_of
@@ -32,6 +32,10 @@ from rpf3d_ros.stamps import stamp_of
 
 ANSWER_WITHIN = 0.04
 """Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
+
+
+LAST_WORD = 0.5
+"""Seconds that a transition waits for the fault that is the last to be told; after that only the alarm is sounded."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +92,10 @@ class Station:
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
             self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
-            with suppress(queue.Empty):
-                replies.get(timeout=ANSWER_WITHIN)
+            try:
+                replies.get(timeout=LAST_WORD)
+            except queue.Empty:  # the disk of the log is slow
+                self._outlets.alerts.sound_alarm()
 
     def close(self, timeout: float) -> bool:
         """End all threads within a time (s); True where all have ended."""
@@ -103,8 +109,11 @@ class Station:
         return all(ended)
 
     def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in line."""
-        self.flyer.submit(trigger)
+        """Put a trigger in line; the one that it pushes out unanswered is a fault of its wall."""
+        pushed_out = self.flyer.submit(trigger)
+        if pushed_out is not None:
+            most = self._equipment.parameters.waiting_sources
+            self.unanswerable(pushed_out, f"more than {most} walls tell of sources at once (waiting_sources)")
         self.say_waiting()
 
     def say_waiting(self) -> None:
@@ -151,11 +160,12 @@ class Station:
         self.desk.acknowledge(by, why, replies.put)
         try:
             acknowledgement(by, why, self._outlets.now())
-            return replies.get(timeout=ANSWER_WITHIN)
+            lowered, answer = replies.get(timeout=ANSWER_WITHIN)
+            return lowered, f"{by.strip()}: {answer}"
         except InputError as refusal:
             return False, f"{refusal}; acknowledged_by is to say NAME: REASON"
         except queue.Empty:
-            return False, "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
+            return False, TAKEN_UP
 
     # --- what the flyer tells
 
@@ -214,16 +224,22 @@ class Station:
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
         """Publish an alert, and log it where the level is another than before."""
-        if self._level != alert.level:
+        told = self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
+        if told and self._level != alert.level:
             self._level = alert.level
             self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
-        self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
 
     def held_up(self, why: str) -> None:
         """Tell why nothing can be decided, and sound the alarm: who hears no alert must not take that for safety."""
         self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
         if why:
             self._outlets.alerts.sound_alarm()
+
+    def unwritten(self, seconds: float) -> None:
+        """Tell that a decision waits for the disk, and sound the alarm: nobody knows what it would say."""
+        why = f"the disk does not answer: a decision has waited {seconds:.1f} s to be written, and is not told before"
+        self._outlets.health.set("decision log", ERROR, why)
+        self._outlets.alerts.sound_alarm()
 
     def undecided(self, error: BaseException) -> None:
         """Tell of a decision that failed."""

@@ -46,10 +46,10 @@ def pit_standing(folder, engine=ENGINES[-1], more="", **of_pit):
     return stand_on(pit_ground(scene, engine), scene)
 
 
-def over_the_wall(count=5, height=4.0, stamp_ns=7):
+def over_the_wall(count=5, height=4.0, stamp_ns=7, topic=""):
     """A trigger of sources on the pit's wall, thrown towards its middle."""
     angle = np.linspace(0.0, 1.5 * np.pi, count)
     towards = np.stack([-np.cos(angle), -np.sin(angle), np.zeros(count)], axis=1)
     places = -170.0 * towards
     places[:, 2] = 60.0 + height
-    return trigger_of(places, 6.0 * towards, None, stamp_ns)
+    return trigger_of(places, 6.0 * towards, None, stamp_ns, topic)

@@ -47,6 +47,17 @@ def test_the_rows_before_the_cut_are_saved_and_told(broken):
     assert broken.read_bytes() == before
 
 
+def test_rocks_that_are_shown_where_they_will_be_are_no_sign_of_how_long_it_recorded(tmp_path):
+    path = tmp_path / "shift.rrd"
+    stream = rerun.RecordingStream("rpf3d_live")
+    stream.save(str(path))
+    for entity, minutes in (("sources", 0), ("trajectories/rocks", 9)):
+        stream.set_time("ros_time", timestamp=FIRST + np.timedelta64(minutes, "m"))
+        stream.log(entity, rerun.Points3D([[0.0, 0.0, 0.0]]))
+    stream.disconnect()
+    assert content_of(path).until == f"ros_time {np.datetime64(FIRST, 'ns')}"
+
+
 def test_a_whole_recording_comes_out_whole(broken, tmp_path):
     once = repair(broken, tmp_path / "once.rrd")
     assert repair(tmp_path / "once.rrd", tmp_path / "twice.rrd").rows == once.rows

@@ -57,7 +57,9 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
         ("the answer is", evidence.at_ns, None),
     ):
         age = now_ns - stamp
-        if longest is not None and age > ns_of(longest):
+        if stamp == 0:
+            yield f"{what} not stamped: the time is 0"
+        elif longest is not None and age > ns_of(longest):
             yield f"{what} stale: stamped {span(age)} ago, at most {longest:g} s are allowed"
         if age < -ahead:
             yield f"{what} stamped {span(-age)} in the future"

@@ -14,6 +14,9 @@ from rpf3d_core.recordings.log import import_rerun
 LONGEST = 600.0
 """Seconds that a tool of rerun may take: 1 GB takes about ten."""
 
+IN_FLIGHT = "/trajectories/rocks"
+"""Whose rows lie ahead of the moment at which they were recorded: rocks are shown where they will be."""
+
 TIMELINES = ("ros_time", "sim_time")
 """Timelines whose last moment is told, the first that a recording has."""
 
@@ -36,12 +39,12 @@ def rows_by_entity(recording: Path) -> dict[str, int]:
 
 
 def content_of(recording: Path) -> Content:
-    """Rows by entity and the last moment. Raises InputError for a file that is no recording."""
+    """Rows by entity and the last moment of what was recorded. Raises InputError for a file that is no recording."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):
         rows[str(chunk.entity_path)] += chunk.num_rows
-        if not chunk.is_static and chunk.num_rows:
+        if not chunk.is_static and chunk.num_rows and not str(chunk.entity_path).endswith(IN_FLIGHT):
             columns = chunk.to_record_batch()
             for name in set(TIMELINES) & set(columns.schema.names):
                 moments = (moment for moment in columns.column(name).to_numpy(zero_copy_only=False))

@@ -204,6 +204,7 @@ def test_a_small_answer_lowers_nothing() -> None:
 FAULTS: dict[str, tuple[Evidence | None, str]] = {
     "no evidence": (None, "there is no evidence"),
     "stale sources": (evidence(trigger_stamp_ns=NOW - 30 * S - 1), "the sources are stale"),
+    "terrain without a stamp": (evidence(terrain_stamp_ns=0), "the terrain is not stamped: the time is 0"),
     "stale terrain": (evidence(terrain_stamp_ns=NOW - 3600 * S - 1), "the terrain is stale"),
     "sources of the future": (evidence(trigger_stamp_ns=NOW + S), "the sources are stamped 1.000 s in the future"),
     "terrain of the future": (evidence(terrain_stamp_ns=NOW + S), "the terrain is stamped"),

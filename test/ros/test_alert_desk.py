@@ -17,7 +17,9 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import files_in
+from rpf3d_ros import alert_desk
 from rpf3d_ros.alert_desk import NO_CLOCK, AlertDesk
+from rpf3d_ros.heard_topics import BY_HAND
 from rpf3d_ros.station import Station
 
 PATIENCE = 20.0
@@ -30,7 +32,7 @@ class Heard:
     """Keeps what the desk tells, and raises where it is told to."""
 
     def __init__(self):
-        self.alerts, self.errors, self.faults, self.hindrances = [], [], [], []
+        self.alerts, self.errors, self.faults, self.hindrances, self.unwritten_s = [], [], [], [], []
         self.broken, self.hold = False, threading.Event()
         self.hold.set()
 
@@ -46,6 +48,9 @@ class Heard:
     def held_up(self, why):
         self.hindrances.append(why)
 
+    def unwritten(self, seconds):
+        self.unwritten_s.append(seconds)
+
     def undecided(self, error):
         self.errors.append(error)
 
@@ -57,6 +62,21 @@ class BrokenLog:
 
     def decided(self, decision, thresholds):
         raise AttributeError("broken")
+
+    def close(self):
+        pass
+
+
+class HangingLog:
+    """A log on a disk that does not answer, and raises nothing."""
+
+    last_alert = None
+
+    def __init__(self):
+        self.answers = threading.Event()
+
+    def decided(self, decision, thresholds):
+        self.answers.wait(PATIENCE)
 
     def close(self):
         pass
@@ -110,6 +130,47 @@ def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
     desk.tell("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(heard.alerts) == 3)
     assert heard.alerts[-1].evident == Level.NORMAL
+
+
+def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.tell("nobody", nothing_seen(NOW), OTHER)
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].evident == Level.EVACUATE
+    replies = []
+    desk.acknowledge("J. Meyer", "the other radar sees nothing", replies.append)
+    lowered, why = wait(lambda: replies)[0]
+    assert not lowered and "evidence" in why, why
+    desk.tell("nobody", nothing_seen(NOW), RADAR)
+    wait(lambda: heard.alerts[-1].evident == Level.NORMAL)
+
+
+def test_what_was_clicked_is_cleared_by_whoever_watches_and_sees_nothing(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
+    desk.tell("nobody", nothing_seen(NOW), RADAR)
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].evident == Level.NORMAL
+
+
+def test_a_disk_that_hangs_is_told_of_while_it_does(monkeypatch):
+    monkeypatch.setattr(alert_desk, "LONGEST_WRITE", 0.05)
+    heard, log = Heard(), HangingLog()
+    desk = AlertDesk(site(), log, Clock(), heard)
+    try:
+        desk.tell("wall", evidence(area(5000)), RADAR)
+        wait(lambda: desk.tick() or heard.unwritten_s)
+        assert not heard.alerts and heard.unwritten_s[0] > 0.05
+        log.answers.set()
+        wait(lambda: heard.alerts)
+        told = len(heard.unwritten_s)
+        time.sleep(0.1)
+        desk.tick()
+        assert len(heard.unwritten_s) == told
+    finally:
+        log.answers.set()
+        assert desk.close(PATIENCE)
 
 
 def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_was_given(desk):
@@ -269,3 +330,22 @@ def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
     station = SimpleNamespace(desk=SimpleNamespace(lose=lost.append), _outlets=MagicMock())
     Station.failed(station, RuntimeError("broken"))
     assert lost == ["an answer failed: RuntimeError"]
+
+
+def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
+    told, pushed_out = [], SimpleNamespace()
+    station = SimpleNamespace(
+        flyer=SimpleNamespace(submit=lambda trigger: pushed_out), say_waiting=lambda: None,
+        unanswerable=lambda *about: told.append(about),
+        _equipment=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
+    )  # fmt: skip
+    Station.submit(station, SimpleNamespace())
+    assert told == [(pushed_out, "more than 3 walls tell of sources at once (waiting_sources)")]
+
+
+def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_sounded(monkeypatch):
+    monkeypatch.setattr("rpf3d_ros.station.LAST_WORD", 0.01)
+    outlets = MagicMock()
+    desk = SimpleNamespace(forget=lambda why, reply: None)
+    Station.deactivate(SimpleNamespace(flyer=MagicMock(), desk=desk, _outlets=outlets))
+    outlets.alerts.sound_alarm.assert_called_once_with()

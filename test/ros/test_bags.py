@@ -20,10 +20,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.bag_writer import BagWriter, typestore
-from rpf3d_ros.from_bag import convert, messages_of, topics_of
+from rpf3d_ros.from_bag import Raw, convert, messages_of, topics_of
 from rpf3d_ros.incident_bag import IncidentBag
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.play_bag import inputs_of
+from rpf3d_ros.play_bag import inputs_of, with_times
 from rpf3d_ros.recorded_topics import EVENT, TOPICS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -186,6 +186,12 @@ def test_a_bag_replays_into_the_simulator(stage):
         assert said == "played 2 of terrain/mesh, 2 of sources\n"
     finally:
         player.kill()
+
+
+def test_what_was_received_before_the_clock_began_is_played_first_and_at_once():
+    stamps = [0, 0, 70, 90]
+    messages, begin = with_times(iter([Raw("sources", "/sources", stamp, b"") for stamp in stamps]))
+    assert [raw.stamp_ns for raw in messages] == stamps and begin == 70
 
 
 def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag, stage):

@@ -114,3 +114,16 @@ def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(ma
     assert flyer.standing is None, "its arrays have changed"
     waiting.put_whole(arrival(hill(), b"mesh"))
     wait(lambda: flyer.standing is not None)
+
+
+def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
+    """As a latched one is heard again after a restart that has taken the terrain from the store."""
+    waiting, flyer, heard = made()
+    waiting.put_whole(Arrival(hill, 1, b"mesh"))
+    wait(lambda: len(heard.grounds) == 1)
+    waiting.put_whole(Arrival(hill, 9, b"its bytes after another start"))
+    wait(lambda: len(heard.grounds) == 2)
+    assert flyer.standing.ground.stamp_ns == 1
+    waiting.put_whole(Arrival(hill, 9))
+    wait(lambda: len(heard.grounds) == 3)
+    assert flyer.standing.ground.stamp_ns == 9, "a cloud has a stamp of its own"

@@ -1,11 +1,17 @@
 """A machine's clock that is set back, of which ROS tells nobody."""
 
+import time
 from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.time import Time
+
+from rpf3d_ros import simulator
 from rpf3d_ros.simulator import SimulatorNode
 
 
@@ -17,3 +23,24 @@ def test_a_clock_that_is_set_back_is_noticed_once():
     for _ in range(4):
         SimulatorNode._tick(node)
     assert back == pytest.approx([6.0])
+
+
+def test_it_looks_at_the_clock_also_while_that_lies_behind_what_it_was(stage, monkeypatch):
+    """As after a step back of the machine's clock, in which timers of ROS time wait until it has caught up."""
+    monkeypatch.setattr(simulator, "TICK", 0.02)
+    rclpy.init(args=["--ros-args", "-p", "autostart:=false"])
+    try:
+        node, executor = SimulatorNode(), SingleThreadedExecutor()
+        executor.add_node(node)
+        clock = node.get_clock()
+        before, back = clock.now().nanoseconds, []
+        clock._set_ros_time_is_active(True)
+        monkeypatch.setattr(node, "_clock_went_back", back.append)
+        clock.set_ros_time_override(Time(nanoseconds=before - 60_000_000_000, clock_type=clock.clock_type))
+        until, looked = time.monotonic() + 5.0, node._ticked
+        while node._ticked == looked and time.monotonic() < until:
+            executor.spin_once(timeout_sec=0.1)
+        assert node._ticked <= before - 60_000_000_000, "it has looked"
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()

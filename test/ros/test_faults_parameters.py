@@ -47,3 +47,11 @@ def test_a_bad_site_file_leaves_the_simulator_unconfigured_with_the_reason_in_di
     assert peer.change(CONFIGURE)
     assert peer.state() == "inactive"
     assert process.poll() is None
+
+
+def test_a_site_that_watches_an_area_which_no_outline_can_come_of_is_refused(stage):
+    site = stage.folder / "site.yaml"
+    site.write_text(SITE.format(oldest=60).replace("live_area*:", "hual_ramp:"))
+    stage.node("simulator_node", site_file=site)
+    said = stage.live_peer().wait_for_sentence("not configured")
+    assert "watches hual_ramp, and no outline of it can come" in said.message

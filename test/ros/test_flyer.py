@@ -22,6 +22,7 @@ from rpf3d_ros.intake import WaitingSources
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
 ENDLESS = "target: {half_width: 1.0e-9, most_rocks: 100000000}"
+LONG = "target: {half_width: 1.0e-9, most_rocks: 50000}"
 SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
 
 
@@ -73,6 +74,11 @@ def complete(heard, stamp):
     return lambda: any(answer[0] == stamp and answer[3] for answer in heard.answers)
 
 
+def at_rest(flyer, heard, stamp):
+    """Whether nothing is left to do, and the answer to a stamp came last and to its end."""
+    return lambda: heard.answers and heard.answers[-1][0] == stamp and heard.answers[-1][3] and not flyer._has_work()
+
+
 def test_a_trigger_without_ground_waits_for_it_and_is_answered_then(made):
     flyer, heard, standing = made()
     flyer.activate()
@@ -106,6 +112,30 @@ def test_a_newer_trigger_ends_a_refinement_that_would_never_end(made):
     flyer.submit(over_the_wall(3, stamp_ns=6))
     wait(lambda: heard.answers[-1][0] == 6)
     flyer.deactivate()
+
+
+@pytest.mark.parametrize(("age_s", "ended"), [(30.0, True), (0.0, False)], ids=["fresh", "too old"])
+def test_a_refinement_that_another_wall_interrupts_is_made_up_for_and_the_newest_comes_last(made, age_s, ended):
+    flyer, heard, standing = made(LONG, age_s)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5, topic="sources"))
+    wait(lambda: heard.answers)
+    flyer.submit(over_the_wall(1, stamp_ns=6, topic="source_cloud"))
+    wait(at_rest(flyer, heard, 6))
+    assert complete(heard, 5)() is ended
+
+
+def test_a_refinement_that_its_own_wall_interrupts_is_given_up(made):
+    flyer, heard, standing = made(LONG)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5))
+    wait(lambda: heard.answers)
+    flyer.submit(over_the_wall(3, stamp_ns=6))
+    wait(complete(heard, 6))
+    time.sleep(0.2)
+    assert not complete(heard, 5)()
 
 
 def test_a_first_answer_is_given_whatever_comes_meanwhile(made):
@@ -253,7 +283,7 @@ def test_after_walls_have_taken_turns_the_newest_trigger_is_refined(made):
     flyer.submit(far)
     flyer.submit(near)
     flyer.activate()
-    wait(complete(heard, 6))
+    wait(at_rest(flyer, heard, 6))
     assert heard.answers[-1][0] == 6 and any(answer[0] == 5 for answer in heard.answers)
 
 
@@ -265,10 +295,10 @@ def test_a_change_of_areas_is_answered_for_every_wall_that_is_not_too_old_the_ne
     flyer.submit(far)
     flyer.submit(trigger_of(-far.positions * (1, 1, -1), -far.velocities, None, 6))
     flyer.activate()
-    wait(complete(heard, 6))
+    wait(at_rest(flyer, heard, 6))
     del heard.answers[:]
     flyer.set_areas("areas/polygon", {"live_area": [over_the_wall(3).positions[:, :2]]})
-    wait(complete(heard, 6))
+    wait(at_rest(flyer, heard, 6))
     assert {answer[0] for answer in heard.answers} == again and heard.answers[-1][0] == 6
 
 

@@ -54,10 +54,23 @@ def test_walls_take_turns_while_a_flood_goes_on():
 
 def test_so_many_walls_wait_and_no_more_and_the_oldest_is_dropped():
     waiting = WaitingSources(SIZE, 3)
-    for stamp in range(6):
-        waiting.put(at(1000.0 * stamp, 0.0, stamp))
+    pushed_out = [waiting.put(at(1000.0 * stamp, 0.0, stamp)) for stamp in range(6)]
     assert sorted(taken(waiting)) == [3, 4, 5]
     assert waiting.dropped == 3
+    assert [trigger and trigger.stamp_ns for trigger in pushed_out] == [None, None, None, 0, 1, 2]
+
+
+def test_a_message_that_a_newer_one_of_its_wall_replaces_is_not_one_without_an_answer():
+    waiting = WaitingSources(SIZE, 3)
+    assert [waiting.put(at(10.0, 0.0, stamp)) for stamp in range(6)] == [None] * 6
+    assert waiting.dropped == 5
+
+
+def test_nothing_seen_on_one_topic_does_not_replace_that_on_another():
+    waiting = WaitingSources(SIZE, 3)
+    for stamp, topic in enumerate(("sources", "source_cloud")):
+        waiting.put(trigger_of(np.empty((0, 3)), np.empty((0, 3)), None, stamp, topic))
+    assert sorted(taken(waiting)) == [0, 1]
 
 
 def test_messages_of_nobody_are_a_region_of_their_own():

@@ -42,39 +42,14 @@ def flat(section, above=""):
             yield f"{above}{name}", value
 
 
-def calls(tree, name):
-    return [n for n in ast.walk(tree) if isinstance(n, ast.Call) and getattr(n.func, "id", None) == name]
-
-
-def keywords(call):
-    return {k.arg: k.value.value for k in call.keywords if isinstance(k.value, ast.Constant)}
-
-
 @pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
 def test_a_launch_file_compiles_and_describes_a_launch(path):
     tree = ast.parse(path.read_text())
     compile(tree, str(path), "exec")
     functions = [n for n in tree.body if isinstance(n, ast.FunctionDef)]
-    assert [f.name for f in functions] == ["generate_launch_description"]
-    assert not functions[0].args.args
-    assert isinstance(functions[0].body[-1], ast.Return)
-
-
-@pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
-def test_every_launched_node_is_one_of_the_package(path):
-    tree = ast.parse(path.read_text())
-    nodes = [keywords(call) for call in calls(tree, "Node")]
-    assert nodes or calls(tree, "IncludeLaunchDescription")
-    assert {node["package"] for node in nodes} <= {"rpf3d"}
-    assert {node["executable"] for node in nodes} <= set(PARAMETERS)
-
-
-@pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
-def test_a_launch_configuration_is_declared_as_an_argument(path):
-    tree = ast.parse(path.read_text())
-    declared = {call.args[0].value for call in calls(tree, "DeclareLaunchArgument")}
-    used = {call.args[0].value for call in calls(tree, "LaunchConfiguration")}
-    assert used <= declared
+    made = next(f for f in functions if f.name == "generate_launch_description")
+    assert not made.args.args and isinstance(made.body[-1], ast.Return)
+    assert all(f is made or f.name.startswith("_") for f in functions)
 
 
 class Made:
@@ -83,21 +58,21 @@ class Made:
     def __init__(self, *arguments, **named):
         self.arguments, self.named = arguments, named
 
+    def perform(self, context):
+        """What an argument of the launch file is: its name is all that a LaunchConfiguration has."""
+        return context[self.arguments[0]]
+
 
 STUBS = {
-    "launch": ["LaunchDescription"],
-    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription", "SetEnvironmentVariable"],
-    "launch.conditions": ["IfCondition"],
+    "launch": ["LaunchContext", "LaunchDescription"],
+    "launch.actions": ["DeclareLaunchArgument", "IncludeLaunchDescription", "OpaqueFunction", "SetEnvironmentVariable"],
     "launch.launch_description_sources": ["PythonLaunchDescriptionSource"],
-    "launch.substitutions": [
-        "EqualsSubstitution", "IfElseSubstitution", "LaunchConfiguration", "NotEqualsSubstitution",
-        "PathJoinSubstitution",
-    ],
+    "launch.substitutions": ["LaunchConfiguration", "PathJoinSubstitution"],
     "launch_ros": [],
     "launch_ros.actions": ["Node"],
     "launch_ros.parameter_descriptions": ["ParameterValue"],
     "launch_ros.substitutions": ["FindPackageShare"],
-}  # fmt: skip
+}
 
 
 @pytest.fixture
@@ -116,12 +91,17 @@ def described(request, monkeypatch):
     return found
 
 
-def chosen(default):
-    """The paths that the default of an argument may come to."""
-    if isinstance(default, str):
-        return []
-    choice = [default.named[name] for name in ("if_value", "else_value") if name in default.named]
-    return choice or [default]
+def launched(described, **given):
+    """Program -> (parameter file, its own parameters) of what is launched with arguments given."""
+    defaults = {each.arguments[0]: each.named["default_value"] for each in described["DeclareLaunchArgument"]}
+    assert set(given) <= set(defaults)
+    (function,) = described["OpaqueFunction"]
+    found = {}
+    for node in function.named["function"]({**defaults, **given}):
+        assert node.named["package"] == "rpf3d"
+        file, *own = node.named["parameters"]
+        found[node.named["executable"]] = file, {name: value for section in own for name, value in section.items()}
+    return found
 
 
 def resolved(path):
@@ -135,18 +115,46 @@ def resolved(path):
 def test_a_launch_file_names_files_that_are_there(described):
     defaults = [argument.named["default_value"] for argument in described["DeclareLaunchArgument"]]
     includes = [include.arguments[0].arguments[0] for include in described.get("IncludeLaunchDescription", [])]
-    paths = [path for default in defaults for path in chosen(default)] + includes
-    assert paths
+    paths = [path for path in defaults if not isinstance(path, str)] + includes
     assert all(resolved(path).is_file() for path in paths)
+    assert paths or described["OpaqueFunction"]
 
 
-@pytest.mark.parametrize("described", LAUNCH_FILES, ids=lambda path: path.name, indirect=True)
-def test_a_launched_node_gets_the_parameter_file_and_only_parameters_that_it_has(described):
-    for node in described.get("Node", []):
-        given, *own = node.named["parameters"]
-        assert given.arguments == ("params_file",)
-        known = known_to(node.named["executable"])
-        assert {name for section in own for name in section} <= set(known)
+RPF3D = pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+
+
+@RPF3D
+def test_the_simulator_is_always_launched_and_the_others_are_by_argument(described):
+    assert set(launched(described)) == {simulator_node.NAME, recorder_node.NAME}
+    assert set(launched(described, record="false")) == {simulator_node.NAME}
+    assert set(launched(described, publish_scene="demo.yaml")) == set(PARAMETERS) - {"/**"}
+
+
+@RPF3D
+def test_what_is_not_given_takes_the_place_of_nothing_in_the_parameter_file(described):
+    assert launched(described)[simulator_node.NAME][1] == {}
+    assert set(launched(described, map_frame="pit")[simulator_node.NAME][1]) == {"map_frame"}
+    assert launched(described, params_file="mine.yaml")[recorder_node.NAME][0] == "mine.yaml"
+
+
+@RPF3D
+def test_a_scene_file_takes_the_parameter_file_that_sets_no_key_of_a_scene(described):
+    for given, file in (({}, "rpf3d.yaml"), ({"scene": "pit.yaml"}, "rpf3d_scene.yaml")):
+        for path, _ in launched(described, **given).values():
+            assert resolved(path) == ROOT / "config" / file and resolved(path).is_file()
+
+
+@RPF3D
+def test_every_argument_of_the_launch_file_reaches_a_node_as_a_parameter_that_it_has_and_with_its_type(described):
+    every = {each.arguments[0]: "x" for each in described["DeclareLaunchArgument"]} | {"record": "true"}
+    reached = set()
+    for program, (_, own) in launched(described, **every).items():
+        known = known_to(program) | known_to("/**")
+        for name, value in own.items():
+            assert value.arguments == ("x",) and value.named["value_type"] is type(known[name]), name
+        reached |= set(own)
+    told_otherwise = {"params_file", "record", "record_to", "publish_scene", "discovery_range"}
+    assert reached == set(every) - told_otherwise | {"file"}
 
 
 def set_by(file):
@@ -171,39 +179,7 @@ def test_the_parameter_file_beside_a_scene_differs_from_the_other_by_the_keys_of
     assert set_by("rpf3d_scene.yaml") == without
 
 
-@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
-def test_a_scene_file_takes_the_parameter_file_that_sets_no_key_of_a_scene(described):
-    (default,) = [
-        each.named["default_value"] for each in described["DeclareLaunchArgument"]
-        if each.arguments[0] == "params_file"
-    ]  # fmt: skip
-    (condition,) = default.arguments
-    scene, nothing = condition.arguments
-    assert (type(condition).__name__, scene.arguments, nothing) == ("EqualsSubstitution", ("scene",), "")
-    files = [resolved(default.named[name]).name for name in ("if_value", "else_value")]
-    assert files == ["rpf3d.yaml", "rpf3d_scene.yaml"]
-
-
-@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
-def test_the_simulator_is_always_launched_and_the_others_are_by_argument(described):
-    conditions = {node.named["executable"]: node.named.get("condition") for node in described["Node"]}
-    assert conditions[simulator_node.NAME] is None
-    assert all(conditions[name] for name in (recorder_node.NAME, scene_publisher_node.NAME))
-
-
-@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
-def test_every_argument_of_a_launch_file_reaches_a_node_with_its_type(described):
-    given = {}
-    for node in described["Node"]:
-        for section in node.named["parameters"][1:]:
-            given |= {value.arguments[0].arguments[0]: value.named["value_type"] for value in section.values()}
-    declared = {argument.arguments[0] for argument in described["DeclareLaunchArgument"]}
-    assert declared == set(given) | {"params_file", "record", "discovery_range"}
-    assert given.pop("autostart") is bool
-    assert set(given.values()) == {str}, "an empty name is a name, and no null"
-
-
-@pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py"], ids=["rpf3d"], indirect=True)
+@RPF3D
 def test_nodes_are_launched_for_this_machine_alone_unless_told(described):
     (variable,) = described["SetEnvironmentVariable"]
     name, value = variable.arguments

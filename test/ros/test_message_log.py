@@ -10,6 +10,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 import recorded_messages as made
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
 from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 from visualization_msgs.msg import MarkerArray
 
@@ -122,6 +123,11 @@ def test_sources_without_poses_are_recorded_for_they_say_that_nothing_was_seen(l
     ((kind, positions, _),) = calls(log.entries("sources", PoseArray(header=header(4))))
     assert kind == "sources"
     assert positions.shape == (0, 3)
+
+
+def test_a_cloud_of_sources_without_points_says_that_nothing_was_seen_too(log):
+    ((kind, positions, directions),) = calls(log.entries("source_cloud", PointCloud2(header=header(4))))
+    assert (kind, positions.shape, directions.shape) == ("sources", (0, 3), (0, 3))
 
 
 def test_thrown_sources_of_a_cloud_point_where_they_fly(log):

@@ -115,6 +115,34 @@ def test_the_policy_allows_each_node_the_documented_topics_and_no_more():
     assert nodes["rpf3d_acknowledge"]["request"] == asked and nodes["rpf3d_acknowledge"]["publish"] <= OF_EVERY_NODE
 
 
+ONLY_WITH_SIMULATED_TIME = {"clock", "parameter_events"}
+"""Subscriptions that rclpy makes with `use_sim_time`, or not in every release."""
+SCENE_FILE = ROOT / "config" / "scenes" / "shift.yaml"
+NODES = {"simulator_node": {}, "recorder_node": {}, "scene_publisher_node": {"scene": SCENE_FILE}}
+
+
+@pytest.mark.parametrize("module", NODES)
+def test_the_policy_allows_each_node_what_it_really_offers_and_no_more(stage, module):
+    """Under Enforce a node whose profile lacks one of its own endpoints does not start."""
+    stage.node(module, **NODES[module])
+    peer, name = stage.peer(), f"rpf3d_{module.removesuffix('_node')}"
+    allowed = dict(policy())[name]
+    graph = {
+        "reply": peer.node.get_service_names_and_types_by_node,
+        "publish": peer.node.get_publisher_names_and_types_by_node,
+        "subscribe": peer.node.get_subscriber_names_and_types_by_node,
+    }
+
+    def offered(action):
+        found = graph[action](name, "/")
+        return {topic.replace(f"/{name}/", "~/").lstrip("/") for topic, _ in found} - ONLY_WITH_SIMULATED_TIME
+
+    peer.wait(lambda: name in peer.node.get_node_names(), "the node")
+    for action in graph:
+        told = allowed[action] - ONLY_WITH_SIMULATED_TIME
+        peer.wait(lambda a=action, t=told: offered(a) == t, f"{action} of {sorted(told)}")
+
+
 def test_the_policy_has_no_wildcards():
     assert not any("*" in name for _, allowed in policy() for names in allowed.values() for name in names)
 
