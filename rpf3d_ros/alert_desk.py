@@ -55,8 +55,8 @@ class Listener(Protocol):
     def held_up(self, why: str) -> None:
         """No decision can be made, and why; for who is to be warned that is a fault. Empty once one can."""
 
-    def unwritten(self, seconds: float) -> None:
-        """A decision has been waiting so long to be written, and is not told before it is."""
+    def unwritten(self) -> None:
+        """A decision has been waiting for long to be written, and is not told before it is; once for each."""
 
     def undecided(self, error: BaseException) -> None:
         """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
@@ -96,6 +96,10 @@ class Told(NamedTuple):
         return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
 
 
+TICK = Request()
+"""Nothing new: time has gone by."""
+
+
 class AlertDesk:
     """One thread that decides on evidence as it comes, and again before a decision ends.
 
@@ -109,6 +113,7 @@ class AlertDesk:
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence: dict[Hashable, Told] = {}
         self._writing_since: float | None = None
+        self._hanging_since: float | None = None
         self._topics = HeardTopics()
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._closed = self._failed = self._clock_ran = self._owed = False
@@ -140,10 +145,11 @@ class AlertDesk:
         Tells where a decision has been waiting for its log for long: a disk that hangs raises no error.
         """
         since = self._writing_since
-        if since is not None and (waited := time.monotonic() - since) > LONGEST_WRITE:
-            self._listener.unwritten(waited)
+        if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
+            self._hanging_since = since
+            self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
-            self._requests.put(Request(faults=FORGOTTEN if self._failed else ""))
+            self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
 
     def close(self, timeout: float) -> bool:
         """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed."""
@@ -185,8 +191,9 @@ class AlertDesk:
 
     def _wait_for_clock(self, request: Request) -> None:
         """Keep what is told, and decide on it as soon as there is a time that a decision can be stamped with."""
+        if not self._owed or request != TICK:
+            self._listener.held_up(NO_CLOCK)
         self._owed = True
-        self._listener.held_up(NO_CLOCK)
         if request.reply is not None:
             request.reply((request.acknowledged is None, NO_CLOCK))
 

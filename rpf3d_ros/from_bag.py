@@ -77,7 +77,8 @@ def _reading(bag: Path) -> Iterator[Any]:
     except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE) as error:
         if _is_cut_off(bag):
             raise InputError(f"{bag}: {CUT_OFF}") from error
-        raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {error}") from error
+        lacks = "its folder has no metadata.yaml" if bag.is_dir() and not (bag / "metadata.yaml").exists() else error
+        raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {lacks}") from error
 
 
 def _chosen(reader: Any, namespace: str) -> list[Any]:

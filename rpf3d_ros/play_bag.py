@@ -47,7 +47,8 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
     """The inputs of the simulator that a bag holds. Raises InputError where there are none."""
     given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
     if not given:
-        raise InputError(f"{bag}: holds no input of the simulator; is there a namespace to give?")
+        where = f" in the namespace {namespace}" if namespace else ""
+        raise InputError(f"{bag}: holds no input of the simulator{where}; which namespace are its topics in?")
     return given
 
 

@@ -17,7 +17,7 @@ from rpf3d_core.live.ground import Ground
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.acknowledge import TAKEN_UP
-from rpf3d_ros.alert_desk import AlertDesk
+from rpf3d_ros.alert_desk import LONGEST_WRITE, AlertDesk
 from rpf3d_ros.alert_publishers import AlertPublishers
 from rpf3d_ros.answer_content import figures_of, warnings_of
 from rpf3d_ros.answer_publishers import AnswerPublishers
@@ -235,9 +235,9 @@ class Station:
         if why:
             self._outlets.alerts.sound_alarm()
 
-    def unwritten(self, seconds: float) -> None:
+    def unwritten(self) -> None:
         """Tell that a decision waits for the disk, and sound the alarm: nobody knows what it would say."""
-        why = f"the disk does not answer: a decision has waited {seconds:.1f} s to be written, and is not told before"
+        why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s, and is not told before it is"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
 

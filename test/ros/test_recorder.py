@@ -11,6 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.health import ERROR, OK, WARN
+from rpf3d_ros.incident_bag import IncidentBag
 from rpf3d_ros.message_log import COUNT_OF_RECORDED
 from rpf3d_ros.parameters import RecorderParameters
 from rpf3d_ros.qos import recorded_qos
@@ -93,7 +94,7 @@ def test_a_topic_is_known_by_its_full_name_with_or_without_a_namespace():
 def test_a_recording_that_cannot_be_created_is_refused_in_a_sentence(tmp_path):
     pytest.importorskip("rerun", reason="rerun-sdk is not installed")
     with pytest.raises(InputError, match="cannot be written"):
-        _opened(RecorderParameters(file=str(tmp_path)), type("NoBag", (), {"begin_with": lambda self, path: None})())
+        _opened(RecorderParameters(file=str(tmp_path)), IncidentBag(""))
 
 
 def test_the_messages_of_the_tests_cover_every_topic_but_the_grid_of_heights():
