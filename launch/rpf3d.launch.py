@@ -61,7 +61,9 @@ def _nodes(context: LaunchContext) -> list[Node]:
     shipped = "rpf3d_scene.yaml" if said("scene") else "rpf3d.yaml"  # the former sets no key of a scene
     file = said("params_file") or PathJoinSubstitution([FindPackageShare("rpf3d"), "config", shipped])
     nodes = [node("rpf3d_simulator", given(SIMULATOR))]
-    if said("record").lower() in ("true", "1"):
+    if said("record").lower() not in ("true", "false"):
+        raise ValueError(f"record is {said('record')!r}; it must be true or false")
+    if said("record").lower() == "true":
         nodes.append(node("rpf3d_recorder", named("file", "record_to")))
     if said("publish_scene"):
         nodes.append(node("rpf3d_scene_publisher", named("scene", "publish_scene")))

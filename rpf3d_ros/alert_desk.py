@@ -91,6 +91,11 @@ class Told(NamedTuple):
         """When its sources were seen."""
         return self.evidence.trigger_stamp_ns
 
+    def with_faults_of(self, other: "Told") -> "Told":
+        """This, and what is wrong by something else that is not kept, such as patches that are not in the terrain."""
+        faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
+        return self._replace(evidence=self.evidence._replace(faults=faults))
+
     def clears(self, other: "Told") -> bool:
         """Whether this, that nothing is seen, takes the place of something else that was told."""
         return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
@@ -112,6 +117,7 @@ class AlertDesk:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
         self._evidence: dict[Hashable, Told] = {}
+        self._newest_at_ns = 0
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
         self._topics = HeardTopics()
@@ -147,7 +153,8 @@ class AlertDesk:
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
             self._hanging_since = since
-            self._listener.unwritten()
+            if self._writing_since == since:  # still
+                self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
             self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
 
@@ -174,6 +181,7 @@ class AlertDesk:
         now, self._failed = self._now(), False
         if request.faults:
             self._evidence.clear()
+            self._newest_at_ns = 0
         if request.deaf:
             self._topics.clear()
         if request.evidence is not None:
@@ -238,7 +246,10 @@ class AlertDesk:
             self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        """Whether it is time for another decision: it must be told before the last one says nothing any more."""
+        """Whether it is time for another decision: it must be told before the last one says nothing any more.
+
+        Where the evidence itself ends, so does every decision on it, and the fault that follows comes a tick later.
+        """
         if self._owed or self.alert is None:
             return True
         early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
@@ -247,13 +258,17 @@ class AlertDesk:
     def _take(self, region: Hashable, told: Told) -> None:
         """Keep what is known of a region; who sees nothing clears what its topic told before, and nothing newer.
 
-        Where others have told of sources, that nothing is seen is no evidence beside theirs.
+        Where others have told of sources, that nothing is seen is no evidence beside theirs, but for its faults.
         """
+        known = self._evidence.get(region)
+        if known is not None and told.stamp_ns < known.stamp_ns:
+            return  # an answer to what the wall has said since is on its way, or there is none
+        self._newest_at_ns = max(self._newest_at_ns, told.evidence.at_ns)
         seen = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
         if told.evidence.sources:
             self._evidence = {**seen, region: told}
         else:
-            seen = {each: one for each, one in seen.items() if not told.clears(one)}
+            seen = {each: one.with_faults_of(told) for each, one in seen.items() if not told.clears(one)}
             self._evidence = seen or {region: told}
 
     def _fresh(self, now: int) -> Evidence | None:
@@ -268,4 +283,6 @@ class AlertDesk:
         oldest = min(oldest, max(one.stamp_ns for one in self._evidence.values()))
         self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
         known = together([one.evidence for one in self._evidence.values()])
-        return known._replace(faults=(*known.faults, *self._topics.silent(oldest, now)))
+        faults = (*known.faults, *self._topics.silent(oldest, now))
+        # What is newest may have gone since, cleared or stale: what remains is as new as the last that was heard.
+        return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)

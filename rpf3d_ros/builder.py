@@ -97,12 +97,14 @@ class Builder:
         """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
         standing = self._flyer.standing
         known = standing.ground if standing is not None else None
-        if len(arrival.data) and isinstance(known, Ground) and same_bytes(arrival.data, self._mesh):
+        # A mesh has no stamp: one that is the terrain already is no younger than it, unless its age means nothing.
+        keeps = len(arrival.data) and isinstance(known, Ground) and 0 < known.stamp_ns <= arrival.stamp_ns
+        if keeps and same_bytes(arrival.data, self._mesh):
             return known, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
-        if len(arrival.data) and isinstance(known, Ground) and known.digest == ground.digest:
-            self._mesh = arrival.data  # no younger than the one that came back from the store: a mesh has no stamp
+        if keeps and known.digest == ground.digest:  # as after a restart that has taken it from the store
+            self._mesh = arrival.data
             return known, None
         standing = stand_on(ground, self._scene)
         _ = standing.cells  # here, so that the first answer need not wait for them

@@ -6,7 +6,7 @@ One thread does all of these, so that a patch never changes the ground under a r
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.io.scene_model import Scene
@@ -52,6 +52,20 @@ class Handover:
     standing: Standing | None = None
 
 
+class Told(NamedTuple):
+    """What was told of a trigger: over which ground, for which areas, and of how many rocks."""
+
+    trigger: Trigger
+    standing: Standing
+    areas: Mapping[str, Outlines]
+    rocks: int
+
+    def is_of_the_same(self, other: "Told") -> bool:
+        """Whether it answers the same question."""
+        same = self.trigger is other.trigger and self.standing is other.standing
+        return same and self.areas is other.areas
+
+
 class Flyer:
     """Answers triggers over the ground of the moment, one thread's work.
 
@@ -73,6 +87,8 @@ class Flyer:
         self._again: list[Trigger] = []
         self._closed = self._active = self._anew = self._outdated = False
         self._areas: Mapping[str, Outlines] = {}
+        self._areas_flown = self._areas
+        self._told: list[Told] = []
         self._stages: Iterator[Answer] | None = None
         self._trigger: Trigger | None = None
         self._unfinished: Trigger | None = None
@@ -84,10 +100,17 @@ class Flyer:
         self._thread.start()
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; the one of another wall that found no room any more and has no answer, or None."""
+        """Put a trigger in line; the one of another wall that finds no room any more, or None.
+
+        It is answered after all that wait.
+        """
         with self._changed:
             self._changed.notify()
-            return self._sources.put(trigger)
+            pushed_out = self._sources.put(trigger)
+            if pushed_out is not None:
+                self._answered.note(self._sources.region_of(pushed_out), pushed_out)
+                self._left.append(pushed_out)
+            return pushed_out
 
     def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
         """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
@@ -139,7 +162,7 @@ class Flyer:
     def _forget(self) -> None:
         self._sources.clear()
         self._answered.clear()
-        self._again, self._left, self._outdated = [], [], False
+        self._again, self._left, self._told, self._outdated = [], [], [], False
         self._stages = self._trigger = self._unfinished = self._latest = None
 
     def close(self, timeout: float) -> bool:
@@ -180,7 +203,7 @@ class Flyer:
 
     def _wants_anew(self) -> bool:
         """Whether the newest must be answered, again or at last: it is what is shown in the end."""
-        ends_another = self._finishing and self._unfinished is not None
+        ends_another = self._finishing and (self._unfinished is not None or self._to_be_finished() is not None)
         return self._latest is not None and (self._anew or (self._trigger is not self._latest and not ends_another))
 
     def _next_trigger(self) -> Trigger | None:
@@ -254,6 +277,7 @@ class Flyer:
                 return
             self._anew, self._stages, standing = False, None, self.standing
             self._unfinished = None if standing is None else trigger
+            self._areas_flown = self._areas
             areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
                 self._stages = answers(
@@ -279,7 +303,18 @@ class Flyer:
             self._anew = self._goes_on(stages, ended=True) or self._anew
         elif self._goes_on(stages, answer.complete):
             self._unfinished = None if answer.complete else trigger
-            self._listener.answered(answer)
+            if self._is_news(trigger, answer):
+                self._listener.answered(answer)
+
+    def _is_news(self, trigger: Trigger, answer: Answer) -> bool:
+        """Whether nothing surer has been told of the same sources, ground and areas: who begins again begins small."""
+        told = [each for each in self._told if each.trigger is self._latest or self._answered.holds(each.trigger)]
+        this = Told(trigger, answer.standing, self._areas_flown, answer.rocks)
+        before = next((each for each in told if each.is_of_the_same(this)), None)
+        if before is not None and this.rocks < before.rocks:
+            return False
+        self._told = [*(each for each in told if each.trigger is not trigger), this]
+        return True
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
         """Whether what has just been flown still means anything: the trigger has not been forgotten meanwhile."""

@@ -34,6 +34,9 @@ ANSWER_WITHIN = 0.04
 """Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 
+REMEMBERED = 4
+"""Times as many walls as may wait whose last sources are kept in mind, to be answered anew or at last."""
+
 LAST_WORD = 0.5
 """Seconds that a transition waits for the fault that is the last to be told; after that only the alarm is sounded."""
 
@@ -61,11 +64,12 @@ class Station:
         results, around = itertools.count(1), around_of(parameters)
         terms = equipment.thresholds.evidence if equipment.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
-        answered = AnsweredSources(age, parameters.waiting_sources)
+        answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
         self.flyer = Flyer(scene, around, parameters.first_rocks, self.sources, results, self, answered, least)
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         self._level: Level | None = None
+        self._is_silent = False
         if equipment.thresholds is not None:
             self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
         if equipment.log_fault:
@@ -78,6 +82,7 @@ class Station:
 
     def activate(self) -> None:
         """From now on answer and decide."""
+        self._is_silent = False
         self.flyer.activate()
         if self.desk is not None:
             self.desk.forget("the node has just been activated: nothing has been heard of sources since")
@@ -94,7 +99,8 @@ class Station:
             self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
             try:
                 replies.get(timeout=LAST_WORD)
-            except queue.Empty:  # the disk of the log is slow
+            except queue.Empty:  # the disk of the log is slow: nothing that comes of it now is the last word
+                self._is_silent = True
                 self._outlets.alerts.sound_alarm()
 
     def close(self, timeout: float) -> bool:
@@ -109,7 +115,7 @@ class Station:
         return all(ended)
 
     def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in line; the one that it pushes out unanswered is a fault of its wall."""
+        """Put a trigger in line; the one that it pushes out is a fault of its wall until it is answered, after all."""
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._equipment.parameters.waiting_sources
@@ -224,6 +230,8 @@ class Station:
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
         """Publish an alert, and log it where the level is another than before."""
+        if self._is_silent:
+            return
         told = self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
         if told and self._level != alert.level:
             self._level = alert.level

@@ -146,6 +146,33 @@ def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
     wait(lambda: heard.alerts[-1].evident == Level.NORMAL)
 
 
+def test_an_older_answer_does_not_take_the_place_of_a_newer_fault_of_its_wall(desk):
+    desk, heard, _ = desk
+    lacking = evidence()._replace(areas=(), faults=("no room",), trigger_stamp_ns=NOW - S)
+    desk.tell("wall", lacking, RADAR)
+    desk.tell("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - 2 * S), RADAR)
+    wait(lambda: len(heard.alerts) == 2)
+    assert "no room" in heard.alerts[-1].faults
+
+
+def test_where_one_radar_goes_clear_what_another_told_before_it_is_no_step_back(desk):
+    desk, heard, clock = desk
+    desk.tell("other wall", evidence(area(0)), OTHER)
+    desk.tell("wall", evidence(area(0), now=NOW + S), RADAR)
+    clock.now = NOW + 2 * S
+    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    wait(lambda: len(heard.alerts) == 3)
+    assert heard.alerts[-1].faults == ()
+
+
+def test_a_fault_of_what_is_not_kept_is(desk):
+    desk, heard, _ = desk
+    desk.tell("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.tell("nobody", nothing_seen(NOW)._replace(faults=("2 patches are not in the terrain",)), OTHER)
+    wait(lambda: len(heard.alerts) == 2)
+    assert heard.alerts[-1].faults == ("2 patches are not in the terrain",)
+
+
 def test_what_was_clicked_is_cleared_by_whoever_watches_and_sees_nothing(desk):
     desk, heard, _ = desk
     desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
@@ -343,9 +370,11 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     assert told == [(pushed_out, "more than 3 walls tell of sources at once (waiting_sources)")]
 
 
-def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_sounded(monkeypatch):
+def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
     monkeypatch.setattr("rpf3d_ros.station.LAST_WORD", 0.01)
     outlets = MagicMock()
-    desk = SimpleNamespace(forget=lambda why, reply: None)
-    Station.deactivate(SimpleNamespace(flyer=MagicMock(), desk=desk, _outlets=outlets))
+    station = SimpleNamespace(flyer=MagicMock(), desk=MagicMock(), _outlets=outlets, _is_silent=False)
+    Station.deactivate(station)
     outlets.alerts.sound_alarm.assert_called_once_with()
+    Station.decided(station, decide(None, evidence(), site(), NOW), evidence())
+    outlets.alerts.publish.assert_not_called()

@@ -124,6 +124,12 @@ def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
     waiting.put_whole(Arrival(hill, 9, b"its bytes after another start"))
     wait(lambda: len(heard.grounds) == 2)
     assert flyer.standing.ground.stamp_ns == 1
-    waiting.put_whole(Arrival(hill, 9))
+    waiting.put_whole(Arrival(hill, 0, b"its bytes after another start"))
     wait(lambda: len(heard.grounds) == 3)
+    assert flyer.standing.ground.stamp_ns == 0, "the clock was set back"
+    waiting.put_whole(Arrival(hill, 5, b"its bytes after another start"))
+    wait(lambda: len(heard.grounds) == 4)
+    assert flyer.standing.ground.stamp_ns == 5, "0 is no age"
+    waiting.put_whole(Arrival(hill, 9))
+    wait(lambda: len(heard.grounds) == 5)
     assert flyer.standing.ground.stamp_ns == 9, "a cloud has a stamp of its own"

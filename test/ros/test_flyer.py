@@ -61,7 +61,7 @@ def made(tmp_path):
     def make(more=SHORT, age_s=0.0):
         scene, heard = pit_scene(tmp_path, more), Heard()
         sources, around = WaitingSources(50.0, 10), Around(above_ground=2.0)
-        answered = AnsweredSources(age_s, 10)
+        answered = AnsweredSources(age_s, 40)
         flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard, answered)
         flyers.append(flyer)
         return flyer, heard, stand_on(pit_ground(scene), scene)
@@ -127,15 +127,42 @@ def test_a_refinement_that_another_wall_interrupts_is_made_up_for_and_the_newest
 
 
 def test_a_refinement_that_its_own_wall_interrupts_is_given_up(made):
-    flyer, heard, standing = made(LONG)
+    flyer, heard, standing = made(LONG, 30.0)
     flyer.activate()
     flyer.hand_over(ready=standing)
     flyer.submit(over_the_wall(3, stamp_ns=5))
     wait(lambda: heard.answers)
     flyer.submit(over_the_wall(3, stamp_ns=6))
-    wait(complete(heard, 6))
-    time.sleep(0.2)
+    wait(at_rest(flyer, heard, 6))
     assert not complete(heard, 5)()
+
+
+def test_who_begins_again_tells_nothing_less_sure_than_before_unless_the_question_is_another(made):
+    flyer, heard, standing = made(LONG, 30.0)
+    flyer.activate()
+    flyer.hand_over(ready=standing)
+    flyer.submit(over_the_wall(3, stamp_ns=5, topic="sources"))
+    wait(lambda: len(heard.answers) > 2)
+    flyer.submit(over_the_wall(1, stamp_ns=6, topic="source_cloud"))
+    wait(at_rest(flyer, heard, 6))
+    rocks = {stamp: [answer[1] for answer in heard.answers if answer[0] == stamp] for stamp in (5, 6)}
+    assert all(told == sorted(told) for told in rocks.values()), rocks
+    del heard.answers[:]
+    flyer.set_areas("areas/polygon", {"live_area": [over_the_wall(3).positions[:, :2]]})
+    wait(at_rest(flyer, heard, 6))
+    assert min(answer[1] for answer in heard.answers if answer[0] == 6) < 200
+
+
+def test_a_wall_that_finds_no_room_is_answered_once_there_is_time(made):
+    flyer, heard, standing = made(SHORT, 30.0)
+    far = over_the_wall(1, stamp_ns=0)
+    walls = [trigger_of(far.positions, far.velocities, None, i, f"radar {i}") for i in range(12)]
+    flyer.hand_over(ready=standing)
+    pushed_out = [flyer.submit(trigger) for trigger in walls]
+    assert [trigger.stamp_ns for trigger in pushed_out if trigger is not None] == [0, 1]
+    flyer.activate()
+    wait(at_rest(flyer, heard, 11))
+    assert all(complete(heard, stamp)() for stamp in range(12))
 
 
 def test_a_first_answer_is_given_whatever_comes_meanwhile(made):
