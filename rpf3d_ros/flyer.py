@@ -53,17 +53,11 @@ class Handover:
 
 
 class Told(NamedTuple):
-    """What was told of a trigger: over which ground, for which areas, and of how many rocks."""
+    """What was told of a trigger over the ground of the moment: for which areas, and of how many rocks."""
 
     trigger: Trigger
-    standing: Standing
     areas: Mapping[str, Outlines]
     rocks: int
-
-    def is_of_the_same(self, other: "Told") -> bool:
-        """Whether it answers the same question."""
-        same = self.trigger is other.trigger and self.standing is other.standing
-        return same and self.areas is other.areas
 
 
 class Flyer:
@@ -251,6 +245,7 @@ class Flyer:
             if handover.change is not None:
                 standing = self._changed_by(handover.change)
             self.standing = handover.standing = standing
+            self._told = []
             self._anew = self._outdated = True
         except Exception as error:
             handover.error = error
@@ -308,12 +303,11 @@ class Flyer:
 
     def _is_news(self, trigger: Trigger, answer: Answer) -> bool:
         """Whether nothing surer has been told of the same sources, ground and areas: who begins again begins small."""
-        told = [each for each in self._told if each.trigger is self._latest or self._answered.holds(each.trigger)]
-        this = Told(trigger, answer.standing, self._areas_flown, answer.rocks)
-        before = next((each for each in told if each.is_of_the_same(this)), None)
-        if before is not None and this.rocks < before.rocks:
+        areas = self._areas_flown
+        if any(each.trigger is trigger and each.areas is areas and each.rocks > answer.rocks for each in self._told):
             return False
-        self._told = [*(each for each in told if each.trigger is not trigger), this]
+        others = (each for each in self._told if each.trigger is not trigger and self._answered.holds(each.trigger))
+        self._told = [*others, Told(trigger, areas, answer.rocks)]
         return True
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
