@@ -16,6 +16,7 @@ from rpf3d_ros.leaving import unless_signalled
 from rpf3d_ros.node_process import beside_ros
 
 if TYPE_CHECKING:
+    from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
     from rclpy.task import Future
 
@@ -32,6 +33,15 @@ def main(args: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if args is None else list(args)
     options = _options(beside_ros(words))
     return unless_signalled(lambda: _acknowledged(options, words))
+
+
+def naming(said: str) -> "SetParameters.Request":
+    """What is asked of the simulator's `set_parameters` before its `~/acknowledge`: said is NAME: REASON."""
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    who = Parameter("acknowledged_by", Parameter.Type.STRING, said)
+    return SetParameters.Request(parameters=[who.to_parameter_msg()])
 
 
 def _options(args: Sequence[str]) -> argparse.Namespace:
@@ -75,7 +85,6 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     """Whether the level was lowered, and what the simulator says. Raises InputError where it does not answer."""
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
-    from rclpy.parameter import Parameter
     from std_srvs.srv import Trigger
 
     node = Node("rpf3d_acknowledge", start_parameter_services=False)  # asks two services, and serves none
@@ -85,8 +94,7 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     for each in (name_who, acknowledge):
         if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
             raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
-    who = Parameter("acknowledged_by", Parameter.Type.STRING, f"{options.by}: {options.why}").to_parameter_msg()
-    (taken,) = _answer(node, name_who.call_async(SetParameters.Request(parameters=[who])), options).results
+    (taken,) = _answer(node, name_who.call_async(naming(f"{options.by}: {options.why}")), options).results
     if not taken.successful:
         return False, taken.reason
     response = _answer(node, acknowledge.call_async(Trigger.Request()), options)

@@ -223,9 +223,8 @@ class Flyer:
 
     def _set_aside(self, trigger: Trigger) -> None:
         """Keep in mind what a trigger interrupts: without an end it would stay as uncertain as it is."""
-        left = [*self._left, *([self._unfinished] if self._unfinished is not None else [])]
-        left = [each for each in left if each is not trigger and self._answered.holds(each)]
-        self._left = list({id(each): each for each in left}.values())
+        left = self._left if self._unfinished is None else [*self._left, self._unfinished]
+        self._left = [each for each in left if each is not trigger and self._answered.holds(each)]
 
     def _to_be_finished(self) -> Trigger | None:
         """What was left unfinished for other walls and is not too old, once nothing else is to do."""

@@ -8,7 +8,7 @@ ROS's own arguments (an enclave, say) stand after --ros-args.
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from itertools import chain
 from pathlib import Path
@@ -101,10 +101,12 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
+    from rpf3d_ros.publishing import publishers_of
+
     rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("rpf3d_play_bag", start_parameter_services=False)
-        publishers = _publishers(node, played)
+        publishers = publishers_of(node, played)
         given = (raw for raw in messages_of(options.bag, options.namespace) if raw.topic in publishers)
         timed, begin_ns = with_times(given)
         with _clock(node, begin_ns) if options.clock else nullcontext() as clock:
@@ -123,17 +125,6 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
         print("played", ", ".join(f"{count} of {topic}" for topic, count in played.items()))
     finally:
         rclpy.try_shutdown()
-
-
-def _publishers(node: "Node", topics: Iterable[str]) -> dict[str, "Publisher"]:
-    """A publisher for each topic, with the quality of service that a mine's own has."""
-    from rpf3d_ros.message_classes import message_class
-    from rpf3d_ros.qos import given_qos
-
-    return {
-        topic: node.create_publisher(message_class(TOPICS[topic].kind), topic, given_qos(TOPICS[topic].offered))
-        for topic in topics
-    }
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":

@@ -1,8 +1,22 @@
-"""Publishing from any thread, at any moment: also while a signal shuts the context down."""
+"""Publishing from any thread, at any moment, also while a signal shuts the context down; and in the place of a mine."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from rpf3d_ros.message_classes import message_class
+from rpf3d_ros.qos import given_qos
+from rpf3d_ros.recorded_topics import TOPICS
+
+
+def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
+    """A publisher for each of some inputs of the simulator, as a mine's own would offer them."""
+    return {
+        name: node.create_publisher(message_class(TOPICS[name].kind), name, given_qos(TOPICS[name].offered))
+        for name in topics
+    }
 
 
 def publish(node: Node, publisher: Any, message: Any) -> None:

@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable
 from typing import Any, Self
 
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
@@ -16,15 +15,15 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
+from rpf3d_ros.acknowledge import naming
 from rpf3d_ros.message_classes import message_class
-from rpf3d_ros.qos import given_qos
+from rpf3d_ros.publishing import publishers_of
 from rpf3d_ros.recorded_topics import TOPICS
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """How results are heard: those from now on, none of them left out."""
 
 SIMULATOR = "rpf3d_simulator"
-ACKNOWLEDGED_BY = "acknowledged_by"
 SPIN = 0.02
 """Seconds that one spin waits for a message."""
 
@@ -40,11 +39,7 @@ class StandIn:
         self._context = Context()
         self._context.init()
         self.node = Node(name, context=self._context)
-        self._publishers = {
-            name: self.node.create_publisher(message_class(topic.kind), name, given_qos(topic.offered))
-            for name, topic in TOPICS.items()
-            if name in speaks
-        }
+        self._publishers = publishers_of(self.node, speaks)
         self._acknowledge = self.node.create_client(Trigger, f"{SIMULATOR}/acknowledge")
         self._set = self.node.create_client(SetParameters, f"{SIMULATOR}/set_parameters")
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -85,9 +80,7 @@ class StandIn:
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
         """Acknowledge as an operator would: who and why as a parameter, then the service; whether it was taken."""
-        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=by)
-        named = SetParameters.Request(parameters=[Parameter(name=ACKNOWLEDGED_BY, value=value)])
-        done = self._call(self._set, named, seconds)
+        done = self._call(self._set, naming(by), seconds)
         if done is None or not done.results[0].successful:
             return False, "no answer" if done is None else str(done.results[0].reason)
         answer = self._call(self._acknowledge, Trigger.Request(), seconds)

@@ -33,7 +33,6 @@ from rpf3d_ros.stamps import stamp_of
 ANSWER_WITHIN = 0.04
 """Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
-
 REMEMBERED = 4
 """Times as many walls as may wait whose last sources are kept in mind, to be answered anew or at last."""
 

@@ -21,8 +21,8 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.message_classes import message_class
-from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS, given_qos
+from rpf3d_ros.publishing import publishers_of
+from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
 from rpf3d_ros.recorded_topics import TOPICS
 
 NODE = "rpf3d_simulator"
@@ -34,7 +34,7 @@ TURN = 0.02
 """Seconds that a peer waits for a message before it looks whether what it waits for has happened."""
 
 SECOND = 1_000_000_000
-INPUTS = {name: topic for name, topic in TOPICS.items() if topic.given}
+INPUTS = [name for name, topic in TOPICS.items() if topic.given]
 SIDE, SLOPE_ENDS, DROP = 60, 40, 40.0
 TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
 """Corners (m) of an area at the toe that nearly every rock from the slope comes to."""
@@ -106,10 +106,7 @@ class LivePeer:
         self.context = Context()
         self.context.init()
         self.node = Node("mine", context=self.context, parameter_overrides=[Parameter("use_sim_time", value=False)])
-        self.publishers = {
-            name: self.node.create_publisher(message_class(topic.kind), name, given_qos(topic.offered))
-            for name, topic in INPUTS.items()
-        }
+        self.publishers = publishers_of(self.node, INPUTS)
         if clock:
             self.publishers["/clock"] = self.node.create_publisher(Clock, "/clock", EVENTS)
         for topic, kind, take, qos in (

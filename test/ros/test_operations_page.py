@@ -124,7 +124,8 @@ NODES = {"simulator_node": {}, "recorder_node": {}, "scene_publisher_node": {"sc
 @pytest.mark.parametrize("module", NODES)
 def test_the_policy_allows_each_node_what_it_really_offers_and_no_more(stage, module):
     """Under Enforce a node whose profile lacks one of its own endpoints does not start."""
-    stage.node(module, **NODES[module])
+    writes = {"file": stage.folder / "recording.rrd"} if module == "recorder_node" else {}
+    stage.node(module, **NODES[module], **writes)
     peer, name = stage.peer(), f"rpf3d_{module.removesuffix('_node')}"
     allowed = dict(policy())[name]
     graph = {
