@@ -1,4 +1,4 @@
-"""Call a service of a node every few milliseconds until SIGINT; then print what came of each call, as JSON.
+"""Call a service of a node again and again until SIGINT; then print what came of each call, as JSON.
 
     python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
 
@@ -15,8 +15,9 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-PERIOD = 0.005
-"""Seconds between an answer and the next call."""
+PERIOD = 0.02
+"""Seconds between an answer and the next call: none of 50 ms that the node is blocked for goes unseen. Calls every 5 ms
+took a sixth of a core in the caller and as much in the node, and a patch took 20 to 40 ms longer for it."""
 
 PATIENCE = 30.0
 """Seconds until a call is given up."""

@@ -55,18 +55,27 @@ CLEARING = Layout(action=Marker.DELETEALL)
 def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
     """The bytes of a MarkerArray whose markers all have one header, ready for `Publisher.publish`."""
     data = bytearray(LENGTH.pack(len(markers)))
-    start = STAMP.pack(header.stamp.sec, header.stamp.nanosec) + _string(header.frame_id)
+    heads = {name: _head(header, name) for name in {marker.namespace for marker in markers}}
+    tails = {text: _tail(text) for text in {marker.text for marker in markers}}
     for marker in markers:
-        _lay_out(data, start, marker)
+        _align(data, 4)
+        data += heads[marker.namespace]
+        _append_middle(data, marker)
+        data += tails[marker.text]
     return LITTLE_ENDIAN_CDR + bytes(data)
 
 
-def _lay_out(data: bytearray, start: bytes, marker: Layout) -> None:
-    """Append one marker, the fields in the order of the message."""
+def _head(header: Header, namespace: str) -> bytes:
+    """What a marker begins with, counted from a multiple of 4, which it ends on."""
+    data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
+    _append_string(data, header.frame_id)
+    _append_string(data, namespace)
     _align(data, 4)
-    data += start
-    _append_string(data, marker.namespace)
-    _align(data, 4)
+    return bytes(data)
+
+
+def _append_middle(data: bytearray, marker: Layout) -> None:
+    """Append the fields that differ from marker to marker, in the order of the message; it ends on a multiple of 4."""
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
     data += POSE_AND_SCALE.pack(*IDENTITY, *marker.scale)
@@ -75,6 +84,11 @@ def _lay_out(data: bytearray, start: bytes, marker: Layout) -> None:
     data += b"\0"  # frame_locked
     _append_array(data, marker.points, "<f8")
     _append_array(data, marker.colours, "<f4")
+
+
+def _tail(text: str) -> bytes:
+    """What a marker ends with, counted from a multiple of 4."""
+    data = bytearray()
     _append_string(data, "")  # texture_resource
     _align(data, 4)
     data += STAMP.pack(0, 0)  # texture.header, .format, .data
@@ -82,11 +96,12 @@ def _lay_out(data: bytearray, start: bytes, marker: Layout) -> None:
     _append_string(data, "")
     _append_length(data, 0)
     _append_length(data, 0)  # uv_coordinates
-    _append_string(data, marker.text)
+    _append_string(data, text)
     _append_string(data, "")  # mesh_resource
     _append_string(data, "")  # mesh_file.filename, .data
     _append_length(data, 0)
     data += b"\0"  # mesh_use_embedded_materials
+    return bytes(data)
 
 
 def _align(data: bytearray, size: int) -> None:
@@ -99,14 +114,10 @@ def _append_length(data: bytearray, length: int) -> None:
 
 
 def _append_string(data: bytearray, text: str) -> None:
-    _align(data, LENGTH.size)
-    data += _string(text)
-
-
-def _string(text: str) -> bytes:
-    """A string with its length, which counts the zero at its end."""
+    """A string behind its length, which counts the zero at its end."""
     encoded = text.encode() + b"\0"
-    return LENGTH.pack(len(encoded)) + encoded
+    _append_length(data, len(encoded))
+    data += encoded
 
 
 def _append_array(data: bytearray, rows: NDArray[np.floating], kind: str) -> None:

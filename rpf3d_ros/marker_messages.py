@@ -5,6 +5,7 @@ bytes (`marker_layout`): a burst of sources must be answered faster than Python 
 """
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from rpf3d_core.ensemble.colours import speed_colours
+from rpf3d_core.ensemble.paths import run_starts
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.marker_layout import CLEARING, WHITE, Layout, cdr_of_markers
@@ -35,17 +37,17 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
 
     More are thinned evenly, ends are kept; trajectories/points carries all of them. Each says `result N`.
     """
-    strips = np.split(np.arange(len(columns["rock"])), np.flatnonzero(np.diff(columns["rock"])) + 1)
-    strips = [strips[i] for i in evenly(len(strips), most)] if len(columns["rock"]) else []
-    points = np.stack([columns[name] for name in "xyz"], axis=-1)
-    colours = _colours(columns["speed"])
-    text = text_of(result)
+    strips = _thinned(columns["rock"], most, points_each)
+    rows = np.concatenate([np.empty(0, dtype=np.int64), *strips])
+    points = np.stack([columns[name][rows] for name in "xyz"], axis=-1)
+    colours = _colours(columns["speed"][rows], float(np.max(columns["speed"], initial=0.0)))
+    ends = np.cumsum([len(strip) for strip in strips])
+    scale, text = (LINE_WIDTH, 0.0, 0.0), text_of(result)
     markers = [CLEARING]
-    for strip in strips:
-        rows = strip[evenly(len(strip), points_each)]
-        rock, scale = int(columns["rock"][rows[0]]), (LINE_WIDTH, 0.0, 0.0)
+    for strip, end in zip(strips, ends, strict=True):
+        rock, some = int(columns["rock"][strip[0]]), slice(end - len(strip), end)
         markers.append(
-            Layout(TRAJECTORIES, rock, Marker.LINE_STRIP, Marker.ADD, scale, WHITE, points[rows], colours[rows], text)
+            Layout(TRAJECTORIES, rock, Marker.LINE_STRIP, Marker.ADD, scale, WHITE, points[some], colours[some], text)
         )
     return cdr_of_markers(header, markers)
 
@@ -74,12 +76,23 @@ def text_of(result: int) -> str:
     return f"result {result}"
 
 
+def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np.int64]]:
+    """Rows of at most so many rocks, at most so many each, of the points (N,) of rocks, which lie rock by rock."""
+    if len(rock) == 0:
+        return []
+    first = run_starts(rock)
+    last = np.append(first[1:], len(rock))
+    return [first[k] + evenly(last[k] - first[k], points_each) for k in evenly(len(first), most)]
+
+
 def evenly(count: int, most: int) -> NDArray[np.int64]:
     """At most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).round().astype(np.int64)
 
 
-def _colours(speed: FloatArray) -> NDArray[np.float32]:
-    """Colours (N, 4) by speed, as shares."""
-    shown = speed_colours(speed, float(np.max(speed, initial=0.0))) / np.float32(255.0)
+def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:
+    """Colours (N, 4) by speed, as shares; fastest : of all rocks (m/s)."""
+    shown = speed_colours(speed, fastest) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)

@@ -104,6 +104,11 @@ def patched_locator(
     return edited
 
 
+def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
+    """Move what lies between two places by so many, within the array; NumPy copies as `memmove` does."""
+    array[begin + shift : end + shift] = array[begin:end]
+
+
 def most_entries(facets: int) -> int:
     """Entries that so many facets may have, as when all are sorted."""
     return ENTRIES_PER_FACET * facets
@@ -219,17 +224,6 @@ def _lay_band(
                     f = rows[come_ids[entry]]
                     new_ids[at], new_boxes[at] = f, box_over(corners, f, slack, x, y, 1.0 / cell, i, j)
                     at += 1
-
-
-@loop
-def _move(array: Any, begin: int, end: int, shift: int) -> None:
-    """Move what lies between two places by so many, within the array."""
-    if shift > 0:
-        for k in range(end - 1, begin - 1, -1):
-            array[k + shift] = array[k]
-    elif shift < 0:
-        for k in range(begin, end):
-            array[k + shift] = array[k]
 
 
 @loop

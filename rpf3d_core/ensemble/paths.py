@@ -122,7 +122,7 @@ def along_pieces(
 ) -> tuple[FloatArray, FloatArray]:
     """Position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of pieces (S,)."""
     duration = _durations(paths)[piece]
-    x, v = _parabola(paths.x[piece], paths.v[piece], fraction * duration, gravity)
+    x, v = _parabola(paths.x.take(piece, axis=0), paths.v.take(piece, axis=0), fraction * duration, gravity)
     drawn = np.isin(paths.mode[piece], (Mode.SETTLING, Mode.SLIDING)) & (duration > 0.0)
     some = piece[drawn]
     x[drawn], v[drawn] = _hermite(
@@ -169,8 +169,10 @@ def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
 
 def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
     """x + v t + g t^2/2 and v + g t; x, v (S, 3), t (S,)."""
-    fall = np.array([0.0, 0.0, -gravity])
-    return x + v * t[:, None] + 0.5 * fall * (t * t)[:, None], v + fall * t[:, None]
+    later, faster = x + v * t[:, None], v.copy()
+    later[:, 2] -= 0.5 * gravity * (t * t)
+    faster[:, 2] -= gravity * t
+    return later, faster
 
 
 def _hermite(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
 from rpf3d_core.hazard.lines import Found
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
 from rpf3d_core.hazard.tally import SUM_UNITS, Tally
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -44,15 +44,17 @@ def _edges(tally: Tally, q: int) -> FloatArray:
     return bin_edges(top[q], bins[q], per_octave)[:: 2**tally.merges]
 
 
-def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> FloatArray:
+def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> StatisticArray:
     """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
-    told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan)
-    many = np.flatnonzero(found.rocks >= FEWEST_ROCKS)
-    first = 0
+    told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
+    values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
     for bins in tally.bins_found(many):
         some = many[first : first + len(bins)]
+        ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            told[q, some] = _told(bins[:, _columns(tally, q)], found.rocks[some], bin_values(edges[q]))
+            if q == ENERGY or tally.scales.bins[q] > 0:  # or else it is told from the bins of the energy
+                place = _places(bins, _columns(tally, q), ranks)
+            told[q, some] = values[q][place]
         first += len(bins)
     return told
 
@@ -60,38 +62,33 @@ def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> Floa
 def _columns(tally: Tally, q: int) -> slice:
     """Where the bins of a quantity stand, as they are after merging."""
     bins = tally.scales.bins
-    if bins[q] == 0:
-        return _columns(tally, ENERGY)
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
 
-def _told(bins: NDArray[np.uint32], rocks: CountArray, values: FloatArray) -> FloatArray:
-    """Percentiles (N, P) of cells with bins (N, B), which stand for values (B,)."""
+def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> CountArray:
+    """The bin, among some columns of bins (N, B), that the rock of each rank (N, P), ascending, stands in: (N, P)."""
     if bins.size <= FEW:
-        up_to, ranks = np.cumsum(bins, axis=1), -((-rocks[:, None] * np.array(PERCENTILES)) // 100)
-        place = [np.searchsorted(*some) for some in zip(up_to, ranks, strict=True)]
-        return values[np.array(place, dtype=np.int64).reshape(-1, len(PERCENTILES))]
-    told = np.empty((len(rocks), len(PERCENTILES)))
-    _percentiles(np.ascontiguousarray(bins), rocks, values, np.array(PERCENTILES), told)
-    return told
+        up_to = np.cumsum(bins[:, columns], axis=1)
+        return np.stack([np.count_nonzero(up_to < rank[:, None], axis=1) for rank in ranks.T], axis=1)
+    places = np.empty(ranks.shape, dtype=np.int64)
+    _find_ranks(bins, columns.start, ranks, places)
+    return places
 
 
-def _spread(tally: Tally, found: Found, q: int, percentiles: FloatArray) -> Spread:
+def _spread(tally: Tally, found: Found, q: int, percentiles: StatisticArray) -> Spread:
     """The spread of one quantity over the rocks of each cell, from its percentiles (S, P)."""
     largest = found.most[:, q]
-    percentiles = np.minimum(percentiles, largest[:, None])
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
-    return Spread(*(column.astype(np.float32) for column in (largest, mean, *percentiles.T)))
+    return Spread(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
 
 
 @loop
-def _percentiles(bins: Any, rocks: Any, values: Any, percentiles: Any, out: Any) -> None:
-    """Percentiles of each cell: the value of the bin in which the rock of rank ceil(p n) stands."""
-    for s in range(len(rocks)):
-        n, seen, b = rocks[s], np.int64(0), 0
-        for k in range(len(percentiles)):
-            rank = -((-n * percentiles[k]) // 100)
-            while seen + bins[s, b] < rank:
+def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
+    """Fill in where the rocks of ascending ranks stand in each cell, counted from column `begin` on."""
+    for s in range(len(ranks)):
+        seen, b = np.int64(0), begin
+        for k in range(ranks.shape[1]):
+            while seen + bins[s, b] < ranks[s, k]:
                 seen += bins[s, b]
                 b += 1
-            out[s, k] = values[b]
+            places[s, k] = b - begin

@@ -57,7 +57,8 @@ def empty_lines(room: int) -> Lines:
 
 def found_in(lines: Lines, cell: IntArray, place: IntArray) -> Found:
     """What lines at some places (N,) hold of their cells (N,)."""
-    long, short, single = (view[place] for view in lines)
+    long = lines.long[place]
+    short, single = long.view(np.uint32), long.view(np.float32)
     return Found(
         cell, short[:, LINE_ROCKS].astype(np.int64), long[:, LINE_PASSAGES], long[:, LINE_IMPACTS],
         short[:, LINE_DEPOSITS].astype(np.int64), long[:, LINE_SUMS : LINE_SUMS + 3],

@@ -54,16 +54,19 @@ class _Mesh:
         far = AROUND * max(float((high - low).max()), 1.0)
         around = np.array([low - far, [high[0] + far, low[1] - far], high + far, [low[0] - far, high[1] + far]])
         points = np.concatenate([plan, around])
-        self._at: list[Place] = [(x, y) for x, y in points.tolist()]
+        self._at: list[Place] = list(zip(*points.T.tolist(), strict=True))
         number = {place: k for k, place in enumerate(self._at)}
         if len(number) < len(points):
             raise TerrainError(CROSSING)
-        parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(points))).tolist()
-        corners = [number[x, y] for x, y in parts]
-        self._left: dict[Edge, int] = {}
+        x, y = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(points))).T.tolist()
+        corners = np.array([number[place] for place in zip(x, y, strict=True)]).reshape(-1, 4)[:, :3]
+        sides = _counter_clockwise(points, corners)[:, [[0, 1, 2], [1, 2, 0], [2, 0, 1]]].reshape(-1, 3)
+        begin, end, left = sides.T.tolist()
+        self._left: dict[Edge, int] = dict(zip(zip(begin, end, strict=True), left, strict=True))
         self._beside: list[set[int]] = [set() for _ in points]
-        for k in range(0, len(corners), 4):
-            self._add(corners[k], corners[k + 1], corners[k + 2])
+        for p, q in self._left:
+            self._beside[p].add(q)
+            self._beside[q].add(p)
 
     def _add(self, a: int, b: int, c: int) -> None:
         if self._turn(a, b, c) < 0:
@@ -129,6 +132,16 @@ class _Mesh:
         """Those whose corners are all among the first `count` points."""
         some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
         return np.array(some, dtype=np.int32).reshape(-1, 3)
+
+
+def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
+    """Triangles (T, 3) with the last two corners of those that run clockwise changed about."""
+    (ax, ay), (bx, by), (cx, cy) = (points[corner].T for corner in triangles.T)
+    left, right = (ax - cx) * (by - cy), (ay - cy) * (bx - cx)
+    backwards = left < right
+    for t in np.flatnonzero(np.abs(left - right) <= SURE * (np.abs(left) + np.abs(right))).tolist():
+        backwards[t] = turn(*points[triangles[t]].tolist()) < 0
+    return np.where(backwards[:, None], triangles[:, [0, 2, 1]], triangles)
 
 
 def turn(a: Place, b: Place, c: Place) -> float:
