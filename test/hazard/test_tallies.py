@@ -12,6 +12,7 @@ from hazard_tallied import MASS, MEMORY, flown, numbers, over, rocks_above, roug
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble import batches
+from rpf3d_core.hazard import layers as layers_module
 from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
@@ -80,6 +81,16 @@ def test_every_cell_and_statistic_is_what_stored_paths_say(engine, model):
     assert_layers(maps.zones, zones, with_passages=False)
     assert maps.cells.rocks.max() >= FEWEST_ROCKS, "some cells have percentiles"
     assert maps.cells.percentiles_within < 0.05
+
+
+@pytest.mark.parametrize("few", [0, 10**9], ids=["the loop", "NumPy"])
+def test_percentiles_are_the_same_whichever_way_they_are_looked_for(monkeypatch, few):
+    tallies = over(rough())
+    flown(rough(), tallies, "compiled", 150)
+    usual = tallies.maps(150, ())
+    monkeypatch.setattr(layers_module, "FEW", few)
+    assert np.isfinite(usual.zones.energy.p95).any() and np.isfinite(usual.cells.height.p50).any()
+    assert_same(usual, tallies.maps(150, ()))
 
 
 def slid(speed, friction, squares, angle=35.0, length=80.0):
