@@ -33,10 +33,10 @@ MANY, FEW = 10_000, 200
 """Rocks of the first answer: those that the goals for terrain ask for; the node's own default for a burst."""
 FINEST = 20_000
 """Rocks at which an answer is good enough, so that rounds do not run into each other; but for `busy`."""
-START, ANSWER, QUIET, BEATING = 120.0, 60.0, 0.4, 2.5
+START, ANSWER, QUIET, BEATING = 120.0, 60.0, 0.4, 4.0
 """Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest; until the
-heartbeat has found its service, and the node has told what that cost it: rmw_fastrtps keeps an answer back for up to
-100 ms where it has not found who asked, and a gap is told up to 2 s later."""
+heartbeat has found its service, and the node tells no more what that cost it: rmw_fastrtps keeps an answer back for up
+to 100 ms, and with it the executor, where it has not found who asked; a gap is told for 2 s afterwards."""
 HEARD = ("hazard/grid", "trajectories", "results")
 SIMULATOR = "simulator_node"
 SERVICE = "rpf3d_simulator/get_parameter_types"
