@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from live_messages import Heights, cloud_bytes, mesh_bytes, poses, raise_mesh, stamped
+from live_messages import MARKER, Heights, cloud_bytes, mesh_bytes, poses, raise_mesh, stamp_of, stamped
 from live_stack import Heartbeat, Stack, machine
 from live_table import Row, Rows, gaps_of, print_table
 from rclpy.serialization import serialize_message
@@ -33,10 +33,13 @@ MANY, FEW = 10_000, 200
 """Rocks of the first answer: those that the goals for terrain ask for; the node's own default for a burst."""
 FINEST = 20_000
 """Rocks at which an answer is good enough, so that rounds do not run into each other; but for `busy`."""
-START, ANSWER, QUIET, BEATING = 120.0, 60.0, 0.4, 4.0
-"""Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest; until the
-heartbeat has found its service, and the node tells no more what that cost it: rmw_fastrtps keeps an answer back for up
-to 100 ms, and with it the executor, where it has not found who asked; a gap is told for 2 s afterwards."""
+START, ANSWER, QUIET = 120.0, 60.0, 0.4
+"""Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest."""
+TOLD, BEATING = 2.5, 4.0
+"""Seconds: after which the node has told of a gap for the last time (it sums up each second, and repeats what it told
+for another); until a heartbeat has found its service, and nothing is told any more of what that cost the node:
+rmw_fastrtps keeps an answer back for up to 100 ms, and the executor with it, where it has not found who asked."""
+
 HEARD = ("hazard/grid", "trajectories", "results")
 SIMULATOR = "simulator_node"
 SERVICE = "rpf3d_simulator/get_parameter_types"
@@ -62,8 +65,9 @@ class Bench:
         self.stand_in = StandIn(("terrain/mesh", "terrain/points", "terrain/update", "sources"))
         self.came: dict[str, list[tuple[int, bytes]]] = {topic: [] for topic in HEARD}
         for topic, kept in self.came.items():
-            self.stand_in.hear(topic, lambda data, at, kept=kept: kept.append((at, data)))  # type: ignore[misc]
+            self.stand_in.hear(topic, lambda data, at, kept=kept, topic=topic: self.take(topic, kept, data, at))  # type: ignore[misc]
         self.told: list[bytes] = []
+        self.asked_ns = 0
         self.stand_in.hear("/diagnostics", lambda data, at: self.told.append(data))
         if not self.stand_in.wait_for_listeners(START, alive=lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the simulator does not listen\n{stack.tails()}")
@@ -71,9 +75,16 @@ class Bench:
         self.until_answered(lambda: self.stand_in.publish("sources", self.burst()), START)
         self.rest()
 
+    def take(self, topic: str, kept: list[tuple[int, bytes]], data: bytes, at: int) -> None:
+        """Keep what answers the last sources."""
+        first = data[MARKER:] if topic == "trajectories" else data  # an array of markers begins with how many there are
+        if stamp_of(first) >= self.asked_ns:
+            kept.append((at, data))
+
     def burst(self) -> bytes:
-        """The sources, stamped now."""
-        return bytes(serialize_message(poses(self.places, time.time_ns())))
+        """The sources, stamped now; what answers earlier ones is no answer from then on."""
+        self.asked_ns = time.time_ns()
+        return bytes(serialize_message(poses(self.places, self.asked_ns)))
 
     def until_answered(self, send: Callable[[], int], seconds: float = ANSWER) -> tuple[int, dict[str, int]]:
         """Publish, and wait for each topic; when the publishing began, and when the first of each came (ns)."""
@@ -81,8 +92,8 @@ class Bench:
             kept.clear()
         began = send()
         ended = not self.stand_in.wait(lambda: all(self.came.values()) or not self.stack.alive(SIMULATOR), seconds)
-        if ended or not all(self.came.values()):
-            missing = [topic for topic, kept in self.came.items() if not kept]
+        missing = [topic for topic, kept in self.came.items() if not kept]
+        if ended or missing:
             raise TimeoutError(f"no {', '.join(missing)} within {seconds:g} s\n{self.stack.tails()}")
         return began, {topic: kept[0][0] for topic, kept in self.came.items()}
 
@@ -112,7 +123,7 @@ class Bench:
                 row.add(began, came, self.came["results"][0][1])
                 row.cpu.append(self.stack.cpu(SIMULATOR) - cpu)
                 self.rest(3.0)
-            self.stand_in.wait(lambda: False, 1.5)  # the gaps of the last second are told then
+            self.stand_in.wait(lambda: False, TOLD)
             beats = [beat for beat in heartbeat.stop() if beat[1] >= begins]
         return Rows(row, beats, gaps_of(self.told))
 

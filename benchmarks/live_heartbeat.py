@@ -16,8 +16,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 PERIOD = 0.02
-"""Seconds between an answer and the next call: none of 50 ms that the node is blocked for goes unseen. Calls every 5 ms
-took a sixth of a core in the caller and as much in the node, and a patch took 20 to 40 ms longer for it."""
+"""Seconds between an answer and the next call: no 50 ms that the node is blocked for go unseen, but they may look so
+much shorter. Calls every 5 ms took an eighth of a core of the caller, and as much of the node."""
 
 PATIENCE = 30.0
 """Seconds until a call is given up."""

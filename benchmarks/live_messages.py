@@ -24,6 +24,8 @@ from rpf3d_ros.terrain_messages import COUNT, HEADER, MeshSurvey, cdr_of_mesh
 Floats = NDArray[np.float64]
 SECOND = 1_000_000_000
 STAMP = slice(4, 12)
+MARKER = 4
+"""Bytes of an array of markers before the header of the first."""
 FRAME = "map"
 HIGHER = 0.02
 """m by which one point of a survey differs from that of the survey before: a repetition would be ignored."""

@@ -35,8 +35,8 @@ def main(args: Sequence[str] | None = None) -> int:
     return unless_signalled(lambda: _acknowledged(options, words))
 
 
-def naming(said: str) -> "SetParameters.Request":
-    """What is asked of the simulator's `set_parameters` before its `~/acknowledge`: said is NAME: REASON."""
+def who_acknowledges(said: str) -> "SetParameters.Request":
+    """The request to the simulator's `set_parameters` that comes before `~/acknowledge`; said : "NAME: REASON"."""
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
 
@@ -94,7 +94,7 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     for each in (name_who, acknowledge):
         if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
             raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
-    (taken,) = _answer(node, name_who.call_async(naming(f"{options.by}: {options.why}")), options).results
+    (taken,) = _answer(node, name_who.call_async(who_acknowledges(f"{options.by}: {options.why}")), options).results
     if not taken.successful:
         return False, taken.reason
     response = _answer(node, acknowledge.call_async(Trigger.Request()), options)

@@ -75,7 +75,7 @@ def _head(header: Header, namespace: str) -> bytes:
 
 
 def _append_middle(data: bytearray, marker: Layout) -> None:
-    """Append the fields that differ from marker to marker, in the order of the message; it ends on a multiple of 4."""
+    """Append the fields between head and tail, in the order of the message; they end on a multiple of 4."""
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
     data += POSE_AND_SCALE.pack(*IDENTITY, *marker.scale)

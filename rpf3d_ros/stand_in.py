@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
-from rpf3d_ros.acknowledge import naming
+from rpf3d_ros.acknowledge import who_acknowledges
 from rpf3d_ros.message_classes import message_class
 from rpf3d_ros.publishing import publishers_of
 from rpf3d_ros.recorded_topics import TOPICS
@@ -80,7 +80,7 @@ class StandIn:
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
         """Acknowledge as an operator would: who and why as a parameter, then the service; whether it was taken."""
-        done = self._call(self._set, naming(by), seconds)
+        done = self._call(self._set, who_acknowledges(by), seconds)
         if done is None or not done.results[0].successful:
             return False, "no answer" if done is None else str(done.results[0].reason)
         answer = self._call(self._acknowledge, Trigger.Request(), seconds)

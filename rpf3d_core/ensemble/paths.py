@@ -122,7 +122,8 @@ def along_pieces(
 ) -> tuple[FloatArray, FloatArray]:
     """Position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of pieces (S,)."""
     duration = _durations(paths)[piece]
-    x, v = _parabola(paths.x.take(piece, axis=0), paths.v.take(piece, axis=0), fraction * duration, gravity)
+    x, v = (rows.take(piece, axis=0) for rows in (paths.x, paths.v))  # four times as fast as an index
+    x, v = _parabola(x, v, fraction * duration, gravity)
     drawn = np.isin(paths.mode[piece], (Mode.SETTLING, Mode.SLIDING)) & (duration > 0.0)
     some = piece[drawn]
     x[drawn], v[drawn] = _hermite(

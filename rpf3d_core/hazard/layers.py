@@ -16,7 +16,7 @@ from rpf3d_core.terrain.frame import FloatArray
 ENERGY = 0
 """The first of the three quantities that have bins: energy, speed, height."""
 FEW = 100_000
-"""Bins up to which NumPy tells the percentiles, cell by cell: it is done before the loop has been compiled."""
+"""Bins of some cells, of all quantities together, up to which NumPy looks for ranks: before the loop is compiled."""
 
 
 def layers_of(tally: Tally) -> Layers:
@@ -52,7 +52,7 @@ def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> Stat
         some = many[first : first + len(bins)]
         ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            if q == ENERGY or tally.scales.bins[q] > 0:  # or else it is told from the bins of the energy
+            if q == ENERGY or tally.scales.bins[q] > 0:  # or speed, which is told from the energy's
                 place = _places(bins, _columns(tally, q), ranks)
             told[q, some] = values[q][place]
         first += len(bins)

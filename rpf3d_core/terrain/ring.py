@@ -59,7 +59,7 @@ class _Mesh:
         if len(number) < len(points):
             raise TerrainError(CROSSING)
         x, y = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(points))).T.tolist()
-        corners = np.array([number[place] for place in zip(x, y, strict=True)]).reshape(-1, 4)[:, :3]
+        corners = np.array([number[place] for place in zip(x, y, strict=True)], dtype=np.int32).reshape(-1, 4)[:, :3]
         sides = _counter_clockwise(points, corners)[:, [[0, 1, 2], [1, 2, 0], [2, 0, 1]]].reshape(-1, 3)
         begin, end, left = sides.T.tolist()
         self._left: dict[Edge, int] = dict(zip(zip(begin, end, strict=True), left, strict=True))
@@ -69,8 +69,7 @@ class _Mesh:
             self._beside[q].add(p)
 
     def _add(self, a: int, b: int, c: int) -> None:
-        if self._turn(a, b, c) < 0:
-            b, c = c, b
+        """Add a triangle, counter-clockwise."""
         for p, q, r in ((a, b, c), (b, c, a), (c, a, b)):
             self._left[p, q] = r
             self._beside[p].add(q)
