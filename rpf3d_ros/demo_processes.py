@@ -6,6 +6,9 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO
+
+from rpf3d_ros.domains import free_domain
 
 GRACE = 15.0
 """Seconds that a node has to end after SIGINT before it is killed: writing a large recording's end takes a few."""
@@ -18,15 +21,20 @@ SET_PARENT_DEATH_SIGNAL = 1
 
 LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 
-DOMAINS = 101
-"""Domain ids 1 to 101 need no ports from the operating system's ephemeral range."""
+_taken: list[IO[str]] = []
+"""Locks of the domains that this process has until it ends."""
 
 
 def isolated_environment(logs: Path) -> dict[str, str]:
-    """Environment variables that keep nodes on this machine, in a domain chosen by the process id."""
+    """Environment variables that keep nodes on this machine, in a domain that no other process has meanwhile.
+
+    Raises InputError where there is none.
+    """
+    domain, lock = free_domain()
+    _taken.append(lock)
     return {
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "ROS_DOMAIN_ID": str(1 + os.getpid() % DOMAINS),
+        "ROS_DOMAIN_ID": str(domain),
         "ROS_LOG_DIR": str(logs),
     }
 

@@ -1,9 +1,6 @@
 """Isolation of the ROS tests: loopback only, a domain and a log folder of their own, message fields checked."""
 
-import fcntl
-import itertools
 import os
-import tempfile
 import time
 from pathlib import Path
 
@@ -18,7 +15,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from rpf3d_ros.demo_processes import DOMAINS, ended, node_process
+from rpf3d_ros.demo_processes import ended, node_process
+from rpf3d_ros.domains import free_domain
 from rpf3d_ros.health import healths_of
 from rpf3d_ros.message_classes import message_class
 from rpf3d_ros.qos import EVENTS, LATCHED
@@ -31,21 +29,6 @@ takes 40 on one core with a cold cache, and several times that on busy ones."""
 KINDS = {name: message_class(topic.kind) for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
 """Topics that are not latched."""
-
-DOMAIN = itertools.count(os.getpid() * 13)
-
-
-def free_domain():
-    """A ROS domain that no other test on this machine is in, and the lock that keeps others out of it."""
-    for number in itertools.islice(DOMAIN, DOMAINS):
-        domain = 1 + number % DOMAINS
-        lock = (Path(tempfile.gettempdir()) / f"rpf3d_test_domain_{domain}.lock").open("a")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return domain, lock
-        except OSError:
-            lock.close()
-    pytest.fail(f"all {DOMAINS} ROS domains are in use by other tests on this machine")
 
 
 @pytest.fixture(scope="session", autouse=True)
