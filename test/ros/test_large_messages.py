@@ -167,7 +167,10 @@ def test_messages_of_several_topics_come_in_the_order_in_which_they_were_publish
     some = LargeMessages(node, topics, pytest.fail)
     publishers = {name: node.create_publisher(Mesh, name, QoSProfile(depth=1000)) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
-    time.sleep(0.5)  # a reader may not have found its writer yet
+    for each in publishers.values():  # a reader that has not found its writer yet gets the first messages late
+        each.publish(mesh(10))
+    wait(lambda: sorted(came) == list("abc"))
+    came.clear()
     sent = [str(name) for name in np.random.default_rng(1).choice(list("abc"), 120)]
     for number, name in enumerate(sent):
         publishers[name].publish(mesh(20_000 if name == "c" else 10))
