@@ -106,7 +106,8 @@ def patched_locator(
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
     """Move what lies between two places by so many, within the array; NumPy copies as `memmove` does."""
-    array[begin + shift : end + shift] = array[begin:end]
+    if shift:
+        array[begin + shift : end + shift] = array[begin:end]
 
 
 def most_entries(facets: int) -> int:
