@@ -51,8 +51,11 @@ demo: $(VENV)/.core
 demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
+# Byte code is kept for the tests, whatever the shell says of it: they start hundreds of processes, and each would spend
+# more on compiling what it imports than on its test.
 test: venv
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/.bytecode \
+	  $(BIN)/python -m pytest -n auto --dist loadfile
 
 guards: venv
 	$(BIN)/python test/hard/guards.py
