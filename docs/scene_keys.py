@@ -22,20 +22,22 @@ from rpf3d_core.io import (
     scene_model,
     scene_models,
     scene_rebounds,
+    scene_releases,
     scene_roughness,
     scene_sphere,
+    scene_terrain,
 )
 from rpf3d_core.terrain.pit_parameters import RANGES, Pit
 
 PARTS = (
     ("The scene", scene_model.Scene),
-    ("terrain", scene_model.TerrainSpec),
-    ("terrain.files[]", scene_model.TerrainFile),
+    ("terrain", scene_terrain.TerrainSpec),
+    ("terrain.files[]", scene_terrain.TerrainFile),
     ("terrain.berms[]", scene_berms.BermSpec),
-    ("zones[]", scene_model.ZoneSpec),
+    ("zones[]", scene_terrain.ZoneSpec),
     ("materials.NAME", scene_model.Material),
-    ("rock", scene_model.RockSpec),
-    ("sources[]", scene_model.SourceSpec),
+    ("rock", scene_releases.RockSpec),
+    ("sources[]", scene_releases.SourceSpec),
     ("areas_of_interest[]", scene_model.AreaSpec),
     ("rebound", scene_models.ReboundSpec),
     ("rebound.pfeiffer_bowen", scene_rebounds.PfeifferBowenSpec),

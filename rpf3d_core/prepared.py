@@ -28,10 +28,11 @@ from rpf3d_core.io.areas import area_outlines, read_areas
 from rpf3d_core.io.observed import position_along
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import Scene, check_materials, material_of
+from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.scene_sphere import SPHERE
 from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.io.zone_materials import check_materials, material_of
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.named import models_of, obstacles_of
 from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene_model import FASTEST
+from rpf3d_core.io.scene_releases import FASTEST
 from rpf3d_core.live.survey import MOST_POINTS
 from rpf3d_ros.map_frame import MapFrame
 

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from rpf3d_core.io.scene_model import FASTEST
+from rpf3d_core.io.scene_releases import FASTEST
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.map_frame import MapFrame

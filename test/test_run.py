@@ -11,7 +11,8 @@ from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
 from rpf3d_core.choices import with_choices
-from rpf3d_core.io.scene_model import LARGEST_SEED, RockSpec
+from rpf3d_core.io.scene_model import LARGEST_SEED
+from rpf3d_core.io.scene_releases import RockSpec
 from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.prepared import scene_flight
 from rpf3d_core.values import Outcome

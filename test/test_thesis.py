@@ -11,7 +11,7 @@ from rpf3d_core import thesis, thesis_report
 from rpf3d_core.compare import Counted
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import material_of
+from rpf3d_core.io.zone_materials import material_of
 from rpf3d_core.run import run_scene
 from rpf3d_core.terrain.pit import Pit
 from rpf3d_core.thesis import LOCALISED, RESOLUTION, STUDIES, Printed, runs_of, scene_files, study_named

@@ -10,7 +10,8 @@ from pydantic import ValidationError
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene_faults import NOT_SCENE_KEYS, faults_of, unknown_key
-from rpf3d_core.io.scene_model import Scene, SourceSpec
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_releases import SourceSpec
 from rpf3d_core.io.scene_sources import source_points
 from rpf3d_core.io.scene_values import MISSING_FILE
 from rpf3d_core.io.yaml_lines import Document, Fault, read_yaml

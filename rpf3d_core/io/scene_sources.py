@@ -17,7 +17,8 @@ from rpf3d_core.io.coverage import extents
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import RockSpec, Scene, SourceSpec
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_releases import RockSpec, SourceSpec
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame, Up

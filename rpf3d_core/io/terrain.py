@@ -10,7 +10,8 @@ from rpf3d_core.io.berms import with_berms, with_zones_of_berms
 from rpf3d_core.io.dem import DEM_EXTENSIONS, read_dem
 from rpf3d_core.io.mesh import MESH_READERS
 from rpf3d_core.io.polygons import read_polygons
-from rpf3d_core.io.scene_model import Scene, TerrainSpec
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_terrain import TerrainSpec
 from rpf3d_core.io.surface import Surface, facet_count, usable
 from rpf3d_core.terrain.edges import Index, edges_of
 from rpf3d_core.terrain.facets import Terrain

@@ -16,9 +16,10 @@ from rpf3d_core.imports.rockyfor3d_ground import SOILS, tangential_restitution
 from rpf3d_core.io.point_files import read_points
 from rpf3d_core.io.polygons import read_polygons
 from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import Material, Scene, material_of
+from rpf3d_core.io.scene_model import Material, Scene
 from rpf3d_core.io.scene_models import EffectsSpec
 from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.io.zone_materials import material_of
 from rpf3d_core.run import simulate
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import in_plan

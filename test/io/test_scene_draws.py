@@ -7,8 +7,10 @@ import pytest
 from rpf3d_core.errors import SceneError
 from rpf3d_core.io.scene import read_scene, scene_digest
 from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import RockSpec, Scene, material_of
+from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_releases import RockSpec
 from rpf3d_core.io.scene_sources import rock_of
+from rpf3d_core.io.zone_materials import material_of
 from rpf3d_core.materials.distributions import (
     Distribution,
     fixed,

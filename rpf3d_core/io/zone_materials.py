@@ -1,0 +1,49 @@
+"""Which of a scene's materials a zone of the terrain has: by its name, by a pattern, or by default."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.io.scene_model import Material, Scene
+
+MOST_NAMED = 12
+"""Zones that a message lists: a pit has dozens."""
+
+
+def material_of(scene: Scene, zone: str) -> Material:
+    """The material of a zone: its exact name, else the first pattern in file order, else `default`.
+
+    Raises
+    ------
+    SceneError
+        If nothing in the scene's materials fits the zone.
+    """
+    if zone in scene.materials:
+        return scene.materials[zone]
+    for pattern, material in scene.materials.items():
+        if fnmatchcase(zone, pattern):
+            return material
+    if "default" in scene.materials:
+        return scene.materials["default"]
+    known = ", ".join(scene.materials)
+    raise SceneError(
+        f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
+    )
+
+
+def check_materials(scene: Scene, zones: Sequence[str]) -> None:
+    """Refuse a material that no zone of the terrain takes: its name is misspelt, or what it is for is not there.
+
+    Raises
+    ------
+    SceneError
+        Names it and the nearest zone, or the zones that there are.
+    """
+    for name in scene.materials:
+        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):
+            continue
+        near = get_close_matches(name, zones, n=1)
+        shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
+        advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
+        raise SceneError(f"{scene.path}: `materials.{name}` fits no zone of the terrain; {advice}")
