@@ -10,7 +10,7 @@ import ctypes
 import threading
 import weakref
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+from rpf3d_ros.in_order import InOrder
 from rpf3d_ros.qos import OVERRIDABLE
 from rpf3d_ros.terrain_messages import Buffer
 
@@ -131,6 +132,7 @@ class LargeMessages:
             ), topic)
             for topic in topics
         ]  # fmt: skip
+        self._order = InOrder([partial(self._taken, subscription) for subscription, _ in self._listening])
         self._closed = threading.Event()
         self._said = ""
         self._thread: threading.Thread | None = None
@@ -152,8 +154,8 @@ class LargeMessages:
         while not self._closed.wait(pause):
             pause = self._pause
             try:
-                for _, topic, data in self._come():
-                    topic.take(data)
+                for message in self._order.come():
+                    self._listening[message.queue][1].take(message.content)
             except InvalidHandle:  # the node is being destroyed
                 return
             except Exception as error:
@@ -165,18 +167,6 @@ class LargeMessages:
         if sentence != self._said:
             self._said = sentence
             self._failed(sentence)
-
-    def _come(self) -> list[tuple[int, Topic, Buffer]]:
-        """What has come, in the order in which it was published.
-
-        Topics are looked at in their order: put those first whose messages follow the others', so that what came
-        before one of them is not overlooked.
-        """
-        come = []
-        for subscription, topic in self._listening:
-            while (found := self._taken(subscription)) is not None:
-                come.append((found[0], topic, found[1]))
-        return sorted(come, key=lambda each: each[0])
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
         """When the next message was published (ns), and it; None where there is none."""

@@ -59,8 +59,9 @@ def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_la
     recorder.wait()
     decided(peer)
     peer.health.pop(f"{RECORDER}: recording")
-    recorder = shared_stage.node("recorder_node", file=second)
-    wait_until_recorded(peer, "results", 1, len(peer.said))
+    recorder, said = shared_stage.node("recorder_node", file=second), len(peer.said)
+    for topic in ("results", "trajectories"):  # in whatever order the recorder finds their publishers
+        wait_until_recorded(peer, topic, 1, said)
     recorder.send_signal(signal.SIGTERM)
     assert recorder.wait(20.0) == 0
     verify(second)
