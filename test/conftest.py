@@ -3,6 +3,7 @@
 import os
 import signal
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # How long an example takes on a machine with other work to do says nothing of what is tested.
@@ -15,6 +16,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.hookimpl(optionalhook=True)  # pytest knows it only where xdist is installed
 def pytest_xdist_auto_num_workers(config):
     """One more than there are cores: a test of live nodes mostly waits for them."""
     return len(os.sched_getaffinity(0)) + 1
