@@ -51,11 +51,10 @@ demo: $(VENV)/.core
 demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
-# Byte code is kept for the tests, whatever the shell says of it: they start hundreds of processes, and each would spend
-# more on compiling what it imports than on its test.
+# Byte code is kept, whatever the shell says of it: the tests start hundreds of processes, and each would spend more on
+# compiling what it imports than on its test. A worker more than there are cores, for tests of live nodes mostly wait.
 test: venv
-	PYTHONDONTWRITEBYTECODE= PYTHONPYCACHEPREFIX=$(CURDIR)/$(VENV)/.bytecode \
-	  $(BIN)/python -m pytest -n auto --dist loadfile
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --dist loadfile
 
 guards: venv
 	$(BIN)/python test/hard/guards.py

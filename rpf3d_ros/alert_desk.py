@@ -159,16 +159,23 @@ class AlertDesk:
             self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
 
     def close(self, timeout: float) -> bool:
-        """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed."""
+        """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed.
+
+        The log is closed as soon as the thread ends, which may be after that.
+        """
         self._closed = True
         self._requests.put(CLOSING)
         self._thread.join(timeout)
-        ended = not self._thread.is_alive()
-        if ended and self._log is not None:
-            self._log.close()
-        return ended
+        return not self._thread.is_alive()
 
     def _run(self) -> None:
+        try:
+            self._serve_what_comes()
+        finally:
+            if self._log is not None:
+                self._log.close()
+
+    def _serve_what_comes(self) -> None:
         while (request := self._requests.get()) is not CLOSING and not self._closed:
             try:
                 self._serve(request)

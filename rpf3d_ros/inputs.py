@@ -64,27 +64,27 @@ class Inputs:
 
     # --- on the thread of the surveys, in the order in which they were published
 
-    def on_points(self, data: Buffer) -> None:
+    def on_points(self, data: Buffer, published_ns: int) -> None:
         """Take a cloud, as CDR, as the terrain: a grid of heights, or points to be triangulated."""
-        self._survey("terrain/points", data, self._whole)
+        self._survey("terrain/points", data, lambda cloud: self._whole(self._arrival(cloud, published_ns)))
 
-    def on_mesh(self, data: Buffer) -> None:
-        """Take a mesh, as CDR, as the terrain."""
+    def on_mesh(self, data: Buffer, published_ns: int) -> None:
+        """Take a mesh, as CDR, as the terrain; it has no stamp of its own, so it was surveyed now."""
         now = self._now()
 
         def take() -> None:
             frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
             frame.check(mesh_frame)
             check_mesh(data, most)
-            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data)
-            self._station.terrain.put_whole(arrival)
+            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data, published_ns)
+            self._station.terrain.put_whole(arrival, lambda patch: patch.published_ns > published_ns)
 
         self._try("terrain", take)
 
-    def on_update(self, data: Buffer) -> None:
+    def on_update(self, data: Buffer, published_ns: int) -> None:
         """Take a cloud, as CDR, in the place of what lies in its footprint."""
         put = self._station.terrain.put_patch
-        self._survey("terrain/update", data, lambda cloud: put(self._arrival(cloud)))
+        self._survey("terrain/update", data, lambda cloud: put(self._arrival(cloud, published_ns)))
 
     # --- on the executor's thread
 
@@ -116,9 +116,11 @@ class Inputs:
     def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
         return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE)
 
-    def _whole(self, cloud: PointCloud2) -> None:
-        arrival = self._arrival(cloud)
-        self._station.terrain.put_whole(arrival)
+    def _whole(self, arrival: Arrival) -> None:
+        def follows(patch: Arrival) -> bool:
+            return patch.published_ns > arrival.published_ns and patch.stamp_ns >= arrival.stamp_ns
+
+        self._station.terrain.put_whole(arrival, follows)
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch of what was surveyed before is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
@@ -130,10 +132,10 @@ class Inputs:
             return
         self._take("terrain", topic, cloud.header, lambda: take(cloud))
 
-    def _arrival(self, cloud: PointCloud2) -> Arrival:
-        frame, most = self._frame, self._parameters.most_points
+    def _arrival(self, cloud: PointCloud2, published_ns: int) -> Arrival:
+        frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
         check_cloud(cloud, frame, most)
-        return Arrival(lambda: survey_of_cloud(cloud, frame, most), nanoseconds(cloud.header.stamp))
+        return Arrival(lambda: survey_of_cloud(cloud, frame, most), stamp, published_ns=published_ns)
 
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         def take() -> None:

@@ -4,7 +4,9 @@ A message is looked at here no longer than it takes to put it in line; threads o
 """
 
 import threading
-from collections.abc import Hashable
+import time
+from collections import deque
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
@@ -17,6 +19,9 @@ M = TypeVar("M")
 
 UNTRIED = 3
 """Surveys that may wait to be tried as terrain: a bad one must not push out a good one, nor many fill the memory."""
+
+LATE = 10.0
+"""Seconds that a whole survey may be on its way while patches that were published after it are heard before it."""
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
@@ -115,9 +120,13 @@ class WaitingSources:
 
 @dataclass
 class Chapter(Generic[M]):
-    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost."""
+    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
+
+    early : patches that follow it as well, but were heard before it
+    """
 
     whole: M | None
+    early: tuple[M, ...] = ()
     patches: list[M] = field(default_factory=list)
     lost: int = 0
 
@@ -132,6 +141,9 @@ class WaitingTerrain(Generic[M]):
 
     Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
     chapter is that of the survey in use.
+
+    A mesh of many fragments may be heard after a patch that was published later. So patches are kept in mind for a
+    while, and laid again upon a whole survey that they follow, wherever they are by then.
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -139,6 +151,7 @@ class WaitingTerrain(Generic[M]):
         self._chapters: list[Chapter[M]] = [Chapter(None)]
         self._tried: Chapter[M] | None = None
         self._patched = self._chapters[0]
+        self._heard: deque[tuple[float, M]] = deque(maxlen=most_patches)
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -147,12 +160,17 @@ class WaitingTerrain(Generic[M]):
     def lost_patches(self) -> int:
         """Patches that were heard and are not in the terrain, nor in a whole survey since."""
         with self._changed:
+            self._forget_old_patches()
             return sum(chapter.lost for chapter in self._chapters)
 
-    def put_whole(self, survey: M) -> None:
-        """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait."""
+    def put_whole(self, survey: M, follows: Callable[[M], bool] = lambda patch: False) -> None:
+        """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait.
+
+        follows : whether a patch that has been heard already belongs upon this survey
+        """
         with self._changed:
-            self._chapters.append(Chapter(survey))
+            self._forget_old_patches()
+            self._chapters.append(Chapter(survey, tuple(patch for _, patch in self._heard if follows(patch))))
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
@@ -162,6 +180,8 @@ class WaitingTerrain(Generic[M]):
     def put_patch(self, patch: M) -> None:
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
+            self._forget_old_patches()
+            self._heard.append((time.monotonic(), patch))
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
@@ -190,7 +210,8 @@ class WaitingTerrain(Generic[M]):
             tried = self._tried
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
-            tried.whole, self._tried = None, None
+            tried.patches[:0] = tried.early
+            tried.whole, tried.early, self._tried = None, (), None
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
@@ -214,6 +235,10 @@ class WaitingTerrain(Generic[M]):
     def __len__(self) -> int:
         with self._changed:
             return self._length()
+
+    def _forget_old_patches(self) -> None:
+        while self._heard and time.monotonic() - self._heard[0][0] > LATE:
+            self._heard.popleft()
 
     def _remove(self, chapter: Chapter[M]) -> None:
         place = self._chapters.index(chapter)

@@ -2,14 +2,15 @@
 
 rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into pages that nobody has touched before,
 keeps every thread of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which lets go of the
-lock, and the bytes stay where rcl has put them. Messages of several topics are handed on in the order in which they
-were published: a patch must not overtake the terrain that it was surveyed upon.
+lock, and the bytes stay where rcl has put them. Messages of several topics that have come are handed on in the order
+in which they were published. A large one may still come after a small one that was published later: its fragments take
+their time. Who takes them is told when each was published.
 """
 
 import ctypes
 import threading
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from rpf3d_ros.in_order import InOrder
+from rpf3d_ros.in_order import InOrder, Published
 from rpf3d_ros.qos import OVERRIDABLE
 from rpf3d_ros.terrain_messages import Buffer
 
@@ -104,19 +105,24 @@ class NotByTheExecutor(CallbackGroup):
 
 
 class Topic(NamedTuple):
-    """kind : a message class; take : given the CDR bytes of each message, on a thread of its own."""
+    """kind : a message class; take : given the CDR bytes of each message and when it was published (ns)."""
 
     kind: Any
     name: str
-    take: Callable[[Buffer], None]
+    take: Callable[[Buffer, int], None]
     qos: QoSProfile
+
+    def take_from_rclpy(self, data: bytes, info: Mapping[str, int]) -> None:
+        """Take a message from the executor, with what rclpy tells of it."""
+        self.take(data, info["source_timestamp"])
 
 
 class LargeMessages:
-    """Subscriptions whose messages are handed on as CDR, in a memoryview, in the order in which they were published.
+    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of its own, as `InOrder` says.
 
     failed : called with a sentence where rcl cannot tell whether there are messages, once for each sentence, and where
-        something is raised by who takes one. Where rcl's functions are not to be had, the executor hands on `bytes`.
+        something is raised by who takes one. Where rcl's functions are not to be had, the executor hands on `bytes`,
+        of one topic after the other.
     """
 
     def __init__(
@@ -125,14 +131,15 @@ class LargeMessages:
         self._node, self._failed, self._pause = node, failed, pause
         self._rcl = _rcl()
         group = None if self._rcl is None else NotByTheExecutor()
-        self._listening: list[tuple[Any, Topic]] = [
-            (node.create_subscription(
-                topic.kind, topic.name, topic.take, topic.qos, callback_group=group, raw=True,
+        self._topics = topics
+        self._subscriptions: list[Any] = [
+            node.create_subscription(
+                topic.kind, topic.name, topic.take_from_rclpy, topic.qos, callback_group=group, raw=True,
                 qos_overriding_options=OVERRIDABLE,
-            ), topic)
+            )
             for topic in topics
         ]  # fmt: skip
-        self._order = InOrder([partial(self._taken, subscription) for subscription, _ in self._listening])
+        self._order = InOrder([partial(self._taken, subscription) for subscription in self._subscriptions])
         self._closed = threading.Event()
         self._said = ""
         self._thread: threading.Thread | None = None
@@ -145,23 +152,29 @@ class LargeMessages:
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
-        for subscription, _ in self._listening:
+        for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
-        self._listening = []
+        self._subscriptions = []
 
     def _run(self) -> None:
         pause = self._pause
         while not self._closed.wait(pause):
-            pause = self._pause
-            try:
-                for message in self._order.come():
-                    self._listening[message.queue][1].take(message.content)
-            except InvalidHandle:  # the node is being destroyed
+            errors = [error for message in self._order.come() if (error := self._hand_on(message)) is not None]
+            errors += self._order.errors
+            if any(isinstance(error, InvalidHandle) for error in errors):  # the node is being destroyed
                 return
-            except Exception as error:
-                if self._node.context.ok():  # what a context says that a signal has shut down is no error
+            if self._node.context.ok():  # what a context says that a signal has shut down is no error
+                for error in errors:
                     self._say(f"{type(error).__name__}: {error}")
-                pause = AFTER_ERROR
+            pause = AFTER_ERROR if errors else self._pause
+
+    def _hand_on(self, message: Published[Buffer]) -> Exception | None:
+        """What is raised over one message keeps no other back."""
+        try:
+            self._topics[message.queue].take(message.content, message.at_ns)
+        except Exception as error:
+            return error
+        return None
 
     def _say(self, sentence: str) -> None:
         if sentence != self._said:
@@ -169,7 +182,9 @@ class LargeMessages:
             self._failed(sentence)
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
-        """When the next message was published (ns), and it; None where there is none."""
+        """When the next message was published (ns), and it; None where there is none, or nobody wants it any more."""
+        if self._closed.is_set():
+            return None
         rcl = self._rcl
         assert rcl is not None
         message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle

@@ -35,13 +35,6 @@ from rpf3d_ros.station import Outlets, Station
 if TYPE_CHECKING:
     from rpf3d_ros.equipment import Equipment
 
-CLOSING_TIME = 0.5
-"""Seconds that the threads may still take when the node ends; they are abandoned after that.
-
-What they leave undone, a `kill -9` may leave undone as well: a terrain that is not kept yet, and no decision. Two of
-them may compute meanwhile, while a site waits for its node to end.
-"""
-
 TICK = 0.25
 """Seconds between looks whether a decision is over."""
 
@@ -210,7 +203,7 @@ class SimulatorNode(LifecycleNode):
 
     def _close_station(self) -> None:
         if self.station is not None:
-            self.abandoned = not self.station.close(CLOSING_TIME) or self.abandoned
+            self.abandoned = not self.station.close() or self.abandoned
             self.station = None
             free_what_is_gone()
 

@@ -4,8 +4,9 @@ import itertools
 import queue
 import time
 import traceback
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
@@ -36,6 +37,16 @@ ANSWER_WITHIN = 0.04
 REMEMBERED = 4
 """Times as many walls as may wait whose last sources are kept in mind, to be answered anew or at last."""
 
+COMPUTING = 0.5
+"""Seconds that flying and building may go on when the station is closed.
+
+Ground that is not in use yet is lost with them, as by a `kill -9`; two of them may compute meanwhile, while somebody
+waits for the node to end.
+"""
+
+WRITING = 1.0
+"""Seconds that decisions which are made, and terrain which is in use, may take to be on disk after that."""
+
 LAST_WORD = 0.5
 """Seconds that a transition waits for the fault that is the last to be told; after that only the alarm is sounded."""
 
@@ -49,6 +60,20 @@ class Outlets:
     health: HealthReport
     logger: RcutilsLogger
     now: Callable[[], int]
+
+
+class Ending(Protocol):
+    """What has a thread that can be told to end."""
+
+    def close(self, timeout: float) -> bool:
+        """Wait at most timeout (s); whether it has ended."""
+
+
+def _all_end(each: Iterable[Ending], timeout: float) -> bool:
+    """Let all of them end within a time (s) in all; whether they have."""
+    until = time.monotonic() + timeout
+    ended = [one.close(max(until - time.monotonic(), 0.0)) for one in each]
+    return all(ended)
 
 
 class Station:
@@ -68,7 +93,7 @@ class Station:
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         self._level: Level | None = None
-        self._is_silent = False
+        self._is_silent = self._is_closed = False
         if equipment.thresholds is not None:
             self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
         if equipment.log_fault:
@@ -102,16 +127,16 @@ class Station:
                 self._is_silent = True
                 self._outlets.alerts.sound_alarm()
 
-    def close(self, timeout: float) -> bool:
-        """End all threads within a time (s); True where all have ended."""
-        until = time.monotonic() + timeout
-        ended = [self.flyer.close(timeout)]
-        for each in (self.builder, self.desk):
-            if each is not None:
-                ended.append(each.close(max(until - time.monotonic(), 0.01)))
-        if self._equipment.store is not None:
-            self._equipment.store.close(max(until - time.monotonic(), 0.01))
-        return all(ended)
+    def close(self) -> bool:
+        """End all threads, in COMPUTING and WRITING at most; True where all have ended.
+
+        Those that have not are abandoned: nothing that they say is told any more.
+        """
+        self.terrain.close()
+        ended = _all_end((self.flyer, self.builder), COMPUTING)
+        ended &= _all_end([each for each in (self.desk, self._equipment.store) if each is not None], WRITING)
+        self._is_closed = True
+        return ended
 
     def submit(self, trigger: Trigger) -> None:
         """Put a trigger in line; the one that it pushes out is a fault of its wall until it is answered, after all."""
@@ -213,6 +238,8 @@ class Station:
 
     def stands(self, ground: Ground, what: str) -> None:
         """Tell which ground is in use."""
+        if self._is_closed:
+            return
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
@@ -223,7 +250,8 @@ class Station:
 
     def terrain_refused(self, why: str) -> None:
         """Tell why a survey is not used."""
-        self._outlets.health.set("terrain", WARN, f"message refused: {why}")
+        if not self._is_closed:
+            self._outlets.health.set("terrain", WARN, f"message refused: {why}")
 
     # --- what the desk tells
 

@@ -1,9 +1,7 @@
-"""What all tests need: how many run at once, no deadlines, and signals that reach a child as from a terminal."""
+"""What all tests need: no deadlines, and signals that reach a child as from a terminal."""
 
-import os
 import signal
 
-import pytest
 from hypothesis import HealthCheck, settings
 
 # How long an example takes on a machine with other work to do says nothing of what is tested.
@@ -14,9 +12,3 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     # A shell lets what it runs in the background ignore Ctrl-C, and children inherit that; one that is to be
     # interrupted would go on for ever. A handler of Python's own is none any more in a child.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@pytest.hookimpl(optionalhook=True)  # pytest knows it only where xdist is installed
-def pytest_xdist_auto_num_workers(config):
-    """One more than there are cores: a test of live nodes mostly waits for them."""
-    return len(os.sched_getaffinity(0)) + 1

@@ -117,13 +117,16 @@ class Store:
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
-    def close(self, timeout: float | None = None) -> None:
-        """Write what waits, and end; the folder is free once that is written, which may be after the timeout (s)."""
-        self.flush(timeout)
+    def close(self, timeout: float | None = None) -> bool:
+        """Write what waits, and end; wait at most timeout (s) for that. True where it has ended.
+
+        The folder is free as soon as all is written, which may be after that.
+        """
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         self._thread.join(timeout)
+        return not self._thread.is_alive()
 
     def _run(self) -> None:
         try:

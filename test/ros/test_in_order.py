@@ -1,10 +1,12 @@
 """Messages that come while the queues are looked at are handed on in the order in which they were published."""
 
+import itertools
 from collections import deque
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from property_budget import examples
 
 from rpf3d_ros.in_order import InOrder
 
@@ -29,6 +31,7 @@ class Stream:
         return found
 
 
+@examples(300)
 @given(
     st.lists(st.integers(0, QUEUES - 1), max_size=40),
     st.lists(st.integers(0, 4), max_size=60),
@@ -52,18 +55,27 @@ def test_a_message_is_not_kept_back_where_nothing_follows():
     assert [each.content for each in order.come()] == ["message 0"]
 
 
-def test_what_is_raised_by_one_queue_costs_no_message_of_another():
-    stream = Stream([0, 1], [])
+@pytest.mark.parametrize("calls", [{0}, {1}, {0, 1}, range(100)])
+def test_what_a_queue_raises_is_told_and_keeps_nothing_of_another_back(calls):
+    """Whichever look it is raised in, and for ever."""
+    stream, count = Stream([0, 2] * 5, [0] * 12 + [1] * 100), itertools.count()
     stream.publish(2)
-    broken = [True]
 
     def take():
-        if broken:
-            broken.clear()
-            raise RuntimeError("once")
-        return stream.take(2)
+        if next(count) in calls:
+            raise RuntimeError("cannot be looked at")
+        return stream.take(1)
 
-    order = InOrder([lambda: stream.take(0), lambda: stream.take(1), take])
-    with pytest.raises(RuntimeError):
-        order.come()
-    assert [each.content for each in order.come()] == ["message 0", "message 1"]
+    order = InOrder([lambda: stream.take(0), take, lambda: stream.take(2)])
+    handed, told = [], 0
+    for _ in range(40):
+        handed += [each.at_ns for each in order.come()]
+        told += len(order.errors)
+    assert handed == list(range(10))
+    assert told == min(len(calls), next(count))
+
+
+def test_messages_of_one_time_keep_the_order_in_which_they_came():
+    queues = [deque([(5, "a"), (5, "b")]), deque([(5, "c")])]
+    order = InOrder([lambda queue=queue: queue.popleft() if queue else None for queue in queues])
+    assert [each.content for each in order.come()] == ["a", "b", "c"]

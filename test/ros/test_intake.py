@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros import intake
 from rpf3d_ros.intake import SECOND, UNTRIED, StampGuards, WaitingSources, WaitingTerrain
 from rpf3d_ros.refusals import MessageRefused
 
@@ -225,6 +226,51 @@ def test_patches_outlive_a_survey_that_is_dropped_untried():
         if kind == "whole":
             waiting.refused()
     assert found == [2, 1, 0, "kept"]
+
+
+def test_patches_heard_before_a_survey_that_they_follow_are_laid_upon_it_as_well():
+    waiting = surveys(patches=("before", "waiting"))
+    waiting.take()
+    waiting.put_patch("after")
+    waiting.put_whole("late", lambda patch: patch != "before")
+    waiting.put_patch("last")
+    assert waiting.take() == ("whole", "late")
+    waiting.accepted()
+    assert [waiting.take()[1] for _ in range(3)] == ["waiting", "after", "last"]
+    assert len(waiting) == 0
+
+
+def test_a_patch_that_was_lost_before_its_survey_came_is_laid_upon_it():
+    waiting = surveys(patches=("early",))
+    waiting.take()
+    waiting.lost()
+    waiting.put_whole("late", lambda patch: True)
+    waiting.take()
+    waiting.accepted()
+    assert waiting.lost_patches == 0
+    assert waiting.take() == ("patch", "early")
+
+
+def test_a_late_survey_that_is_refused_lays_no_patch_twice():
+    waiting = surveys(patches=("waiting", "done"))
+    assert waiting.take() == ("patch", "waiting")
+    waiting.put_whole("bad", lambda patch: True)
+    waiting.take()
+    waiting.refused()
+    assert waiting.take() == ("patch", "done")
+    assert len(waiting) == 0
+
+
+def test_patches_are_not_kept_in_mind_for_longer_than_a_survey_may_be_late(monkeypatch):
+    waiting = surveys(patches=("old",))
+    waiting.take()
+    monkeypatch.setattr(intake, "LATE", 0.0)
+    assert waiting.lost_patches == 0  # as every beat of the station asks
+    assert not waiting._heard
+    waiting.put_whole("new", lambda patch: True)
+    waiting.take()
+    waiting.accepted()
+    assert len(waiting) == 0
 
 
 def test_who_waits_is_let_go_when_it_is_closed():

@@ -24,6 +24,7 @@ from rpf3d_ros.terrain_messages import cdr_of_mesh, same_bytes
 
 MANY = 40
 """Messages of 7 MB, which would be 280 MB if they stayed."""
+DEEP = QoSProfile(depth=1000)
 PATIENCE = 60.0
 """Seconds until something is given up that takes milliseconds."""
 STAYS = 60.0
@@ -58,7 +59,7 @@ def heard(node):
     """What comes, and the threads that it comes on."""
     came, threads = [], []
 
-    def take(data):
+    def take(data, published_ns):
         came.append(data)
         threads.append(threading.current_thread())
 
@@ -121,7 +122,7 @@ def test_messages_leave_no_memory_behind(heard):
 def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
     came, told = [], []
 
-    def take(data):
+    def take(data, published_ns):
         came.append(len(data))
         if len(came) == 1:
             raise ValueError("the first is not wanted")
@@ -137,6 +138,24 @@ def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
     assert told == ["ValueError: the first is not wanted"]
 
 
+def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
+    came = []
+
+    def take(data, published_ns):
+        came.append(published_ns)
+        time.sleep(0.2)  # so that the others come at once
+        raise ValueError("none is wanted")
+
+    node.came = came
+    some = LargeMessages(node, [Topic(Mesh, "mesh", take, QoSProfile(depth=10))], lambda sentence: None)
+    node.publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=10))
+    for _ in range(4):
+        publish(node, mesh(10))
+    wait(lambda: len(came) == 4)
+    some.close()
+    assert came == sorted(came)
+
+
 def test_nothing_comes_after_it_has_been_closed(heard):
     publish(heard, mesh(10))
     wait(lambda: heard.came)
@@ -150,22 +169,24 @@ def test_nothing_comes_after_it_has_been_closed(heard):
 def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkeypatch):
     monkeypatch.setattr(large_messages, "_rcl", lambda: None)
     came = node.came = []
-    some = listening(node, came.append)
+    some = listening(node, lambda data, published_ns: came.append((data, published_ns)))
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
+    before = time.time_ns()
     publish(node, mesh(10))
     wait(lambda: came, lambda: executor.spin_once(timeout_sec=0.01))
-    assert came == [mesh(10)]
+    data, published_ns = came[0]
+    assert data == mesh(10) and before <= published_ns <= time.time_ns()
     executor.shutdown()
     some.close()
 
 
 def test_messages_of_several_topics_come_in_the_order_in_which_they_were_published(node):
     came = []
-    topics = [Topic(Mesh, name, lambda data, name=name: came.append(name), QoSProfile(depth=1000)) for name in "abc"]
+    topics = [Topic(Mesh, name, lambda data, at, name=name: came.append(name), DEEP) for name in "abc"]
     some = LargeMessages(node, topics, pytest.fail)
-    publishers = {name: node.create_publisher(Mesh, name, QoSProfile(depth=1000)) for name in "abc"}
+    publishers = {name: node.create_publisher(Mesh, name, DEEP) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
     for each in publishers.values():  # a reader that has not found its writer yet gets the first messages late
         each.publish(mesh(10))
