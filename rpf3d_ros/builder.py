@@ -23,13 +23,11 @@ class Arrival:
     """A message of terrain: what makes a survey of it, when it was surveyed, and the bytes that it came in.
 
     data : of a mesh, so that its repetition is known; empty of anything else
-    published_ns : by the clock of who published it
     """
 
     convert: Callable[[], Survey]
     stamp_ns: int
     data: Buffer = b""
-    published_ns: int = 0
 
 
 class Listener(Protocol):

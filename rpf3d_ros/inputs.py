@@ -19,7 +19,7 @@ from rpf3d_ros.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, ri
 from rpf3d_ros.builder import Arrival
 from rpf3d_ros.health import ERROR, OK, WARN
 from rpf3d_ros.health_report import HealthReport
-from rpf3d_ros.intake import StampGuards
+from rpf3d_ros.intake import Moment, StampGuards
 from rpf3d_ros.large_messages import LargeMessages, Topic
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.qos import EVENTS, OVERRIDABLE, terrain_qos
@@ -62,11 +62,11 @@ class Inputs:
             self._node.destroy_subscription(subscription)
         self._subscriptions = []
 
-    # --- on the thread of the surveys, in the order in which they were published
+    # --- on the thread of the surveys
 
     def on_points(self, data: Buffer, published_ns: int) -> None:
         """Take a cloud, as CDR, as the terrain: a grid of heights, or points to be triangulated."""
-        self._survey("terrain/points", data, lambda cloud: self._whole(self._arrival(cloud, published_ns)))
+        self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns))
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
         """Take a mesh, as CDR, as the terrain; it has no stamp of its own, so it was surveyed now."""
@@ -76,15 +76,19 @@ class Inputs:
             frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
             frame.check(mesh_frame)
             check_mesh(data, most)
-            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data, published_ns)
-            self._station.terrain.put_whole(arrival, lambda patch: patch.published_ns > published_ns)
+            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data)
+            self._station.terrain.put_whole(arrival, Moment(published_ns))
 
         self._try("terrain", take)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
         """Take a cloud, as CDR, in the place of what lies in its footprint."""
-        put = self._station.terrain.put_patch
-        self._survey("terrain/update", data, lambda cloud: put(self._arrival(cloud, published_ns)))
+
+        def take(cloud: PointCloud2) -> None:
+            arrival = self._arrival(cloud)
+            self._station.terrain.put_patch(arrival, Moment(published_ns, arrival.stamp_ns))
+
+        self._survey("terrain/update", data, take)
 
     # --- on the executor's thread
 
@@ -116,11 +120,9 @@ class Inputs:
     def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
         return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE)
 
-    def _whole(self, arrival: Arrival) -> None:
-        def follows(patch: Arrival) -> bool:
-            return patch.published_ns > arrival.published_ns and patch.stamp_ns >= arrival.stamp_ns
-
-        self._station.terrain.put_whole(arrival, follows)
+    def _whole(self, cloud: PointCloud2, published_ns: int) -> None:
+        arrival = self._arrival(cloud)
+        self._station.terrain.put_whole(arrival, Moment(published_ns, arrival.stamp_ns))
         self.guards.note("terrain/update", arrival.stamp_ns)  # a patch of what was surveyed before is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
@@ -132,10 +134,10 @@ class Inputs:
             return
         self._take("terrain", topic, cloud.header, lambda: take(cloud))
 
-    def _arrival(self, cloud: PointCloud2, published_ns: int) -> Arrival:
+    def _arrival(self, cloud: PointCloud2) -> Arrival:
         frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
         check_cloud(cloud, frame, most)
-        return Arrival(lambda: survey_of_cloud(cloud, frame, most), stamp, published_ns=published_ns)
+        return Arrival(lambda: survey_of_cloud(cloud, frame, most), stamp)
 
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         def take() -> None:

@@ -6,9 +6,9 @@ A message is looked at here no longer than it takes to put it in line; threads o
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,9 @@ UNTRIED = 3
 
 LATE = 10.0
 """Seconds that a whole survey may be on its way while patches that were published after it are heard before it."""
+
+REMEMBERED = 10_000
+"""Patches of which it is kept in mind when they were published."""
 
 SECOND = 1_000_000_000
 """Nanoseconds."""
@@ -118,6 +121,27 @@ class WaitingSources:
         return trigger.topic, column, row
 
 
+class Moment(NamedTuple):
+    """When a message of terrain was published, by the clock of who published it, and its stamp; None: it has none."""
+
+    published_ns: int
+    stamp_ns: int | None = None
+
+    def follows(self, whole: "Moment") -> bool:
+        """Whether a patch of this moment is news to a whole survey of that one; an older stamp would be refused."""
+        older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
+        return self.published_ns > whole.published_ns and not older
+
+
+@dataclass
+class HeardPatch(Generic[M]):
+    """A patch that was heard, when, and the time (s) of that; patch : None once it is too old to be kept."""
+
+    patch: M | None
+    moment: Moment
+    at: float
+
+
 @dataclass
 class Chapter(Generic[M]):
     """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
@@ -126,6 +150,7 @@ class Chapter(Generic[M]):
     """
 
     whole: M | None
+    moment: Moment | None = None
     early: tuple[M, ...] = ()
     patches: list[M] = field(default_factory=list)
     lost: int = 0
@@ -142,8 +167,9 @@ class WaitingTerrain(Generic[M]):
     Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
     chapter is that of the survey in use.
 
-    A mesh of many fragments may be heard after a patch that was published later. So patches are kept in mind for a
-    while, and laid again upon a whole survey that they follow, wherever they are by then.
+    A mesh of many fragments may be heard after a patch that was published later. So patches are kept for a while, and
+    laid again upon a whole survey that they follow, wherever they are by then; of older ones it is known that such a
+    survey lacks them.
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -151,7 +177,7 @@ class WaitingTerrain(Generic[M]):
         self._chapters: list[Chapter[M]] = [Chapter(None)]
         self._tried: Chapter[M] | None = None
         self._patched = self._chapters[0]
-        self._heard: deque[tuple[float, M]] = deque(maxlen=most_patches)
+        self._heard: deque[HeardPatch[M]] = deque(maxlen=REMEMBERED)
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -160,28 +186,33 @@ class WaitingTerrain(Generic[M]):
     def lost_patches(self) -> int:
         """Patches that were heard and are not in the terrain, nor in a whole survey since."""
         with self._changed:
-            self._forget_old_patches()
+            self._let_go_of_patches()
             return sum(chapter.lost for chapter in self._chapters)
 
-    def put_whole(self, survey: M, follows: Callable[[M], bool] = lambda patch: False) -> None:
+    def put_whole(self, survey: M, moment: Moment | None = None) -> None:
         """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait.
 
-        follows : whether a patch that has been heard already belongs upon this survey
+        One that is in use already, and comes again because it is latched, is none: patches have been laid upon it.
         """
         with self._changed:
-            self._forget_old_patches()
-            self._chapters.append(Chapter(survey, tuple(patch for _, patch in self._heard if follows(patch))))
+            if moment is not None and any(moment == each.moment for each in self._chapters):
+                return
+            self._let_go_of_patches()
+            following = [each.patch for each in self._heard if moment is not None and each.moment.follows(moment)]
+            early = tuple(patch for patch in following if patch is not None)
+            self._chapters.append(Chapter(survey, moment, early, lost=len(following) - len(early)))
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
                 self._remove(untried[0])
             self._changed.notify()
 
-    def put_patch(self, patch: M) -> None:
+    def put_patch(self, patch: M, moment: Moment | None = None) -> None:
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
-            self._forget_old_patches()
-            self._heard.append((time.monotonic(), patch))
+            if moment is not None:
+                self._heard.append(HeardPatch(patch, moment, time.monotonic()))
+            self._let_go_of_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
@@ -236,9 +267,17 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
-    def _forget_old_patches(self) -> None:
-        while self._heard and time.monotonic() - self._heard[0][0] > LATE:
-            self._heard.popleft()
+    def forget_heard(self) -> None:
+        """No patch is laid again: the clock went back, or nobody listens any more."""
+        with self._changed:
+            self._heard.clear()
+
+    def _let_go_of_patches(self) -> None:
+        """Keep the last ones only, and not for long."""
+        kept = [each for each in self._heard if each.patch is not None]
+        for number, each in enumerate(reversed(kept)):
+            if number >= self._most or time.monotonic() - each.at > LATE:
+                each.patch = None
 
     def _remove(self, chapter: Chapter[M]) -> None:
         place = self._chapters.index(chapter)

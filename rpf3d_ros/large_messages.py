@@ -10,6 +10,7 @@ their time. Who takes them is told when each was published.
 import ctypes
 import threading
 import weakref
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -30,6 +31,9 @@ PAUSE = 0.01
 
 AFTER_ERROR = 1.0
 """As PAUSE, where rcl has just said that it cannot tell."""
+
+MOST_SAID = 100
+"""Sentences of errors that are not told again while they go on."""
 
 OK, NOTHING_THERE = 0, 401
 """RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
@@ -120,9 +124,9 @@ class Topic(NamedTuple):
 class LargeMessages:
     """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of its own, as `InOrder` says.
 
-    failed : called with a sentence where rcl cannot tell whether there are messages, once for each sentence, and where
-        something is raised by who takes one. Where rcl's functions are not to be had, the executor hands on `bytes`,
-        of one topic after the other.
+    failed : called with a sentence where rcl cannot tell whether there are messages, and where something is raised by
+        who takes one; once for each sentence until all is well. Where rcl's functions are not to be had, the executor
+        hands on `bytes`, of one topic after the other.
     """
 
     def __init__(
@@ -141,7 +145,7 @@ class LargeMessages:
         ]  # fmt: skip
         self._order = InOrder([partial(self._taken, subscription) for subscription in self._subscriptions])
         self._closed = threading.Event()
-        self._said = ""
+        self._said: deque[str] = deque(maxlen=MOST_SAID)
         self._thread: threading.Thread | None = None
         if self._rcl is not None:
             self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
@@ -159,26 +163,29 @@ class LargeMessages:
     def _run(self) -> None:
         pause = self._pause
         while not self._closed.wait(pause):
-            errors = [error for message in self._order.come() if (error := self._hand_on(message)) is not None]
-            errors += self._order.errors
-            if any(isinstance(error, InvalidHandle) for error in errors):  # the node is being destroyed
+            errors = sum(not self._hand_on(message) for message in self._order.come())
+            if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
-            if self._node.context.ok():  # what a context says that a signal has shut down is no error
-                for error in errors:
-                    self._say(f"{type(error).__name__}: {error}")
-            pause = AFTER_ERROR if errors else self._pause
+            for error in self._order.errors:
+                self._say(error)
+            if not errors and not self._order.errors:
+                self._said.clear()
+            pause = AFTER_ERROR if self._order.errors else self._pause
 
-    def _hand_on(self, message: Published[Buffer]) -> Exception | None:
-        """What is raised over one message keeps no other back."""
+    def _hand_on(self, message: Published[Buffer]) -> bool:
+        """Whether it has been taken; what is raised over one message keeps no other back."""
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:
-            return error
-        return None
+            self._say(error)
+            return False
+        return True
 
-    def _say(self, sentence: str) -> None:
-        if sentence != self._said:
-            self._said = sentence
+    def _say(self, error: Exception) -> None:
+        """Tell of an error, once until all is well; what a context says that a signal has shut down is none."""
+        sentence = f"{type(error).__name__}: {error}"
+        if sentence not in self._said and self._node.context.ok():
+            self._said.append(sentence)
             self._failed(sentence)
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:

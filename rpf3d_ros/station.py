@@ -5,8 +5,8 @@ import queue
 import time
 import traceback
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
@@ -62,6 +62,23 @@ class Outlets:
     now: Callable[[], int]
 
 
+class Nobody:
+    """In the place of whoever is told something: listens to nothing."""
+
+    def __getattr__(self, name: str) -> "Nobody":
+        """Whatever it is asked to do."""
+        return self
+
+    def __call__(self, *args: object, **named: object) -> "Nobody":
+        """Nothing is done."""
+        return self
+
+
+_NOBODY: Any = Nobody()
+SILENCE = Outlets(_NOBODY, _NOBODY, _NOBODY, _NOBODY, _NOBODY)
+"""Where nothing is heard of threads that were abandoned: another station may speak there by then."""
+
+
 class Ending(Protocol):
     """What has a thread that can be told to end."""
 
@@ -93,7 +110,7 @@ class Station:
         self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
         self.desk: AlertDesk | None = None
         self._level: Level | None = None
-        self._is_silent = self._is_closed = False
+        self._is_silent = False
         if equipment.thresholds is not None:
             self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self)
         if equipment.log_fault:
@@ -118,6 +135,7 @@ class Station:
         The last that is told is a fault, for who hears the latched alarm must not take silence for safety.
         """
         self.flyer.deactivate()
+        self.terrain.forget_heard()
         if self.desk is not None:
             replies: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
             self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
@@ -135,7 +153,7 @@ class Station:
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
         ended &= _all_end([each for each in (self.desk, self._equipment.store) if each is not None], WRITING)
-        self._is_closed = True
+        self._outlets = replace(SILENCE, now=self._outlets.now)
         return ended
 
     def submit(self, trigger: Trigger) -> None:
@@ -154,7 +172,8 @@ class Station:
             self.waiting("sources")
 
     def forget(self, why: str) -> None:
-        """What was heard of sources means nothing any more."""
+        """The clock went back: what was heard of sources means nothing any more, nor when patches were."""
+        self.terrain.forget_heard()
         self.flyer.forget()
         if self.desk is not None:
             self.desk.forget(why)
@@ -238,8 +257,6 @@ class Station:
 
     def stands(self, ground: Ground, what: str) -> None:
         """Tell which ground is in use."""
-        if self._is_closed:
-            return
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
@@ -250,8 +267,7 @@ class Station:
 
     def terrain_refused(self, why: str) -> None:
         """Tell why a survey is not used."""
-        if not self._is_closed:
-            self._outlets.health.set("terrain", WARN, f"message refused: {why}")
+        self._outlets.health.set("terrain", WARN, f"message refused: {why}")
 
     # --- what the desk tells
 

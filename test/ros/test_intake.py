@@ -9,7 +9,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros import intake
-from rpf3d_ros.intake import SECOND, UNTRIED, StampGuards, WaitingSources, WaitingTerrain
+from rpf3d_ros.intake import SECOND, UNTRIED, Moment, StampGuards, WaitingSources, WaitingTerrain
 from rpf3d_ros.refusals import MessageRefused
 
 SIZE = 50.0
@@ -228,49 +228,102 @@ def test_patches_outlive_a_survey_that_is_dropped_untried():
     assert found == [2, 1, 0, "kept"]
 
 
-def test_patches_heard_before_a_survey_that_they_follow_are_laid_upon_it_as_well():
-    waiting = surveys(patches=("before", "waiting"))
-    waiting.take()
-    waiting.put_patch("after")
-    waiting.put_whole("late", lambda patch: patch != "before")
-    waiting.put_patch("last")
-    assert waiting.take() == ("whole", "late")
+@pytest.mark.parametrize(
+    ("patch", "whole", "follows"),
+    [
+        (Moment(2, 7), Moment(1), True),
+        (Moment(1, 7), Moment(1), False),
+        (Moment(1, 7), Moment(2), False),
+        (Moment(2, 7), Moment(1, 7), True),
+        (Moment(2, 6), Moment(1, 7), False),  # surveyed before it, told after it
+        (Moment(1, 8), Moment(2, 7), False),
+    ],
+)
+def test_a_patch_follows_what_was_published_before_it_unless_its_stamp_is_older(patch, whole, follows):
+    assert patch.follows(whole) is follows
+
+
+def late(*patches, most=8):
+    """Patches that were heard and taken, published at 1, 2, ...; a survey comes now that was published before them."""
+    waiting = WaitingTerrain(most)
+    for number, patch in enumerate(patches, start=1):
+        waiting.put_patch(patch, Moment(number, 0))
+        waiting.take()
+    return waiting
+
+
+def laid(waiting):
+    """What is taken of a survey and its patches."""
+    kind, survey = waiting.take()
+    assert kind == "whole"
     waiting.accepted()
-    assert [waiting.take()[1] for _ in range(3)] == ["waiting", "after", "last"]
-    assert len(waiting) == 0
+    return [survey, *(waiting.take()[1] for _ in range(len(waiting)))]
+
+
+def test_patches_heard_before_a_survey_that_they_follow_are_laid_upon_it_as_well():
+    waiting = late("before", "taken")
+    waiting.put_patch("waits", Moment(3, 0))
+    waiting.put_whole("late", Moment(1))
+    waiting.put_patch("last", Moment(4, 0))
+    assert laid(waiting) == ["late", "taken", "waits", "last"]
+    assert waiting.lost_patches == 0
 
 
 def test_a_patch_that_was_lost_before_its_survey_came_is_laid_upon_it():
-    waiting = surveys(patches=("early",))
-    waiting.take()
+    waiting = late("early")
     waiting.lost()
-    waiting.put_whole("late", lambda patch: True)
-    waiting.take()
-    waiting.accepted()
+    waiting.put_whole("late", Moment(0))
+    assert laid(waiting) == ["late", "early"]
     assert waiting.lost_patches == 0
-    assert waiting.take() == ("patch", "early")
 
 
 def test_a_late_survey_that_is_refused_lays_no_patch_twice():
-    waiting = surveys(patches=("waiting", "done"))
-    assert waiting.take() == ("patch", "waiting")
-    waiting.put_whole("bad", lambda patch: True)
+    waiting = late("taken")
+    waiting.put_patch("waits", Moment(2, 0))
+    waiting.put_whole("bad", Moment(0))
     waiting.take()
     waiting.refused()
-    assert waiting.take() == ("patch", "done")
-    assert len(waiting) == 0
+    assert waiting.take() == ("patch", "waits")
+    assert len(waiting) == 0 and waiting.lost_patches == 0
 
 
-def test_patches_are_not_kept_in_mind_for_longer_than_a_survey_may_be_late(monkeypatch):
-    waiting = surveys(patches=("old",))
-    waiting.take()
+def test_patches_that_are_kept_no_longer_are_lost_of_a_survey_that_they_follow(monkeypatch):
+    waiting = late("one", "two", "three", most=2)
+    waiting.put_whole("late", Moment(0))
+    assert laid(waiting) == ["late", "two", "three"]
+    assert waiting.lost_patches == 1
     monkeypatch.setattr(intake, "LATE", 0.0)
-    assert waiting.lost_patches == 0  # as every beat of the station asks
-    assert not waiting._heard
-    waiting.put_whole("new", lambda patch: True)
-    waiting.take()
-    waiting.accepted()
+    waiting.put_whole("later", Moment(1))
+    assert laid(waiting) == ["later"]
+    assert waiting.lost_patches == 2
+    waiting.put_whole("after all of them", Moment(4))
+    assert laid(waiting) == ["after all of them"]
+    assert waiting.lost_patches == 0
+
+
+def test_a_patch_that_is_too_old_to_be_laid_again_is_not_kept(monkeypatch):
+    waiting = late("old")
+    monkeypatch.setattr(intake, "LATE", 0.0)
+    assert waiting.lost_patches == 0  # as each beat of the station asks
+    assert [each.patch for each in waiting._heard] == [None]
+
+
+def test_a_survey_that_is_in_use_and_comes_again_is_none():
+    waiting = late()
+    waiting.put_whole("mesh", Moment(1))
+    assert laid(waiting) == ["mesh"]
+    waiting.put_patch("patch", Moment(2, 0))
+    waiting.put_whole("mesh, latched", Moment(1))
+    assert waiting.take() == ("patch", "patch")
     assert len(waiting) == 0
+
+
+def test_what_was_heard_before_the_clock_went_back_is_not_laid_again():
+    waiting = late("early")
+    waiting.forget_heard()
+    waiting.put_whole("late", Moment(0))
+    assert laid(waiting) == ["late"]
+    assert waiting.lost_patches == 0
 
 
 def test_who_waits_is_let_go_when_it_is_closed():

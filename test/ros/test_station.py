@@ -1,0 +1,72 @@
+"""What a closed station still says."""
+
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros import station as module
+from rpf3d_ros.intake import WaitingTerrain
+from rpf3d_ros.station import Outlets, Station
+
+
+class Threads:
+    """What does not end when it is told to, or does."""
+
+    def __init__(self, ends):
+        self.ends = ends
+
+    def close(self, timeout):
+        return self.ends
+
+    def lose(self, why):
+        """As the desk's."""
+
+
+class Heard:
+    """Keeps the names of what it is asked to do."""
+
+    def __init__(self):
+        self.heard = []
+
+    def __getattr__(self, name):
+        return lambda *given, **named: self.heard.append(name)
+
+
+def made(ends):
+    """A station of fakes, and what hears it."""
+    heard, station = Heard(), object.__new__(Station)
+    station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
+    station.desk, station._equipment = Threads(True), SimpleNamespace(store=None)
+    station._outlets, station._is_silent = Outlets(heard, heard, heard, heard, lambda: 7), False
+    return station, heard
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_station_says_whether_all_its_threads_have_ended(ends):
+    station, _ = made(ends)
+    assert station.close() is ends
+    assert station.terrain.take() is None
+
+
+def test_threads_that_are_left_behind_disturb_no_station_that_comes_after():
+    station, heard = made(False)
+    station.logged("the disk is full")
+    assert heard.heard == ["set"]
+    station.close()
+    station.logged("")
+    station.terrain_refused("the node is being shut down")
+    station.failed(ValueError("late"))
+    station.unwritten()
+    station.held_up("no clock")
+    assert heard.heard == ["set"]
+    assert station._outlets.now() == 7
+
+
+def test_what_takes_its_time_leaves_none_of_it_to_the_next():
+    given = []
+    slow = SimpleNamespace(close=lambda timeout: given.append(timeout) or module.time.sleep(0.05) or True)
+    assert module._all_end((slow, slow), 0.06)
+    assert given[0] <= 0.06 and given[1] <= 0.011
+    assert module._all_end((slow,), 0.0) and given[2] == 0.0
