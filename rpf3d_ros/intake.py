@@ -122,7 +122,10 @@ class WaitingSources:
 
 
 class Moment(NamedTuple):
-    """When a message of terrain was published, by the clock of who published it, and its stamp; None: it has none."""
+    """When a message of terrain was published, by the clock of who published it, and its stamp; None: it has none.
+
+    published_ns : 0 where the middleware does not tell
+    """
 
     published_ns: int
     stamp_ns: int | None = None
@@ -146,12 +149,13 @@ class HeardPatch(Generic[M]):
 class Chapter(Generic[M]):
     """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
 
-    early : patches that follow it as well, but were heard before it
+    early : patches that follow it as well, but were heard before it; missing : how many more of them are kept no longer
     """
 
     whole: M | None
     moment: Moment | None = None
     early: tuple[M, ...] = ()
+    missing: int = 0
     patches: list[M] = field(default_factory=list)
     lost: int = 0
 
@@ -195,12 +199,12 @@ class WaitingTerrain(Generic[M]):
         One that is in use already, and comes again because it is latched, is none: patches have been laid upon it.
         """
         with self._changed:
-            if moment is not None and any(moment == each.moment for each in self._chapters):
+            if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
                 return
             self._let_go_of_patches()
             following = [each.patch for each in self._heard if moment is not None and each.moment.follows(moment)]
             early = tuple(patch for patch in following if patch is not None)
-            self._chapters.append(Chapter(survey, moment, early, lost=len(following) - len(early)))
+            self._chapters.append(Chapter(survey, moment, early, len(following) - len(early)))
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
@@ -242,7 +246,8 @@ class WaitingTerrain(Generic[M]):
             assert tried is not None
             self._chapters = self._chapters[self._chapters.index(tried) :]
             tried.patches[:0] = tried.early
-            tried.whole, tried.early, self._tried = None, (), None
+            tried.lost += tried.missing
+            tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self) -> None:
         """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""

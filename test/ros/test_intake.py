@@ -301,6 +301,22 @@ def test_patches_that_are_kept_no_longer_are_lost_of_a_survey_that_they_follow(m
     assert waiting.lost_patches == 0
 
 
+def test_a_late_survey_that_is_refused_lacks_nothing(monkeypatch):
+    waiting = late("laid upon the terrain before")
+    monkeypatch.setattr(intake, "LATE", 0.0)
+    waiting.put_whole("bad", Moment(0))
+    waiting.take()
+    waiting.refused()
+    assert waiting.lost_patches == 0 and len(waiting) == 0
+
+
+def test_surveys_are_told_apart_where_the_middleware_tells_no_time():
+    waiting = late()
+    for survey in ("one", "other"):
+        waiting.put_whole(survey, Moment(0))
+        assert laid(waiting) == [survey]
+
+
 def test_a_patch_that_is_too_old_to_be_laid_again_is_not_kept(monkeypatch):
     waiting = late("old")
     monkeypatch.setattr(intake, "LATE", 0.0)
