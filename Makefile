@@ -51,11 +51,9 @@ demo: $(VENV)/.core
 demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
-# Byte code is kept, whatever the shell says of it: the tests start hundreds of processes, and each would spend more on
-# compiling what it imports than on its test. A worker more than there are cores, for tests of live nodes mostly wait.
+# A worker more than there are cores, for tests of live nodes mostly wait.
 test: venv
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --dist loadfile \
-	  -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
+	$(BIN)/python -m pytest --dist loadfile -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
 
 guards: venv
 	$(BIN)/python test/hard/guards.py

@@ -394,7 +394,9 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
 def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
     monkeypatch.setattr("rpf3d_ros.station.LAST_WORD", 0.01)
     outlets = MagicMock()
-    station = SimpleNamespace(flyer=MagicMock(), desk=MagicMock(), _outlets=outlets, _is_silent=False)
+    station = SimpleNamespace(
+        flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), _outlets=outlets, _is_silent=False
+    )
     Station.deactivate(station)
     outlets.alerts.sound_alarm.assert_called_once_with()
     Station.decided(station, decide(None, evidence(), site(), NOW), evidence())
