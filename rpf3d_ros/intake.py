@@ -182,6 +182,7 @@ class WaitingTerrain(Generic[M]):
         self._tried: Chapter[M] | None = None
         self._patched = self._chapters[0]
         self._heard: deque[HeardPatch[M]] = deque(maxlen=REMEMBERED)
+        self._kept: deque[HeardPatch[M]] = deque()
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -190,7 +191,6 @@ class WaitingTerrain(Generic[M]):
     def lost_patches(self) -> int:
         """Patches that were heard and are not in the terrain, nor in a whole survey since."""
         with self._changed:
-            self._let_go_of_patches()
             return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
@@ -201,7 +201,7 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
                 return
-            self._let_go_of_patches()
+            self._let_go_of_old_patches()
             following = [each.patch for each in self._heard if moment is not None and each.moment.follows(moment)]
             early = tuple(patch for patch in following if patch is not None)
             self._chapters.append(Chapter(survey, moment, early, len(following) - len(early)))
@@ -215,8 +215,9 @@ class WaitingTerrain(Generic[M]):
         """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
         with self._changed:
             if moment is not None:
-                self._heard.append(HeardPatch(patch, moment, time.monotonic()))
-            self._let_go_of_patches()
+                self._heard.append(heard := HeardPatch(patch, moment, time.monotonic()))
+                self._kept.append(heard)
+            self._let_go_of_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
@@ -276,13 +277,16 @@ class WaitingTerrain(Generic[M]):
         """No patch is laid again: the clock went back, or nobody listens any more."""
         with self._changed:
             self._heard.clear()
+            self._kept.clear()
 
-    def _let_go_of_patches(self) -> None:
-        """Keep the last ones only, and not for long."""
-        kept = [each for each in self._heard if each.patch is not None]
-        for number, each in enumerate(reversed(kept)):
-            if number >= self._most or time.monotonic() - each.at > LATE:
-                each.patch = None
+    def let_go_of_old_patches(self) -> None:
+        """Free the memory of patches that are kept for a late survey no longer; to be called once in a while."""
+        with self._changed:
+            self._let_go_of_old_patches()
+
+    def _let_go_of_old_patches(self) -> None:
+        while self._kept and (len(self._kept) > self._most or time.monotonic() - self._kept[0].at > LATE):
+            self._kept.popleft().patch = None
 
     def _remove(self, chapter: Chapter[M]) -> None:
         place = self._chapters.index(chapter)

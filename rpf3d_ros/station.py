@@ -179,9 +179,10 @@ class Station:
             self.desk.forget(why)
 
     def beat(self) -> None:
-        """Once in a while: decide again where a decision is over, and tell what waits."""
+        """Once in a while: decide again where a decision is over, free what is too old, and tell what waits."""
         if self.desk is not None:
             self.desk.tick()
+        self.terrain.let_go_of_old_patches()
         lost, dropped = self.terrain.lost_patches, self.sources.dropped
         values = {
             "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),

@@ -1,4 +1,4 @@
-"""What a closed station still says."""
+"""What a station does once in a while, and what it still says once it is closed."""
 
 from types import SimpleNamespace
 
@@ -6,8 +6,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from rpf3d_ros import intake
 from rpf3d_ros import station as module
-from rpf3d_ros.intake import WaitingTerrain
+from rpf3d_ros.intake import Moment, WaitingSources, WaitingTerrain
 from rpf3d_ros.station import Outlets, Station
 
 
@@ -70,3 +71,15 @@ def test_what_takes_its_time_leaves_none_of_it_to_the_next():
     assert module._all_end((slow, slow), 0.06)
     assert given[0] <= 0.06 and given[1] <= 0.011
     assert module._all_end((slow,), 0.0) and given[2] == 0.0
+
+
+def test_a_patch_that_no_late_survey_can_ask_for_is_kept_until_the_next_beat(monkeypatch):
+    station, heard = made(True)
+    station.desk, station.sources = None, WaitingSources(50.0, 10)
+    station.terrain.put_patch("patch", Moment(1))
+    station.beat()
+    assert station.terrain._heard[0].patch == "patch"
+    monkeypatch.setattr(intake, "LATE", 0.0)
+    station.beat()
+    assert station.terrain._heard[0].patch is None
+    assert heard.heard == ["set", "set"]
