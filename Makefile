@@ -3,6 +3,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --no-compile
+BYTE_CODE = $(BIN)/python -m compileall -qq -j 0
 COLCON := .colcon
 
 # The first Python that can carry everything: 3.11 to 3.13 (there are no ROS 2 Jazzy wheels beyond), with venv and pip.
@@ -32,7 +33,7 @@ help:
 venv: $(VENV)/.everything
 
 # In two steps, because the demo needs neither ROS 2 nor the test tools, and they take longer to fetch than all the rest.
-# Nothing is byte-compiled ahead of use: that would take longer than the demo.
+# Only the second compiles to byte code ahead of use: the demo needs little of it, the tests start hundreds of processes.
 $(VENV)/.core: setup.py
 	@test -n "$(PYTHON)" || { echo "rpf3d needs Python 3.11, 3.12 or 3.13 with venv and pip (on Debian and Ubuntu:" \
 	  "apt install python3-venv); none was found. Name one with: make venv PYTHON=/path/to/python3.11"; exit 1; }
@@ -43,6 +44,7 @@ $(VENV)/.core: setup.py
 
 $(VENV)/.everything: $(VENV)/.core
 	$(PIP) --editable '.[ros,test]'
+	-@$(BYTE_CODE) $(VENV)/lib
 	@touch $@
 
 demo: $(VENV)/.core
@@ -51,8 +53,10 @@ demo: $(VENV)/.core
 demo-ros: venv
 	$(BIN)/python -m rpf3d_ros.demo
 
-# A worker more than there are cores, for tests of live nodes mostly wait.
+# A worker more than there are cores, for tests of live nodes mostly wait. Their children write no byte code
+# (test/conftest.py), so it is laid down before; it goes by what the source holds, not by a time that edits may share.
 test: venv
+	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
 	$(BIN)/python -m pytest --dist loadfile -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
 
 guards: venv

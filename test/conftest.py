@@ -1,5 +1,6 @@
-"""What all tests need: no deadlines, and signals that reach a child as from a terminal."""
+"""What all tests need: no deadlines, signals that reach a child as from a terminal, and children that leave nothing."""
 
+import os
 import signal
 
 from hypothesis import HealthCheck, settings
@@ -7,6 +8,9 @@ from hypothesis import HealthCheck, settings
 # How long an example takes on a machine with other work to do says nothing of what is tested.
 settings.register_profile("rpf3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("rpf3d")
+
+# A child whose disk is full would leave half of the byte code of what it imports then, for whoever imports it next.
+os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     # A shell lets what it runs in the background ignore Ctrl-C, and children inherit that; one that is to be

@@ -174,8 +174,7 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
 def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(folder: Path, largest: int) -> None:
     """As a full disk does: in the tables, or in one of the files that are written in the end."""
     done = python(
-        "import sys\nsys.dont_write_bytecode = True\n"  # Python would leave half of it, for whoever imports it next
-        f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest}))\n"
+        f"import resource, sys\nresource.setrlimit(resource.RLIMIT_FSIZE, ({largest}, {largest}))\n"
         "from rpf3d_core import cli\n"
         "sys.argv = ['rpf3d', 'run', 'scene.yaml', '--out', 'out', '--engine', 'reference']\ncli.main()",
         cwd=folder,

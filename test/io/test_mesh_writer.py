@@ -102,7 +102,6 @@ def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp
         f"sys.path.insert(0, {str(ROOT / 'test')!r})\n"
         "from flights_on_a_floor import floor; from rpf3d_core.errors import InputError\n"
         "from rpf3d_core.io.mesh_writer import write_mesh\n"
-        "import sys; sys.dont_write_bytecode = True\n"  # Python would leave half of it, for whoever imports it next
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FULL}, {FULL}))\n"
         f"try:\n    write_mesh(Path({str(path)!r}), floor(cells=60))\n"
         "except InputError as fault:\n    print(fault)\n"

@@ -36,7 +36,6 @@ def ros_environment(tmp_path_factory):
     """Set before any context is initialised; child processes inherit it."""
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"  # a node on a full disk would leave half of what it imports then
     os.environ["ROS_LOG_DIR"] = str(tmp_path_factory.mktemp("ros_log"))
 
 
