@@ -17,6 +17,7 @@ from soak_world import SCENE, SITE, SPEED, SPREAD_V, SPREAD_X
 from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
+from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.health import healths_of
 from rpf3d_ros.simulated_clock import SimulatedClock
 from rpf3d_ros.stand_in import StandIn
@@ -91,7 +92,7 @@ class Mine:
 
     def _note_alert(self, data: bytes, at_ns: int) -> None:
         for health in healths_of(deserialize_message(data, DiagnosticArray)):
-            if "held" in health.values:
+            if health.name == ALERT:
                 self.told.held = Level[health.values["held"].upper()]
                 self.told.shown = Level[health.values["level"].upper()]
                 self.ledger.counts[f"alerts told: {health.values['level']}"] += 1

@@ -6,10 +6,9 @@ from typing import Protocol
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
 
+from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.diagnostic_messages import diagnostics_of
 from rpf3d_ros.health import ERROR, OK, WARN, Health
-
-NAME = "rpf3d: alert"
 
 STALE = DiagnosticStatus.STALE[0]
 LEVELS = {"normal": OK, "watch": WARN, "restrict": ERROR, "evacuate": ERROR, "fault": STALE}
@@ -22,6 +21,30 @@ class Word(Protocol):
     @property
     def word(self) -> str:
         """In lower case."""
+
+
+class DecidedOfArea(Protocol):
+    """What is asked of an alert of an area (`alerts.levels.AreaAlert`)."""
+
+    @property
+    def name(self) -> str:
+        """Of the area."""
+
+    @property
+    def level(self) -> Word:
+        """What is shown."""
+
+    @property
+    def held(self) -> Word:
+        """The highest since the last step down."""
+
+    @property
+    def evident(self) -> Word:
+        """What the answer says by itself."""
+
+    @property
+    def why(self) -> str:
+        """What the answer says of it, in words."""
 
 
 class Decided(Protocol):
@@ -40,6 +63,14 @@ class Decided(Protocol):
         """Sentences."""
 
     @property
+    def faults(self) -> Sequence[str]:
+        """Those of the reasons for which the evidence is not believed."""
+
+    @property
+    def areas(self) -> Sequence[DecidedOfArea]:
+        """Of each area."""
+
+    @property
     def at_ns(self) -> int:
         """When it was decided."""
 
@@ -53,7 +84,8 @@ class Decided(Protocol):
 
 
 def alerts_message(header: Header, alert: Decided, result: int | None) -> DiagnosticArray:
-    """The alert as one status: its reasons as the message, and what a bridge must know as values.
+    """The alert of the site as one status, its reasons as the message and what a bridge must know as values; then one
+    of each area, named after it.
 
     header : stamped as what triggered the decision; result : of the answer decided on, None where there is none
     """
@@ -68,9 +100,28 @@ def alerts_message(header: Header, alert: Decided, result: int | None) -> Diagno
         **reasons,
     }
     sentence = f"{alert.level.word}: {'; '.join(alert.reasons)}"
-    message = diagnostics_of(header.stamp, [Health(NAME, LEVELS[alert.level.word], sentence, values)])
+    site = Health(ALERT, LEVELS[alert.level.word], sentence, values)
+    message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
+
+
+def _of_area(area: DecidedOfArea, alert: Decided) -> Health:
+    """What makes the level comes first, as in the reasons of the site."""
+    held = f"{area.held.word} is held and needs an acknowledgement to step down"
+    said = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
+    faults = "; ".join(alert.faults)
+    if area.level.word == "fault":
+        said = f"fault: {faults}; {said}"
+    elif faults:
+        said = f"{said}; {faults}"
+    values = {
+        "level": area.level.word,
+        "held": area.held.word,
+        "evident": area.evident.word,
+        "valid_until_ns": str(alert.valid_until_ns),
+    }
+    return Health(f"{ALERT} {area.name}", LEVELS[area.level.word], said, values)
 
 
 def alarm_message(alert: Decided) -> Bool:

@@ -15,7 +15,7 @@ from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.site import read_site
-from rpf3d_core.io.site_model import PATTERN_MARKS, Thresholds
+from rpf3d_core.io.site_model import Thresholds
 from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around
@@ -99,8 +99,8 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
     """Raise InputError where the site watches an area by its name that nothing could ever tell the outline of."""
     outlined = [area.name for area in scene.areas_of_interest]
-    for name in thresholds.areas:
-        if not any(mark in name for mark in PATTERN_MARKS) and name not in (*outlined, *LIVE_AREAS):
+    for name in thresholds.named_in_full:
+        if name not in (*outlined, *LIVE_AREAS):
             raise InputError(
                 f"the site file watches {name}, and no outline of it can come: areas_of_interest of the scene has"
                 f" {', '.join(outlined) or 'none'}, topics tell of {' and '.join(LIVE_AREAS)}: it would be fault always"

@@ -82,6 +82,7 @@ class MessageLog:
         self._events = EventNumbers()
         self._terrain, self._updates = b"", 0
         self._said: dict[str, object] = {}
+        self._areas_with_alerts: set[str] = set()
         self._levels: set[str] = set()
 
     def entries(self, topic: str, message: Any) -> list[Entry]:
@@ -226,13 +227,21 @@ class MessageLog:
             yield self._at(array, lambda r, health=health: r.text("results", health))
 
     def _alerts(self, array: Any) -> Iterator[Entry]:
-        """The level every time, for its series; words and lanes where they change."""
+        """The level every time, for its series; words of the site where they change, lanes and words of areas where
+        their levels do. A lane ends where the area is no longer told of: a machine has left."""
         stamp_ns = _nanoseconds(array.header.stamp)
-        for alert in alerts_of(array):
+        alerts = alerts_of(array)
+        for alert in alerts:
             if alert.area == SITE:
                 yield self._between(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
-            if self._is_new(f"alert/{alert.area}", (alert.level, alert.health.message)):
+            news = (alert.level, alert.health.message if alert.area == SITE else "")
+            if self._is_new(f"alert/{alert.area}", news):
                 yield self._between(stamp_ns, lambda r, a=alert: _draw_alert(r, a), f"alert/{alert.area}")
+        told = {alert.area for alert in alerts}
+        for area in sorted(self._areas_with_alerts - told):
+            self._said.pop(f"alert/{area}", None)
+            yield self._between(stamp_ns, lambda r, a=area: r.alert_state(a, None), f"alert/{area}")
+        self._areas_with_alerts = told
 
     def _alarm(self, alarm: Any) -> Iterator[Entry]:
         state = "on" if alarm.data else "off"

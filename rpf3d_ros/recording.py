@@ -178,14 +178,14 @@ class Recording:
         """Log the level of the alert, an index into LEVELS, as a series."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
-    def alert_state(self, area: str, state: str) -> None:
-        """Log the state of an area, or of the site or the alarm, as a lane over time."""
+    def alert_state(self, area: str, state: str | None) -> None:
+        """Log the state of an area, or of the site or the alarm, as a lane over time; None ends the lane."""
         lane = _under("alert_state", area)
         if lane not in self._lanes:
             self._lanes.add(lane)
             states, colours = list(STATE_COLOURS), list(STATE_COLOURS.values())
             self._log(lane, self._rerun.StateConfiguration(values=states, labels=states, colors=colours), static=True)
-        self._log(lane, self._rerun.StateChange(state=state))
+        self._log(lane, self._rerun.StateChange(state=[state]))
 
     def text(self, entity: str, health: Health) -> None:
         """Log what a node says of a part as a line of text."""

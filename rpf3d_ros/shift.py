@@ -15,8 +15,10 @@ from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.health import healths_of
 from rpf3d_ros.map_frame import MapFrame
+from rpf3d_ros.qos import RESULTS
 from rpf3d_ros.shift_content import ShiftContent, patch_message
 from rpf3d_ros.simulated_clock import SimulatedClock
 from rpf3d_ros.source_messages import poses_of_sources
@@ -73,10 +75,12 @@ class Shift:
         self.levels: list[str] = []
         self._answers = 0
         stand_in.hear("results", self._note_answer)
-        stand_in.hear("alerts", self._note_alert)
+        stand_in.hear("alerts", self._note_alert, RESULTS)
 
     def play(self, say: Callable[[str], None]) -> None:
         """Do everything in its time. Raises InputError where a node does not answer, or an acknowledgement is void."""
+        if not self._stand_in.wait(lambda: self.levels, ANSWERING):
+            raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:
             self._pass_until(event.at)
             say(f"  {event.at:3.0f} s  {event.said}")
@@ -113,9 +117,11 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
+        self._clock.tell()
         self._stand_in.publish("terrain/update", patch_message(points, self._clock.now_ns()))
 
     def _speak(self) -> None:
+        self._clock.tell()
         self._spoken_ns = self._clock.now_ns()
         header = Header(stamp=stamp_of(self._spoken_ns), frame_id=MapFrame().name)
         places, velocities = self._seen
@@ -123,11 +129,15 @@ class Shift:
         self._stand_in.publish("sources", message)
 
     def _pass_until(self, at: float) -> None:
-        """Let the clock go on to a second of the shift; the radar speaks on the way."""
+        """Let the clock go on to a second of the shift; the radar speaks on the way.
+
+        Its answers are awaited: a clock that ran on would leave nodes on a busy machine behind, to whom what the radar
+        says then is from the future, or stale.
+        """
         end = self._began_ns + round(at * SECOND)
         while (now := self._clock.now_ns()) < end:
             if now - self._spoken_ns >= RADAR * SECOND and self._answers:
-                self._speak()
+                self._await_answer(self._speak)
             self._stand_in.spin_once()
 
     def _await_answer(self, ask: Callable[[], None]) -> None:
@@ -157,6 +167,6 @@ class Shift:
 
 
 def level_of(data: bytes) -> str:
-    """The level that a message of `alerts` tells, "" where it tells none."""
+    """The level of the site that a message of `alerts` tells, "" where it tells none."""
     healths = healths_of(deserialize_message(data, DiagnosticArray))
-    return next((health.values["level"] for health in healths if "level" in health.values), "")
+    return next((health.values["level"] for health in healths if health.name == ALERT), "")

@@ -6,6 +6,7 @@ as a table). No clock, no files, no randomness: `rpf3d audit` calls the same fun
 
 from typing import NamedTuple
 
+from rpf3d_core.alerts.areas import area_alerts
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
@@ -52,7 +53,8 @@ def decide(
     Alert
         `valid_until_ns` is never later than the evidence is fresh.
     """
-    findings = () if evidence is None else findings_of(evidence, thresholds)
+    told = None if evidence is None else findings_of(evidence, thresholds)
+    findings = told or ()
     evident = max((finding.level for finding in findings), default=Level.NORMAL)
     small = evidence is not None and _is_small(evidence, thresholds)
     faults = faults_of(previous, evidence, thresholds, now_ns)
@@ -75,6 +77,7 @@ def decide(
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
+        areas=area_alerts(previous, told, thresholds, bool(faults), acknowledgement is not None and not held.void),
     )
 
 

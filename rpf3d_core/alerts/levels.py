@@ -37,6 +37,19 @@ class Acknowledgement(NamedTuple):
     at_ns: int
 
 
+class AreaAlert(NamedTuple):
+    """What is decided of one area, by the rules of `Alert`: level, held and evident are as there.
+
+    why : what the answer says of the area, a sentence without its name
+    """
+
+    name: str
+    level: Level
+    held: Level
+    evident: Level
+    why: str
+
+
 class Alert(NamedTuple):
     """A decision.
 
@@ -51,6 +64,7 @@ class Alert(NamedTuple):
     evidence_at_ns : of the newest evidence seen so far, None before the first
     alarm : whether the site's alarm sounds
     acknowledgement : the one that came with this decision, or None; void : why it did not lower the level, or empty
+    areas : what is decided of each area that the site has limits for; the highest `held` among them is that above
     """
 
     level: Level
@@ -67,6 +81,7 @@ class Alert(NamedTuple):
     alarm: bool
     acknowledgement: Acknowledgement | None = None
     void: str = ""
+    areas: tuple[AreaAlert, ...] = ()
 
 
 def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:

@@ -14,10 +14,16 @@ from rpf3d_core.io.site_model import AreaSpec, EvidenceSpec, LimitsSpec, Thresho
 
 
 class Finding(NamedTuple):
-    """What an area says: its level, and the sentence that tells why."""
+    """What an answer says of an area: the level, and why, without the area's name."""
 
+    name: str
     level: Level
-    sentence: str
+    why: str
+
+    @property
+    def sentence(self) -> str:
+        """Name and reason."""
+        return f"{self.name}: {self.why}"
 
 
 def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[Finding, ...]:
@@ -51,8 +57,8 @@ def _finding(area: AreaEvidence, spec: AreaSpec, terms: EvidenceSpec) -> Finding
         limits: LimitsSpec | None = getattr(spec, level.word)
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
-            return Finding(level, f"{area.name}: {level.word}, for {'; '.join(reached)}")
-    return Finding(Level.NORMAL, f"{area.name}: no limit is reached; {_share(area)}")
+            return Finding(area.name, level, f"{level.word}, for {'; '.join(reached)}")
+    return Finding(area.name, Level.NORMAL, f"no limit is reached; {_share(area)}")
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:

@@ -10,13 +10,16 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
 
 FORMAT = 1
 """Of the lines; a reader of another one says so."""
 
 BEGINNING = "0" * 64
 """What stands for the hash of the line before the first."""
+
+LEVELS = ("level", "held", "evident")
+"""What is a level, of an alert and of an area."""
 
 OWN_HASH = b',"sha256":"'
 HASH_DIGITS = 64
@@ -99,17 +102,31 @@ def decision_of(content: dict[str, Any]) -> Decision:
 
 def alert_content(alert: Alert) -> dict[str, Any]:
     """An alert as plain values, levels as words."""
-    levels = {name: getattr(alert, name).word for name in ("level", "held", "evident")}
     given = alert.acknowledgement
-    return {**alert._asdict(), **levels, "acknowledgement": None if given is None else given._asdict()}
+    areas = [_words(area._asdict()) for area in alert.areas]
+    return {
+        **_words(alert._asdict()),
+        "acknowledgement": None if given is None else given._asdict(),
+        "areas": areas,
+    }
 
 
 def _alert(content: dict[str, Any]) -> Alert:
-    levels = {name: Level[content[name].upper()] for name in ("level", "held", "evident")}
     sentences = {name: tuple(content[name]) for name in ("reasons", "faults", "held_by")}
     given = content["acknowledgement"]
     acknowledgement = None if given is None else Acknowledgement(**given)
-    return Alert(**{**content, **levels, **sentences, "acknowledgement": acknowledgement})
+    areas = tuple(AreaAlert(**_levels(area)) for area in content.get("areas", ()))
+    return Alert(**{**_levels(content), **sentences, "acknowledgement": acknowledgement, "areas": areas})
+
+
+def _words(content: dict[str, Any]) -> dict[str, Any]:
+    """With levels as words."""
+    return {**content, **{name: content[name].word for name in LEVELS}}
+
+
+def _levels(content: dict[str, Any]) -> dict[str, Any]:
+    """With words as levels."""
+    return {**content, **{name: Level[content[name].upper()] for name in LEVELS}}
 
 
 def _evidence_content(evidence: Evidence) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.alerts.limits import limits_of
 from rpf3d_core.alerts.times import ns_of, span
-from rpf3d_core.io.site_model import PATTERN_MARKS, Thresholds
+from rpf3d_core.io.site_model import Thresholds
 
 
 def faults_of(
@@ -83,8 +83,8 @@ def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str
 
 def _area_names_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
     names = [area.name for area in evidence.areas]
-    for name in thresholds.areas:
-        if name not in names and not any(mark in name for mark in PATTERN_MARKS):
+    for name in thresholds.named_in_full:
+        if name not in names:
             yield f"{name}: the site watches this area, but the answer says nothing of it"
     if all(limits_of(thresholds, name) is None for name in names):
         yield "the answer tells of no area that the site has limits for, so nothing is watched"

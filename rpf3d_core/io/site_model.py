@@ -138,6 +138,11 @@ class Thresholds(Part):
         description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"
     )
 
+    @property
+    def named_in_full(self) -> tuple[str, ...]:
+        """Areas that must be in every answer: patterns fit areas that come and go."""
+        return tuple(name for name in self.areas if not any(mark in name for mark in PATTERN_MARKS))
+
     @model_validator(mode="after")
     def _enough_rocks(self) -> Self:
         """With too few rocks, none of which came, the interval alone would reach a limit, and its level be held."""

@@ -9,7 +9,7 @@ from property_budget import examples
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
-from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
+from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
 from rpf3d_core.alerts.lines import Decision, canonical, decision_content, decision_of
 from rpf3d_core.ensemble.statistics import wilson_interval
 
@@ -32,9 +32,13 @@ any_evidence = st.builds(
 )  # fmt: skip
 some_acknowledgement = st.none() | st.builds(Acknowledgement, st.sampled_from(["A. Shift", " "]), texts, stamps)
 dangers = st.sampled_from([Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.EVACUATE])
+any_areas = st.lists(
+    st.builds(AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts),
+    max_size=3, unique_by=lambda one: one.name,
+).map(tuple)
 any_alert = st.builds(
     Alert, st.sampled_from(list(Level)), dangers, dangers, st.just(("said",)), st.sampled_from([(), ("broken",)]),
-    st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(),
+    st.just(()), stamps, stamps, stamps, stamps, st.none() | stamps, st.booleans(), areas=any_areas,
 )  # fmt: skip
 sites = st.sampled_from(SITES)
 many = examples(300)
@@ -162,3 +166,30 @@ def test_over_a_whole_shift_the_level_is_the_highest_since_the_last_step_down(ar
         stepped_down = alert.acknowledgement is not None and not alert.void
         highest = alert.evident if stepped_down else max(highest, alert.evident)
         assert (alert.level, alert.held, alert.faults) == (highest, highest, ())
+
+
+@many
+@given(any_alert, evidences, sites, times)
+def test_no_area_steps_down_or_is_forgotten_without_an_acknowledgement(previous, answer, thresholds, now) -> None:
+    alert = decide(previous, answer, thresholds, now)
+    told = {area.name: area for area in alert.areas}
+    assert len(told) == len(alert.areas)
+    for before in previous.areas:
+        if before.held > Level.NORMAL:
+            assert told[before.name].held >= before.held
+    for area_alert in alert.areas:
+        assert area_alert.held >= area_alert.evident
+        is_unknown = bool(alert.faults) and area_alert.held < Level.EVACUATE
+        assert area_alert.level == (Level.FAULT if is_unknown else area_alert.held)
+
+
+@many
+@given(st.lists(st.tuples(evidences, st.booleans()), min_size=1, max_size=6), sites)
+def test_what_is_held_of_the_site_is_the_highest_that_is_held_of_its_areas(shift, thresholds) -> None:
+    alert = None
+    for step, (answer, is_acknowledged) in enumerate(shift):
+        now = NOW + step * S
+        alert = decide(alert, answer, thresholds, now, seen_by(now) if is_acknowledged else None)
+        assert alert.held == max((one.held for one in alert.areas), default=Level.NORMAL)
+        assert alert.evident == max((one.evident for one in alert.areas), default=Level.NORMAL)
+        assert set(thresholds.named_in_full) <= {one.name for one in alert.areas}

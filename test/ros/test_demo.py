@@ -58,7 +58,7 @@ def play(*arguments):
 def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
     done = play("--out", tmp_path, "--timeout", 300)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout
+    assert "levels of the alert: fault, normal, evacuate, normal\n" in done.stdout, done.stdout
     assert sorted(os.listdir(tmp_path)) == ["demo-decisions", "demo.rrd"]
     audit = [sys.executable, "-m", "rpf3d_core.cli", "audit", str(tmp_path / "demo-decisions")]
     assert subprocess.run(audit, cwd=ROOT, capture_output=True, check=False).returncode == 0

@@ -145,6 +145,25 @@ def test_an_alert_is_a_number_every_time_and_words_when_it_changes(log):
     ]  # fmt: skip
 
 
+def test_an_area_is_told_of_in_words_when_its_level_changes(log):
+    for second in (1, 2):
+        array = made.alerts(second, "watch")
+        for status in array.status:
+            status.message = f"watch: {second} of 100 rocks came"
+        heard = calls(log.entries("alerts", array))
+    assert [(kind, *what[:1]) for kind, *what in heard if kind == "text"] == [("text", "alerts")]
+
+
+def test_the_lane_of_an_area_ends_where_it_is_no_longer_told_of_and_begins_again(log):
+    calls(log.entries("alerts", made.alerts(1, "watch")))
+    array = made.alerts(2, "watch")
+    del array.status[1]
+    assert ("alert_state", "haul_ramp", None) in calls(log.entries("alerts", array))
+    array.header.stamp.sec = 3
+    assert not [call for call in calls(log.entries("alerts", array)) if call[0] == "alert_state"]
+    assert ("alert_state", "haul_ramp", "watch") in calls(log.entries("alerts", made.alerts(4, "watch")))
+
+
 def test_an_alarm_that_is_repeated_is_recorded_once(log):
     states = [calls(log.entries("alarm", Bool(data=data))) for data in (False, False, True)]
     assert states == [[("alert_state", "alarm", "off")], [], [("alert_state", "alarm", "on")]]

@@ -13,6 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
 from rpf3d_ros.alert_messages import LEVELS, alarm_message, alerts_message
+from rpf3d_ros.alert_reading import alerts_of
 from rpf3d_ros.health import OK, WARN, healths_of
 from rpf3d_ros.refusals import MessageRefused
 from rpf3d_ros.result_messages import ResultFacts, facts_of, results_message
@@ -57,7 +58,15 @@ def test_a_damaged_result_is_refused(key):
 def alert(word, alarm=False):
     level = SimpleNamespace(word=word)
     reasons = ("ramp: 12 % of rocks reach it", "held since 08:15")
-    return SimpleNamespace(level=level, held=level, reasons=reasons, alarm=alarm, at_ns=5, valid_until_ns=2**62)
+    faults = ("there is no answer",) if word == "fault" else ()
+    return SimpleNamespace(
+        level=level, held=level, reasons=reasons, faults=faults, areas=(), alarm=alarm, at_ns=5, valid_until_ns=2**62
+    )
+
+
+def area(name, *words, why):
+    level, held, evident = (SimpleNamespace(word=word) for word in words)
+    return SimpleNamespace(name=name, level=level, held=held, evident=evident, why=why)
 
 
 @pytest.mark.parametrize("word", LEVEL_WORDS)
@@ -68,6 +77,35 @@ def test_an_alert_says_its_level_its_reasons_and_until_when_they_hold(word):
     assert {key: health.values[key] for key in ("level", "alarm", "result", "valid_until_ns", "reason.1")} == {
         "level": word, "alarm": "true", "result": "7", "valid_until_ns": str(2**62), "reason.1": "held since 08:15",
     }  # fmt: skip
+
+
+def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
+    decided = alert("restrict")
+    decided.areas = (
+        area("ramp", "restrict", "restrict", "normal", why="no limit is reached; no source, so no rock flew"),
+        area("crusher", "watch", "watch", "watch", why="watch, for 12 of 900 rocks came"),
+    )
+    site, ramp, crusher = alerts_of(sent(alerts_message(HEADER, decided, 7)))
+    assert [one.area for one in (site, ramp, crusher)] == ["site", "ramp", "crusher"]
+    assert (ramp.state, ramp.health.level) == ("restrict", LEVELS["restrict"])
+    assert ramp.health.message == (
+        "restrict is held and needs an acknowledgement to step down; no limit is reached; no source, so no rock flew"
+    )
+    assert ramp.health.values == {
+        "level": "restrict", "held": "restrict", "evident": "normal", "valid_until_ns": str(2**62),
+    }  # fmt: skip
+    assert crusher.health.message == "watch, for 12 of 900 rocks came"
+
+
+def test_an_area_tells_of_the_fault_as_well():
+    decided = alert("fault")
+    decided.areas = (area("ramp", "fault", "normal", "normal", why="the answer says nothing of it"),)
+    _, ramp = alerts_of(sent(alerts_message(HEADER, decided, None)))
+    assert (ramp.state, ramp.health.level) == ("fault", LEVELS["fault"])
+    assert ramp.health.message == "fault: there is no answer; the answer says nothing of it"
+    decided.areas = (area("ramp", "evacuate", "evacuate", "evacuate", why="evacuate, for 7 of 9 rocks came"),)
+    _, ramp = alerts_of(sent(alerts_message(HEADER, decided, None)))
+    assert ramp.health.message == "evacuate, for 7 of 9 rocks came; there is no answer"
 
 
 def test_a_fault_is_above_every_error_and_the_levels_rise():
