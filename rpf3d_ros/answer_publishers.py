@@ -12,11 +12,12 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.shown_areas import shown_areas
 from rpf3d_core.live.zones import shown_zones
 from rpf3d_ros.answer_content import content_of, warnings_of
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.hazard_messages import hazard_points, occupancy_grid
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
+from rpf3d_ros.marker_messages import area_markers, trajectory_markers, zone_markers
 from rpf3d_ros.parameters import SimulatorParameters
 from rpf3d_ros.publishing import publish
 from rpf3d_ros.qos import LATCHED, OVERRIDABLE
@@ -31,6 +32,7 @@ TOPICS = {
     "hazard/grid": OccupancyGrid,
     "hazard/points": PointCloud2,
     "hazard/zones": MarkerArray,
+    "areas/outlines": MarkerArray,
     "results": DiagnosticArray,
 }
 
@@ -71,6 +73,8 @@ def messages_of(
     zones = shown_zones(answer.maps, terrain, scene.hazard.reach_levels)
     yield "hazard/zones", zone_markers(header, zones, result)
     yield "hazard/points", hazard_points(header, answer.maps, cells, terrain.frame, result)
+    areas = shown_areas(answer.areas, cells, answer.maps.raster, terrain.frame)
+    yield "areas/outlines", area_markers(header, areas, result)
     yield "trajectories/points", cloud_of_columns(header, content.trajectories)
     yield "impacts", cloud_of_columns(header, content.impacts)
     yield "deposits", cloud_of_columns(header, content.deposits)

@@ -1,10 +1,10 @@
-"""Trajectories and hazard zones -> visualization_msgs/MarkerArray; `marker_reading` reads them.
+"""Trajectories, hazard zones and areas of interest -> visualization_msgs/MarkerArray; `marker_reading` reads them.
 
 Every array begins with DELETEALL, so that nothing of an earlier event stays on the screen. What is sent is laid out as
 bytes (`marker_layout`): a burst of sources must be answered faster than Python makes as many objects.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,14 +19,17 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.marker_layout import CLEARING, WHITE, Layout, cdr_of_markers
 from rpf3d_ros.results import Columns
 
-TRAJECTORIES, HAZARD = "trajectories", "hazard/"
-"""Namespaces: one for all trajectories (id = rock), one for each hazard level."""
+TRAJECTORIES, HAZARD, AREAS = "trajectories", "hazard/", "areas/"
+"""Namespaces: one for all trajectories (id = rock), one for each hazard level, one for each area of interest."""
 
 FACETS, OUTLINE = 0, 1
 """Ids of the two markers of a hazard level."""
 
 LINE_WIDTH = 0.3
 """Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""
+
+AREA_WIDTH, AREA_COLOUR = 1.0, (0.9, 0.24, 0.78, 1.0)
+"""Of the outline of an area of interest: width (m); red, green, blue, opacity."""
 
 LEAST, GREATEST = np.array([1.0, 0.85, 0.2, 0.45]), np.array([0.8, 0.05, 0.1, 0.75])
 """Red, green, blue, opacity of the facets of the first hazard level and of the last; those between lie between."""
@@ -68,6 +71,18 @@ def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) ->
             Layout(namespace, OUTLINE, Marker.LINE_LIST, Marker.ADD, (LINE_WIDTH, 0.0, 0.0), (r, g, b, 1.0), edges),
         )
         markers += [marker._replace(text=text) for marker in drawn if len(marker.points)]
+    return cdr_of_markers(header, markers)
+
+
+def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], result: int = 0) -> bytes:
+    """The CDR bytes of a LINE_STRIP a ring, lines (T, 3) m, in namespace areas/<name>; each says `result N`."""
+    scale, text = (AREA_WIDTH, 0.0, 0.0), text_of(result)
+    markers = [CLEARING]
+    for name, rings in areas.items():
+        for number, ring in enumerate(rings):
+            markers.append(
+                Layout(AREAS + name, number, Marker.LINE_STRIP, Marker.ADD, scale, AREA_COLOUR, ring, text=text)
+            )
     return cdr_of_markers(header, markers)
 
 

@@ -40,7 +40,7 @@ UPDATES_SHOWN = 200
 LARGEST_PATCH = 10_000_000
 """Points of a patch at most."""
 
-HAZARD = "hazard/"
+HAZARD, AREAS = "hazard/", "areas/"
 """Namespaces of hazard markers begin so."""
 
 
@@ -84,6 +84,7 @@ class MessageLog:
         self._said: dict[str, object] = {}
         self._areas_with_alerts: set[str] = set()
         self._levels: set[str] = set()
+        self._outlined: set[str] = set()
 
     def entries(self, topic: str, message: Any) -> list[Entry]:
         """The entries of a message of a topic of TOPICS; terrain/mesh as CDR bytes. Raises MessageRefused."""
@@ -98,6 +99,7 @@ class MessageLog:
             "areas/equipment": self._equipment,
             "trajectories": self._trajectories,
             "hazard/zones": self._zones,
+            "areas/outlines": self._outlines,
             "hazard/points": self._reach,
             "hazard/grid": self._reach_grid,
             "results": self._results,
@@ -206,6 +208,21 @@ class MessageLog:
             name = level.removeprefix(HAZARD)
             yield self._at_markers(array, lambda r, n=name, k=lines, c=colour: r.outline(n, k, c))
 
+    def _outlines(self, array: Any) -> Iterator[Entry]:
+        """Each area where its outline changes; what is told of no more is taken off the screen."""
+        outlines = outlines_of_markers(array, self._frame)
+        for namespace in outlines:
+            if not namespace.removeprefix(AREAS).strip("/") or not namespace.startswith(AREAS):
+                raise MessageRefused(f"a marker is in namespace '{namespace}'; it must be {AREAS}<name>")
+        areas = {namespace.removeprefix(AREAS): lines for namespace, (lines, _) in outlines.items()}
+        for name in sorted(self._outlined - set(areas)):
+            self._said.pop(f"outline/{name}")
+            yield self._at_markers(array, lambda r, n=name: r.clear_area(n), f"outline/{name}")
+        self._outlined = set(areas)
+        for name, lines in areas.items():
+            if self._is_new(f"outline/{name}", [line.tobytes() for line in lines]):
+                yield self._at_markers(array, lambda r, n=name, k=lines: r.area_outline(n, k), f"outline/{name}")
+
     def _reach(self, cloud: Any) -> Iterator[Entry]:
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
@@ -270,8 +287,10 @@ class MessageLog:
             raise MessageRefused("a point is not finite")
         return self._frame.points(points, frame_id)
 
-    def _at_markers(self, array: Any, draw: Callable[..., None]) -> Entry:
-        return self._at(array.markers[0], draw) if array.markers else self._between(self._now(), draw)
+    def _at_markers(self, array: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
+        if array.markers:
+            return self._at(array.markers[0], draw, keeps)
+        return self._between(self._now(), draw, keeps)
 
     def _between(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> Entry:
         return Entry(stamp_ns, self._events.last, draw, keeps)

@@ -35,6 +35,7 @@ TOPICS: dict[str, Topic] = {
     "impacts": Topic(CLOUD, RESULT),
     "deposits": Topic(CLOUD, RESULT),
     "hazard/zones": Topic(MARKERS, RESULT),
+    "areas/outlines": Topic(MARKERS, RESULT),
     "hazard/points": Topic(CLOUD, RESULT),
     "hazard/grid": Topic("nav_msgs/msg/OccupancyGrid", RESULT),
     "results": Topic(DIAGNOSTICS, RESULT),

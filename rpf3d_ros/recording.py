@@ -93,6 +93,16 @@ class Recording:
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
+    def area_outline(self, name: str, lines: list[FloatArray]) -> None:
+        """Log the rings of an area of interest, lines (T, 3) m on the ground, beside what told where it lies."""
+        strips = [_lifted(line) for line in lines]
+        entity = _outline_of_area(name)
+        self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
+
+    def clear_area(self, name: str) -> None:
+        """Take the rings of an area of interest off the screen."""
+        self.clear(_outline_of_area(name))
+
     def places(self, name: str, positions: FloatArray) -> None:
         """Log the middles of areas of interest, (N, 3) m."""
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
@@ -253,6 +263,10 @@ def file_recording(path: Path) -> Recording:
 def _under(root: str, name: str) -> str:
     """The entity of a name that a message gave: one part below the root, whatever characters it has."""
     return str(import_rerun().new_entity_path([root, *filter(None, name.split("/"))]))
+
+
+def _outline_of_area(name: str) -> str:
+    return f"{_under('areas', name)}/outline"
 
 
 def _lifted(points: FloatArray) -> FloatArray:

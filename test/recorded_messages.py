@@ -24,7 +24,7 @@ from rpf3d_ros.bag_writer import BagWriter, typestore
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.diagnostic_messages import diagnostics_of
 from rpf3d_ros.health import ERROR, OK, WARN, Health
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
+from rpf3d_ros.marker_messages import area_markers, trajectory_markers, zone_markers
 from rpf3d_ros.survey_terrain import grid_mesh
 from rpf3d_ros.terrain_messages import cdr_of_mesh
 
@@ -93,6 +93,13 @@ def grid(second):
     return OccupancyGrid(header=header(second), info=info, data=percent.ravel().tolist())
 
 
+def areas(second, *names, raised=0.0):
+    """The outlines of areas of interest, of the haul ramp unless others are named."""
+    ring = np.array([[5.0, 30.0, 5.0], [35.0, 30.0, 5.0], [35.0, 34.0, 4.0], [5.0, 30.0, 5.0]])
+    ring[:, 2] += raised
+    return markers(area_markers(header(second), {name: [ring] for name in names or ("haul_ramp",)}))
+
+
 def alerts(second, level, area="haul_ramp"):
     """The alert of the site and of one area."""
     values = {"level": level, "valid_until": str(second + 5), "reasons": "reach", "result": "1"}
@@ -135,6 +142,7 @@ def answers(second, seconds=4.0):
         "impacts": cloud,
         "deposits": cloud,
         "hazard/zones": hazard(header(second), zones),
+        "areas/outlines": areas(second),
         "hazard/points": cloud_of_columns(header(second), reach),
         "hazard/grid": grid(second),
         "results": diagnostics_of(Time(sec=second), [result]),

@@ -43,6 +43,7 @@ class Answer:
     result : number of this answer; stage : from 0, each with twice the rocks of the one before
     complete : whether the target is met, or `most_rocks` have flown; nothing better will come of this trigger
     flights : of the rocks of the first stage that are shown; outcomes, maps : of all rocks
+    areas : outlines of the areas of interest that the maps tell of, local frame
     seconds : since the trigger was taken up; left_out : which sources were not released, and why
     """
 
@@ -55,6 +56,7 @@ class Answer:
     flights: Flights
     outcomes: Mapping[Outcome, int]
     maps: HazardMaps
+    areas: Outlines
     seconds: float
     left_out: str
 
@@ -90,14 +92,15 @@ def answers(
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
-    tallies = standing.empty_tallies(areas, released.fastest, released.highest, trigger.diameters)
-    names, outcomes = (*standing.areas, *areas), Counter[Outcome]()
+    outlines, outcomes = standing.areas_with(areas), Counter[Outcome]()
+    tallies = standing.empty_tallies(outlines, released.fastest, released.highest, trigger.diameters)
+    names = tuple(outlines)
 
     def answer(stage: int, complete: bool, flights: Flights, maps: HazardMaps) -> Answer:
         seconds = time.perf_counter() - began
         return Answer(
             next(results), stage, complete, trigger, standing, int(released.sound.sum()), flights, dict(outcomes),
-            maps, seconds, released.left_out,
+            maps, outlines, seconds, released.left_out,
         )  # fmt: skip
 
     if not len(released.places):

@@ -85,19 +85,23 @@ class Standing:
     tallies: Tallies
     before: Cells | None = None
 
+    def areas_with(self, live_areas: Outlines) -> Outlines:
+        """All areas of interest, local frame: the scene's own, then those with rings (P, 2) m in the map frame."""
+        shift = np.array(self.ground.terrain.frame.origin[:2])
+        live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
+        return {**self.areas, **live}
+
     def empty_tallies(
-        self, live_areas: Outlines, fastest: float, highest: float, diameters: FloatArray | None
+        self, outlines: Outlines, fastest: float, highest: float, diameters: FloatArray | None
     ) -> Tallies:
         """Tallies in the memory of the last ones.
 
-        live_areas : rings (P, 2) m, map frame; they come after the scene's own
+        outlines : of all areas of interest, as `areas_with`
         fastest, highest : bounds of what is released, m/s and m, local
         diameters : (S,) m, of rocks beside the scene's own; None for none
         """
-        frame, facets, scene = self.ground.terrain.frame, self.ground.facets, self.scene
-        shift = np.array(frame.origin[:2])
-        live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
-        areas, masses = areas_of({**self.areas, **live}), _masses(self.rock, diameters)
+        facets, scene = self.ground.facets, self.scene
+        areas, masses = areas_of(outlines), _masses(self.rock, diameters)
         scales, fine = (
             scales_over(facets, scene.gravity, fastest, max(highest, facets.high[2]), masses, bins)
             for bins in (PER_OCTAVE, FINE)

@@ -1,10 +1,11 @@
-"""What is shown of hazard maps: cells over ground, and zones of facets with their outlines."""
+"""What is shown of hazard maps: cells over ground, zones of facets with their outlines, and areas of interest."""
 
 import numpy as np
 import pytest
 
 from rpf3d_core.hazard.maps import HazardMaps, Layers, Raster, Spread
 from rpf3d_core.live.cells import cells_over, cover
+from rpf3d_core.live.shown_areas import MOST_STEPS, shown_areas
 from rpf3d_core.live.zones import outer_edges, shown_zones
 from rpf3d_core.terrain.squares import grid_triangles
 from rpf3d_core.terrain.survey import mesh_terrain
@@ -113,3 +114,55 @@ def test_an_edge_is_outer_if_one_facet_has_it():
 def test_zones_are_told_in_the_coordinates_of_the_survey():
     zone = shown_zones(maps(1, 32, [0], [1]), terrain(origin=(300.0, 400.0, 50.0)), (0.5,))[0]
     assert (zone.corners.min(axis=(0, 1)) >= [300.0, 400.0, 50.0]).all()
+
+
+def ring(*corners):
+    return {"ramp": [np.array(corners, dtype=float)]}
+
+
+def test_the_outline_of_an_area_follows_the_ground_in_the_map_frame():
+    origin = (5e5, 4.5e6, 100.0)
+    ground = terrain(origin=origin)
+    raster = local_raster(ground, 0.25)
+    x, y = ground.vertices[:, :2].min(axis=0)
+    square = ring((x + 0.5, y + 0.5), (x + 3.5, y + 0.5), (x + 3.5, y + 3.5), (x + 0.5, y + 3.5))
+    (line,) = shown_areas(square, cells_over(ground, raster), raster, ground.frame)["ramp"]
+    assert np.array_equal(line[0], line[-1])
+    assert line[:, :2].min(axis=0) == pytest.approx(np.array(origin[:2]) + 0.5)
+    assert line[:, :2].max(axis=0) == pytest.approx(np.array(origin[:2]) + 3.5)
+    assert np.hypot(*np.diff(line[:, :2], axis=0).T).max() <= 0.25 + 1e-9
+    assert line[:, 2] == pytest.approx(origin[2] + 0.1 * (line[:, 0] - origin[0]), abs=0.1 * 0.25)
+
+
+def test_a_ring_that_is_closed_already_is_the_same_line():
+    ground = terrain()
+    raster = local_raster(ground)
+    x, y = ground.vertices[:, :2].min(axis=0)
+    corners = [(x + 1.0, y + 1.0), (x + 3.0, y + 1.0), (x + 3.0, y + 3.0)]
+    lines = [
+        shown_areas(ring(*some), cells_over(ground, raster), raster, ground.frame)["ramp"][0]
+        for some in (corners, [*corners, corners[0]])
+    ]
+    assert np.array_equal(*lines)
+
+
+def test_an_outline_beyond_the_ground_is_as_high_as_beside_it_and_one_off_it_is_left_out():
+    ground = terrain(height=lambda x, y: np.full_like(x, 7.0))
+    raster = local_raster(ground)
+    x, y = ground.vertices[:, :2].min(axis=0)
+    cells = cells_over(ground, raster)
+    out = ring((x + 2.0, y + 2.0), (x + 50.0, y + 2.0), (x + 50.0, y + 3.0))
+    (line,) = shown_areas(out, cells, raster, ground.frame)["ramp"]
+    assert line[:, 0].max() - line[:, 0].min() == pytest.approx(48.0)
+    assert line[:, 2] == pytest.approx(np.full(len(line), 7.0))
+    off = ring((x + 50.0, y), (x + 51.0, y), (x + 51.0, y + 1.0))
+    assert shown_areas(off, cells, raster, ground.frame) == {"ramp": []}
+
+
+def test_a_long_outline_has_so_many_points_at_most():
+    ground = terrain()
+    raster = local_raster(ground, 0.25)
+    x, y = ground.vertices[:, :2].min(axis=0)
+    long = ring((x + 1.0, y + 1.0), (x + 1e6, y + 1.0), (x + 1e6, y + 2.0))
+    (line,) = shown_areas(long, cells_over(ground, raster), raster, ground.frame)["ramp"]
+    assert len(line) <= MOST_STEPS + 4

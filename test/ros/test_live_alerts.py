@@ -23,8 +23,12 @@ from std_srvs.srv import Trigger
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.survey import GridSurvey
+from rpf3d_ros.alert_reading import SITE as SITE_NAME
+from rpf3d_ros.alert_reading import alerts_of
 from rpf3d_ros.cloud_messages import cloud_of_grid
 from rpf3d_ros.health import healths_of
+from rpf3d_ros.map_frame import MapFrame
+from rpf3d_ros.marker_reading import outlines_of_markers
 
 ROOT = Path(__file__).resolve().parents[2]
 NODE = "rpf3d_simulator"
@@ -105,7 +109,8 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     (tmp_path / "site.yaml").write_text(SITE)
     log = tmp_path / "decisions"
     stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), decision_log=str(log), **FLIGHT)
-    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=("alerts", "alarm"))
+    heard = ("alerts", "alarm", "areas/outlines")
+    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=heard)
     peer.wait_for_subscribers()
     peer.wait(lambda: level(peer) == "fault", "a fault, for nothing has been heard yet")
     wait_for_alarm(peer, True)
@@ -113,6 +118,9 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.send("areas/polygon", square(9.0, 12.0))
     keep_saying(peer, poses, lambda: level(peer) == "normal", "normal, for nothing is seen")
     wait_for_alarm(peer, False)
+    peer.wait(lambda: peer.heard["areas/outlines"], "where the area lies")
+    ((line,), _) = outlines_of_markers(peer.heard["areas/outlines"][-1], MapFrame())["areas/live_area"]
+    assert (line.min(axis=0), line.max(axis=0)) == (pytest.approx([9.0, 9.0, 0.0]), pytest.approx([12.0, 12.0, 0.0]))
     rock = lambda: poses((10.3, 10.4, 5.0))  # noqa: E731
     keep_saying(peer, rock, lambda: level(peer) == "evacuate", "an evacuation")
     wait_for_alarm(peer, True)
@@ -126,6 +134,10 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.wait(lambda: level(peer) == "normal", "normal")
     peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
     assert stage.clear() == [0], stage.output("simulator_node")
+    for array in peer.heard["alerts"]:
+        site, area = alerts_of(array)  # the only area decides alone
+        assert (site.area, area.area) == (SITE_NAME, "live_area")
+        assert (area.state, area.health.level) == (site.state, site.health.level)
     audit = audit_log(log)
     assert audit.sound and audit.decisions > 5 and audit.refused == 1
     lines = [line for path in log.iterdir() if path.is_file() for line in path.read_text().splitlines()]

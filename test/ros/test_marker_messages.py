@@ -13,8 +13,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from rpf3d_core.ensemble.colours import speed_colours
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import evenly, trajectory_markers, zone_markers
-from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
+from rpf3d_ros.marker_messages import area_markers, evenly, trajectory_markers, zone_markers
+from rpf3d_ros.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
 from rpf3d_ros.refusals import MessageRefused
 
 HEADER = Header(frame_id="map")
@@ -52,6 +52,17 @@ def test_many_rocks_and_points_are_thinned_and_keep_their_ends():
     assert len(strips) == 7
     assert all(len(points) == 10 and points[0, 0] == 0.0 and points[-1, 0] == 99.0 for points, _ in strips)
     assert (strips[0].points[0, 1], strips[-1].points[0, 1]) == (0.0, 29.0)
+
+
+def test_the_rings_of_an_area_are_lines_in_its_namespace():
+    rings = {"haul_ramp": [np.arange(12.0).reshape(4, 3), np.arange(9.0).reshape(3, 3)], "off the ground": []}
+    array = sent(area_markers(HEADER, rings, 7))
+    assert array.markers[0].action == Marker.DELETEALL
+    assert [(marker.ns, marker.id, marker.text) for marker in array.markers[1:]] == [
+        ("areas/haul_ramp", 0, "result 7"), ("areas/haul_ramp", 1, "result 7"),
+    ]  # fmt: skip
+    lines, _ = outlines_of_markers(array, MAP)["areas/haul_ramp"]
+    assert all(np.array_equal(line, ring) for line, ring in zip(lines, rings["haul_ramp"], strict=True))
 
 
 def test_a_trajectory_is_coloured_by_its_speed():

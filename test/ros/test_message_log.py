@@ -164,6 +164,17 @@ def test_the_lane_of_an_area_ends_where_it_is_no_longer_told_of_and_begins_again
     assert ("alert_state", "haul_ramp", "watch") in calls(log.entries("alerts", made.alerts(4, "watch")))
 
 
+def test_the_outline_of_an_area_is_drawn_when_it_changes_and_gone_when_it_is_told_of_no_more(log):
+    drawn = calls(log.entries("areas/outlines", made.areas(1, "haul_ramp", "truck")))
+    assert [(kind, name) for kind, name, *_ in drawn] == [("area_outline", "haul_ramp"), ("area_outline", "truck")]
+    assert calls(log.entries("areas/outlines", made.areas(2, "haul_ramp", "truck"))) == []
+    changed = calls(log.entries("areas/outlines", made.areas(3, "haul_ramp", raised=1.0)))
+    assert [call[:2] for call in changed] == [("clear_area", "truck"), ("area_outline", "haul_ramp")]
+    assert [call[:2] for call in calls(log.entries("areas/outlines", made.areas(4, "truck")))] == [
+        ("clear_area", "haul_ramp"), ("area_outline", "truck"),
+    ]  # fmt: skip
+
+
 def test_an_alarm_that_is_repeated_is_recorded_once(log):
     states = [calls(log.entries("alarm", Bool(data=data))) for data in (False, False, True)]
     assert states == [[("alert_state", "alarm", "off")], [], [("alert_state", "alarm", "on")]]
@@ -194,6 +205,12 @@ def named(ns):
     return array
 
 
+def outlined(ns):
+    array = made.areas(1)
+    array.markers[1].ns = ns
+    return array
+
+
 def points(**changes):
     return cloud_of_columns(header(1), {**made.falls(rocks=2, points=3), **changes})
 
@@ -205,6 +222,8 @@ REFUSED = {
     "grid_without_resolution": ("hazard/grid", lambda: grid(resolution=math.nan), "resolution"),
     "grid_beyond_100": ("hazard/grid", lambda: grid(data=[101] * made.SIDE**2), "beyond"),
     "grid_in_a_foreign_frame": ("hazard/grid", lambda: grid(header=header(1, "lidar")), "'lidar'"),
+    "outline_of_no_area": ("areas/outlines", lambda: outlined("areas/"), "areas/<name>"),
+    "outline_over_other_rows": ("areas/outlines", lambda: outlined("terrain"), "areas/<name>"),
     "hazard_of_no_level": ("hazard/zones", lambda: named("hazard/"), "hazard/<level>"),
     "hazard_over_other_rows": ("hazard/zones", lambda: named("terrain"), "hazard/<level>"),
     "times_that_go_back": ("trajectories/points", lambda: points(t=np.array([0.0, 2.0, 1.0] * 2)), "goes back"),
