@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.alert_reading import SITE, Alert, alerts_of
+from rpf3d_ros.alert_reading import Alert, alerts_of, decided_at_ns
 from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.grid_reading import percent_of_grid
 from rpf3d_ros.health import healths_of
@@ -39,6 +39,9 @@ UPDATES_SHOWN = 200
 
 LARGEST_PATCH = 10_000_000
 """Points of a patch at most."""
+
+LEVELS_OF_AREA = ("held", "evident")
+"""Values of the alert of an area, beside what is shown."""
 
 HAZARD, AREAS = "hazard/", "areas/"
 """Namespaces of hazard markers begin so."""
@@ -244,20 +247,24 @@ class MessageLog:
             yield self._at(array, lambda r, health=health: r.text("results", health))
 
     def _alerts(self, array: Any) -> Iterator[Entry]:
-        """The level every time, for its series; words of the site where they change, lanes and words of areas where
-        their levels do. A lane ends where the area is no longer told of: a machine has left."""
-        stamp_ns = _nanoseconds(array.header.stamp)
+        """The level every time, for its series; words and lanes of the site where its words change, of an area where
+        a level of it does. A lane ends where the area is no longer told of: a machine has left.
+
+        They stand at the time of the decision, where it is told: the message is stamped as the sources decided on, and
+        one that finds them stale would stand before the one that did not."""
         alerts = alerts_of(array)
+        stamp_ns = decided_at_ns(alerts) or _nanoseconds(array.header.stamp)
         for alert in alerts:
-            if alert.area == SITE:
+            if alert.area is None:
                 yield self._between(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
-            news = (alert.level, alert.health.message if alert.area == SITE else "")
-            if self._is_new(f"alert/{alert.area}", news):
-                yield self._between(stamp_ns, lambda r, a=alert: _draw_alert(r, a), f"alert/{alert.area}")
-        told = {alert.area for alert in alerts}
-        for area in sorted(self._areas_with_alerts - told):
-            self._said.pop(f"alert/{area}", None)
-            yield self._between(stamp_ns, lambda r, a=area: r.alert_state(a, None), f"alert/{area}")
+            lane, said = _lane_of(alert.area), alert.health
+            news = said.message if alert.area is None else [said.values.get(name) for name in LEVELS_OF_AREA]
+            if self._is_new(f"alert/{lane}", (alert.level, news)):
+                yield self._between(stamp_ns, lambda r, a=alert: _draw_alert(r, a), f"alert/{lane}")
+        told = {alert.area for alert in alerts if alert.area is not None}
+        for lane in map(_lane_of, sorted(self._areas_with_alerts - told)):
+            self._said.pop(f"alert/{lane}", None)
+            yield self._between(stamp_ns, lambda r, at=lane: r.alert_state(at, None), f"alert/{lane}")
         self._areas_with_alerts = told
 
     def _alarm(self, alarm: Any) -> Iterator[Entry]:
@@ -301,8 +308,13 @@ class MessageLog:
 
 
 def _draw_alert(recording: Recording, alert: Alert) -> None:
-    recording.alert_state(alert.area, alert.state)
-    recording.text("alerts", replace(alert.health, name=alert.area))
+    recording.alert_state(_lane_of(alert.area), alert.state)
+    recording.text("alerts", replace(alert.health, name=alert.area or "site"))
+
+
+def _lane_of(area: str | None) -> str:
+    """Where the states of an area are, None of the site: no name of an area is taken for the site or the alarm."""
+    return "site" if area is None else f"area/{area}"
 
 
 def _column(cloud: Any, name: str) -> np.ndarray:

@@ -188,9 +188,9 @@ class Recording:
         """Log the level of the alert, an index into LEVELS, as a series."""
         self._log("alert_level", self._rerun.Scalars(float(level)))
 
-    def alert_state(self, area: str, state: str | None) -> None:
-        """Log the state of an area, or of the site or the alarm, as a lane over time; None ends the lane."""
-        lane = _under("alert_state", area)
+    def alert_state(self, name: str, state: str | None) -> None:
+        """Log the state of the site, the alarm or an area (area/<name>) as a lane over time; None ends the lane."""
+        lane = _under("alert_state", name)
         if lane not in self._lanes:
             self._lanes.add(lane)
             states, colours = list(STATE_COLOURS), list(STATE_COLOURS.values())

@@ -19,10 +19,11 @@ from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.health import healths_of
 from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.qos import RESULTS
+from rpf3d_ros.result_messages import facts_of
 from rpf3d_ros.shift_content import ShiftContent, patch_message
 from rpf3d_ros.simulated_clock import SimulatedClock
 from rpf3d_ros.source_messages import poses_of_sources
-from rpf3d_ros.stamps import SECOND, stamp_of
+from rpf3d_ros.stamps import SECOND, nanoseconds, stamp_of
 from rpf3d_ros.stand_in import StandIn
 
 LENGTH = 300.0
@@ -71,9 +72,8 @@ class Shift:
         self._content, self._stand_in, self._clock, self._speed = content, stand_in, clock, speed
         self._began_ns = clock.now_ns()
         self._seen: tuple[FloatArray, FloatArray] = (NONE, NONE)
-        self._spoken_ns = 0
+        self._spoken_ns, self._answered_ns, self._flown_over = 0, 0, ""
         self.levels: list[str] = []
-        self._answers = 0
         stand_in.hear("results", self._note_answer)
         stand_in.hear("alerts", self._note_alert, RESULTS)
 
@@ -90,25 +90,25 @@ class Shift:
     def survey(self) -> None:
         """Publish the whole pit."""
         self._stand_in.publish("terrain/mesh", self._content.mesh)
-        self._await_answer(self._speak)
+        self._speak()
 
     def falls(self) -> None:
         """Let the radar see rocks from now on."""
         self._seen = (self._content.places, self._content.velocities)
-        self._await_answer(self._speak)
+        self._speak()
 
     def quiet(self) -> None:
         """Let the radar see nothing from now on."""
         self._seen = (NONE, NONE)
-        self._await_answer(self._speak)
+        self._speak()
 
     def fails(self) -> None:
         """Publish the bench with muck on it."""
-        self._await_answer(lambda: self._update(self._content.muck))
+        self._update(self._content.muck)
 
     def cleaned(self) -> None:
         """Publish the bench as it was."""
-        self._await_answer(lambda: self._update(self._content.bench))
+        self._update(self._content.bench)
 
     def acknowledge(self) -> None:
         """Let the operator acknowledge the alert."""
@@ -117,16 +117,25 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
-        self._clock.tell()
-        self._stand_in.publish("terrain/update", patch_message(points, self._clock.now_ns()))
+        """Publish a patch, and wait for an answer over other ground than the last one's."""
+        before = self._flown_over
+
+        def publish() -> None:
+            self._stand_in.publish("terrain/update", patch_message(points, self._clock.now_ns()))
+
+        self._await(publish, lambda: self._flown_over != before)
 
     def _speak(self) -> None:
-        self._clock.tell()
-        self._spoken_ns = self._clock.now_ns()
-        header = Header(stamp=stamp_of(self._spoken_ns), frame_id=MapFrame().name)
-        places, velocities = self._seen
-        message = poses_of_sources(header, places, velocities) if len(places) else PoseArray(header=header)
-        self._stand_in.publish("sources", message)
+        """Let the radar say what it sees, and wait for the answer to that."""
+
+        def publish() -> None:
+            self._spoken_ns = self._clock.now_ns()
+            header = Header(stamp=stamp_of(self._spoken_ns), frame_id=MapFrame().name)
+            places, velocities = self._seen
+            message = poses_of_sources(header, places, velocities) if len(places) else PoseArray(header=header)
+            self._stand_in.publish("sources", message)
+
+        self._await(publish, lambda: self._answered_ns >= self._spoken_ns)
 
     def _pass_until(self, at: float) -> None:
         """Let the clock go on to a second of the shift; the radar speaks on the way.
@@ -136,18 +145,19 @@ class Shift:
         """
         end = self._began_ns + round(at * SECOND)
         while (now := self._clock.now_ns()) < end:
-            if now - self._spoken_ns >= RADAR * SECOND and self._answers:
-                self._await_answer(self._speak)
+            if now - self._spoken_ns >= RADAR * SECOND:
+                self._speak()
             self._stand_in.spin_once()
 
-    def _await_answer(self, ask: Callable[[], None]) -> None:
-        before = self._answers
+    def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
+        """Ask, at a time that the nodes have been told, and wait until that is answered."""
 
-        def answered() -> bool:
+        def is_answered() -> bool:
+            self._clock.tell()
             ask()
-            return bool(self._stand_in.wait(lambda: self._answers > before, ANSWERING))
+            return bool(self._stand_in.wait(answered, ANSWERING))
 
-        if not self._at_real_time(answered):
+        if not self._at_real_time(is_answered):
             raise InputError(f"the simulator has not answered within {ANSWERING:g} s")
 
     def _at_real_time(self, work: Callable[[], T]) -> T:
@@ -158,7 +168,9 @@ class Shift:
             self._clock.run_at(self._speed)
 
     def _note_answer(self, data: bytes, at_ns: int) -> None:
-        self._answers += 1
+        message = deserialize_message(data, DiagnosticArray)
+        self._answered_ns = nanoseconds(message.header.stamp)
+        self._flown_over = facts_of(message).terrain_digest
 
     def _note_alert(self, data: bytes, at_ns: int) -> None:
         level = level_of(data)

@@ -20,6 +20,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
+from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.cloud_messages import cloud_of_columns
 from rpf3d_ros.publishing import publishers_of
 from rpf3d_ros.qos import EVENTS, LATCHED, RESULTS
@@ -220,8 +221,8 @@ class LivePeer:
     def wait_for_alert(self, level, after=0):
         """Wait for an alert of a level (a word), after so many others: its status."""
         def found():
-            told = (status for array in self.alerts[after:] for status in array.status)
-            return next((status for status in told if level in status.message), None)
+            told = (status for array in self.alerts[after:] for status in array.status if status.name == ALERT)
+            return next((status for status in told if status.message.startswith(f"{level}: ")), None)
 
         return self.wait(found, f"an alert of level {level}, not {[a.status[0].message for a in self.alerts[-3:]]}")
 

@@ -111,7 +111,7 @@ class _Reading:
         self.audit, self.seeking, self.found = Audit(), seeking, False
         self.last: dict[str, Any] | None = None
         self.last_alert: Alert | None = None
-        self.file_number, self.is_part = 0, False
+        self.file_number, self.is_part, self.is_older = 0, False, False
         self.sites: dict[str, Thresholds] = {}
 
     def blame(self, sentence: str) -> None:
@@ -197,13 +197,22 @@ class _Reading:
         thresholds = self.sites.get(str(content.get("site")))
         if thresholds is None:
             raise Unreadable("the thresholds that it was decided by do not stand in the log before it")
-        again = _decided_again(decision, thresholds)
-        if canonical(alert_content(again)) == canonical(content["alert"]):
+        again = alert_content(_decided_again(decision, thresholds))
+        if "areas" not in content["alert"]:
+            self._without_areas(place)
+            del again["areas"]
+        if canonical(again) == canonical(content["alert"]):
             self.audit.reproduced += 1
         else:
-            self.blame(f"{place}: {_difference(content['alert'], alert_content(again))}")
+            self.blame(f"{place}: {_difference(content['alert'], again)}")
         if _is_change(decision):
             self.audit.changes.append(Change(content["n"], decision.alert, decision.previous, version))
+
+    def _without_areas(self, place: str) -> None:
+        """Note, once, that the log goes back to before areas had levels of their own."""
+        if not self.is_older:
+            self.is_older = True
+            self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
         """Check that a decision goes on from the one before it in the log."""

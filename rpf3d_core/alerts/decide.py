@@ -6,7 +6,7 @@ as a table). No clock, no files, no randomness: `rpf3d audit` calls the same fun
 
 from typing import NamedTuple
 
-from rpf3d_core.alerts.areas import area_alerts
+from rpf3d_core.alerts.areas import Doubts, area_alerts, got_worse, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
@@ -53,15 +53,17 @@ def decide(
     Alert
         `valid_until_ns` is never later than the evidence is fresh.
     """
-    told = None if evidence is None else findings_of(evidence, thresholds)
-    findings = told or ()
+    findings = () if evidence is None else findings_of(evidence, thresholds)
+    worst = worst_of(findings)
     evident = max((finding.level for finding in findings), default=Level.NORMAL)
     small = evidence is not None and _is_small(evidence, thresholds)
     faults = faults_of(previous, evidence, thresholds, now_ns)
     if small and not faults and not _stands(previous, now_ns):
         faults = (_too_small(evidence, thresholds),)
     trusted = not faults and not small
-    held = _held(previous, evident, findings, trusted, now_ns, acknowledgement)
+    is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)
+    held = _held(previous, evident, findings, trusted, is_worse, now_ns, acknowledgement)
+    steps_down = acknowledgement is not None and not held.void
     return Alert(
         level=held.level if held.level == Level.EVACUATE or not faults else Level.FAULT,
         held=held.level,
@@ -70,14 +72,16 @@ def decide(
         faults=faults,
         held_by=held.by,
         held_since_ns=held.since_ns,
-        worse_ns=_worse_ns(previous, evident, now_ns),
+        worse_ns=now_ns if previous is None or is_worse or went_back(previous, now_ns) else previous.worse_ns,
         at_ns=now_ns,
         valid_until_ns=_valid_until(previous, evidence, thresholds, now_ns, faults, small),
         evidence_at_ns=_newest(previous, evidence, thresholds, now_ns),
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
-        areas=area_alerts(previous, told, thresholds, bool(faults), acknowledgement is not None and not held.void),
+        areas=area_alerts(
+            previous, None if evidence is None else worst, thresholds, Doubts(bool(faults), small), steps_down
+        ),
     )
 
 
@@ -102,13 +106,14 @@ def _held(
     evident: Level,
     findings: tuple[Finding, ...],
     trusted: bool,
+    is_worse: bool,
     now_ns: int,
     acknowledgement: Acknowledgement | None,
 ) -> _Held:
     """The level held after this decision: up at once, down by an acknowledgement that counts."""
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
-    void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, now_ns)
+    void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
     if evident > before or previous is None:
         return _Held(evident, said, now_ns, void)
     if acknowledgement is not None and not void:
@@ -117,7 +122,12 @@ def _held(
 
 
 def _why_void(
-    previous: Alert | None, acknowledgement: Acknowledgement, evident: Level, trusted: bool, now_ns: int
+    previous: Alert | None,
+    acknowledgement: Acknowledgement,
+    evident: Level,
+    trusted: bool,
+    is_worse: bool,
+    now_ns: int,
 ) -> str:
     """Why an acknowledgement does not lower the level; empty where it does."""
     if previous is None or previous.held == Level.NORMAL:
@@ -128,18 +138,11 @@ def _why_void(
         return "the evidence is faulty, or of too few rocks, and nothing is lowered on that; acknowledge again"
     if acknowledgement.at_ns > now_ns:
         return "it was given later than now"
-    if evident > previous.evident or acknowledgement.at_ns < previous.worse_ns:
+    if is_worse or acknowledgement.at_ns < previous.worse_ns:
         return "the evidence got worse since it was given; look again"
     if evident >= previous.held:
         return f"the evidence still says {evident.word}; acknowledge when it says less"
     return ""
-
-
-def _worse_ns(previous: Alert | None, evident: Level, now_ns: int) -> int:
-    """When the evidence last got worse; where the clock went back, now, lest no acknowledgement count for long."""
-    if previous is None or evident > previous.evident or went_back(previous, now_ns):
-        return now_ns
-    return previous.worse_ns
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:

@@ -59,7 +59,8 @@ class Alert(NamedTuple):
     reasons : sentences, at least one: faults, what holds the level, what the areas say
     faults : sentences, those of the reasons for which the evidence is not believed
     held_by : sentences, what raised `held`, word for word as it was said then; empty at NORMAL
-    held_since_ns : the decision that raised it, or stepped down to it; worse_ns : that at which `evident` last rose
+    held_since_ns : the decision that raised it, or stepped down to it; worse_ns : that at which what is
+        evident of the site or of an area last rose, or the clock went back, lest no acknowledgement count for long
     at_ns : when this was decided; valid_until_ns : from then on it says nothing any more, and must be taken as a fault
     evidence_at_ns : of the newest evidence seen so far, None before the first
     alarm : whether the site's alarm sounds

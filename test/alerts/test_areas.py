@@ -66,11 +66,57 @@ def test_an_area_without_limits_has_no_level() -> None:
     assert set(levels(alert)) == {"ramp", "crusher"}
 
 
-def test_after_a_decision_that_told_of_no_areas_all_are_held_as_the_site_was() -> None:
-    """A log that was written before areas were decided: any of them may be the one."""
-    before = decided(evidence(area(), area(700, name="crusher")), thresholds=PIT)._replace(areas=())
-    now = NOW + S
-    alert = decide(before, later(CALM, 1), PIT, now)
-    assert levels(alert) == {"ramp": Level.RESTRICT, "crusher": Level.RESTRICT}
-    alert = decide(alert, later(CALM, 2), PIT, now + S, seen_by(now + S))
+def test_sources_that_are_refused_are_a_fault_of_every_area_that_was_told_of() -> None:
+    """Whoever makes the evidence tells of no area then; a display would go on to show what it showed."""
+    refused = evidence(faults=("the sources are refused",))._replace(areas=())
+    moving = evidence(area(), area(name="crusher"), area(name="truck_7"))
+    for thresholds in (PIT, site({"*": RAMP})):
+        for answers in ((moving, refused), (moving, refused, None), (moving, None, refused)):
+            told = levels(decided(*answers, thresholds=thresholds))
+            assert told == dict.fromkeys(("ramp", "crusher", "truck_7"), Level.FAULT)
+
+
+def test_a_small_answer_does_not_clear_an_area_that_no_decision_stands_on() -> None:
+    small = evidence(area(flown=10), area(name="crusher", flown=10), area(name="truck_8", flown=10))
+    alert = decided(CALM, small, thresholds=PIT)
+    assert (alert.level, alert.faults) == (Level.NORMAL, ())
+    assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_8": Level.FAULT}
+    assert alert.areas[2].why.startswith("too few rocks to clear it, and no decision on it stands; no limit is reached")
+    again = decide(alert, later(small, 2), PIT, NOW + 2 * S)
+    assert levels(again)["truck_8"] == Level.FAULT
+    enough = later(evidence(area(), area(name="crusher"), area(name="truck_8")), 3)
+    assert levels(decide(again, enough, PIT, NOW + 3 * S))["truck_8"] == Level.NORMAL
+    worst = evidence(area(flown=10), area(name="crusher", flown=10), area(9, name="truck_8", flown=10))
+    assert levels(decided(CALM, worst, thresholds=PIT))["truck_8"] == Level.EVACUATE
+
+
+def test_an_acknowledgement_from_before_an_area_got_worse_lowers_nothing() -> None:
+    """Although the site's evidence as a whole did not: another area was as bad before."""
+    one, both = evidence(area(700), area(name="crusher")), evidence(area(700), area(700, name="crusher"))
+    alert = decided(evidence(area(3000), area(name="crusher")), one, both, CALM, thresholds=PIT)
+    assert (alert.held, alert.worse_ns) == (Level.EVACUATE, NOW + 2 * S)
+    now = NOW + 4 * S
+    before, after = (decide(alert, later(CALM, 4), PIT, now, seen_by(NOW + at * S)) for at in (1, 3))
+    assert before.void.startswith("the evidence got worse since") and levels(before)["crusher"] == Level.RESTRICT
+    assert after.void == "" and set(levels(after).values()) == {Level.NORMAL}
+
+
+def test_an_area_that_the_site_sets_no_limits_for_any_more_says_so() -> None:
+    held = decided(evidence(area(), area(700, name="crusher")), thresholds=PIT)
+    alert = decide(held, later(evidence(area(), area(700, name="crusher")), 1), site(), NOW + S)
+    assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.RESTRICT}
+    assert alert.areas[1].why == "the site has no limits for it any more"
+
+
+def test_after_a_decision_that_told_of_no_areas_those_are_held_that_raised_it() -> None:
+    """A log that was written before areas were decided; a node that starts again begins without an answer."""
+    moving = evidence(area(), area(name="crusher"), area(700, name="truck_7"))
+    before = decided(moving, thresholds=PIT)._replace(areas=())
+    alert = decide(before, None, PIT, NOW + S)
+    assert {one.name: one.held for one in alert.areas} == {
+        "ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_7": Level.RESTRICT,
+    }  # fmt: skip
+    alert = decide(alert, later(CALM, 2), PIT, NOW + 2 * S)
+    assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_7": Level.RESTRICT}
+    alert = decide(alert, later(CALM, 3), PIT, NOW + 3 * S, seen_by(NOW + 3 * S))
     assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL}

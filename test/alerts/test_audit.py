@@ -204,3 +204,24 @@ def test_a_file_that_is_no_log_is_told(tmp_path: Path) -> None:
         pass
     with pytest.raises(Exception, match="holds no log"):
         audit_log(tmp_path / "log")
+
+
+def test_a_log_from_before_areas_had_levels_is_sound_and_says_so(tmp_path: Path) -> None:
+    logged_shift(tmp_path / "new")
+    head, lines = BEGINNING, []
+    for raw in (tmp_path / "new" / "decisions-000001.jsonl").read_bytes().splitlines():
+        content = content_of(raw)
+        assert content is not None
+        for key in ("alert", "previous"):
+            if content.get(key):
+                del content[key]["areas"]
+        kept = {key: value for key, value in content.items() if key not in ("kind", "n", "before", "sha256")}
+        line, head = line_of(content["n"], head, content["kind"], kept)
+        lines.append(line)
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "decisions-000001.jsonl").write_bytes(b"".join(lines))
+    audit = audit_log(tmp_path / "old")
+    assert audit.sound and audit.decisions == audit.reproduced == len(SHIFT), audit.findings
+    assert len(audit.notes) == 1 and "tells of no areas, as logs once did" in audit.notes[0]
+    with DecisionLog(tmp_path / "old", "0.1.0") as log:
+        assert log.last_alert is not None and log.last_alert.areas == ()

@@ -177,10 +177,28 @@ def test_no_area_steps_down_or_is_forgotten_without_an_acknowledgement(previous,
     for before in previous.areas:
         if before.held > Level.NORMAL:
             assert told[before.name].held >= before.held
+        elif alert.faults:
+            assert before.name in told
     for area_alert in alert.areas:
         assert area_alert.held >= area_alert.evident
-        is_unknown = bool(alert.faults) and area_alert.held < Level.EVACUATE
-        assert area_alert.level == (Level.FAULT if is_unknown else area_alert.held)
+        assert area_alert.level in (area_alert.held, Level.FAULT)
+        if area_alert.held == Level.EVACUATE or alert.faults:
+            assert area_alert.level == (area_alert.held if area_alert.held == Level.EVACUATE else Level.FAULT)
+
+
+@many
+@given(st.none() | any_alert, evidences, sites, times, some_acknowledgement)
+def test_an_area_is_said_to_be_normal_only_where_enough_rocks_flew_or_a_decision_on_it_stands(
+    previous, answer, thresholds, now, given
+) -> None:
+    alert = decide(previous, answer, thresholds, now, given)
+    standing = {one.name for one in previous.areas if one.level != Level.FAULT} if previous is not None else set()
+    for one in alert.areas:
+        if one.level == Level.NORMAL:
+            assert not alert.faults and answer is not None
+            told = [area for area in answer.areas if area.name == one.name]
+            enough = answer.sources == 0 or all(area.flown >= thresholds.evidence.fewest_rocks for area in told)
+            assert one.name in standing or (told and enough)
 
 
 @many

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 import recorded_messages as made
+from diagnostic_msgs.msg import KeyValue
 from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
@@ -141,8 +142,17 @@ def test_an_alert_is_a_number_every_time_and_words_when_it_changes(log):
     changed = calls(log.entries("alerts", made.alerts(3, "evacuate")))
     assert ("alert", 3) in changed
     assert [call for call in changed if call[0] == "alert_state"] == [
-        ("alert_state", "site", "evacuate"), ("alert_state", "haul_ramp", "evacuate"),
+        ("alert_state", "site", "evacuate"), ("alert_state", "area/haul_ramp", "evacuate"),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("told", "at_s"), [("1800000001000000000", 1_800_000_001), ("soon", 7), ("9" * 19, 7), ("9" * 5000, 7), ("", 7)]
+)
+def test_an_alert_stands_at_the_time_of_its_decision_not_of_the_sources_that_it_found_stale(log, told, at_s):
+    array = made.alerts(7, "fault")
+    array.status[0].values.append(KeyValue(key="decided_at_ns", value=told))
+    assert {entry.stamp_ns for entry in log.entries("alerts", array)} == {at_s * 10**9}
 
 
 def test_an_area_is_told_of_in_words_when_its_level_changes(log):
@@ -151,17 +161,33 @@ def test_an_area_is_told_of_in_words_when_its_level_changes(log):
         for status in array.status:
             status.message = f"watch: {second} of 100 rocks came"
         heard = calls(log.entries("alerts", array))
-    assert [(kind, *what[:1]) for kind, *what in heard if kind == "text"] == [("text", "alerts")]
+    assert [health.name for kind, *_, health in heard if kind == "text"] == ["site"]
+    array = made.alerts(3, "watch")
+    array.status[1].values.append(KeyValue(key="held", value="restrict"))
+    assert [health.name for kind, *_, health in calls(log.entries("alerts", array)) if kind == "text"] == [
+        "site", "haul_ramp",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["site", "alarm", " ", "level", "ramp "])
+def test_no_area_takes_the_place_of_the_site(log, name):
+    array = made.alerts(1, "evacuate", name)
+    array.status[1].values[0].value = "normal"
+    heard = calls(log.entries("alerts", array))
+    assert ("alert", 3) in heard and ("alert", 0) not in heard
+    assert [call[1:] for call in heard if call[0] == "alert_state"] == [
+        ("site", "evacuate"), (f"area/{name}", "normal"),
+    ]  # fmt: skip
 
 
 def test_the_lane_of_an_area_ends_where_it_is_no_longer_told_of_and_begins_again(log):
     calls(log.entries("alerts", made.alerts(1, "watch")))
     array = made.alerts(2, "watch")
     del array.status[1]
-    assert ("alert_state", "haul_ramp", None) in calls(log.entries("alerts", array))
+    assert ("alert_state", "area/haul_ramp", None) in calls(log.entries("alerts", array))
     array.header.stamp.sec = 3
     assert not [call for call in calls(log.entries("alerts", array)) if call[0] == "alert_state"]
-    assert ("alert_state", "haul_ramp", "watch") in calls(log.entries("alerts", made.alerts(4, "watch")))
+    assert ("alert_state", "area/haul_ramp", "watch") in calls(log.entries("alerts", made.alerts(4, "watch")))
 
 
 def test_the_outline_of_an_area_is_drawn_when_it_changes_and_gone_when_it_is_told_of_no_more(log):

@@ -13,7 +13,10 @@ from rpf3d_ros.map_frame import MapFrame
 from rpf3d_ros.message_log import Entry, MessageLog
 from rpf3d_ros.recording_files import RETRY, Head, RecordingFiles, Rotation, numbered_files
 
-STANDING = ("/terrain", "/terrain/updates/0", "/sources", "/areas/live_area", "/alert_level", "/alert_state/haul_ramp")
+STANDING = (
+    "/terrain", "/terrain/updates/0", "/sources", "/areas/live_area", "/areas/haul_ramp/outline", "/alert_level",
+    "/alert_state/area/haul_ramp",
+)  # fmt: skip
 """What every file begins with once it was there."""
 
 

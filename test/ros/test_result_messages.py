@@ -86,7 +86,7 @@ def test_each_area_has_a_status_of_its_own_behind_that_of_the_site():
         area("crusher", "watch", "watch", "watch", why="watch, for 12 of 900 rocks came"),
     )
     site, ramp, crusher = alerts_of(sent(alerts_message(HEADER, decided, 7)))
-    assert [one.area for one in (site, ramp, crusher)] == ["site", "ramp", "crusher"]
+    assert [one.area for one in (site, ramp, crusher)] == [None, "ramp", "crusher"]
     assert (ramp.state, ramp.health.level) == ("restrict", LEVELS["restrict"])
     assert ramp.health.message == (
         "restrict is held and needs an acknowledgement to step down; no limit is reached; no source, so no rock flew"
