@@ -62,7 +62,7 @@ test: venv
 guards: venv
 	$(BIN)/python test/hard/guards.py
 
-# 34 properties, seven of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
+# 37 properties, ten of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
