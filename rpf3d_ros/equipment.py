@@ -69,6 +69,7 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
     Raises InputError for a scene, a site file or a store that is refused; the store is then free again.
     """
     scene = live_scene(given)
+    _check_names(scene)
     thresholds = read_site(parameters.site_file) if parameters.site_file else None
     if thresholds is not None:
         _check_rocks(scene, thresholds)
@@ -94,6 +95,16 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
             f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
             " is cleared (evidence.fewest_rocks): every level would be fault"
         )
+
+
+def _check_names(scene: Scene) -> None:
+    """Raise InputError where an area of the scene has a name that topics use: they would take its place."""
+    for area in scene.areas_of_interest:
+        if area.name in LIVE_AREAS:
+            raise InputError(
+                f"areas_of_interest of the scene has {area.name}, which is the name of areas that come on a topic: "
+                f"choose another than {' and '.join(LIVE_AREAS)}"
+            )
 
 
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:

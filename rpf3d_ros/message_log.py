@@ -212,7 +212,10 @@ class MessageLog:
             yield self._at_markers(array, lambda r, n=name, k=lines, c=colour: r.outline(n, k, c))
 
     def _outlines(self, array: Any) -> Iterator[Entry]:
-        """Each area where its outline changes; what is told of no more is taken off the screen."""
+        """Each area when its outline changes; what is told of no more is taken off the screen.
+
+        From now on, for answers to older sources may tell of newer areas.
+        """
         outlines = outlines_of_markers(array, self._frame)
         for namespace in outlines:
             if not namespace.removeprefix(AREAS).strip("/") or not namespace.startswith(AREAS):
@@ -220,11 +223,11 @@ class MessageLog:
         areas = {namespace.removeprefix(AREAS): lines for namespace, (lines, _) in outlines.items()}
         for name in sorted(self._outlined - set(areas)):
             self._said.pop(f"outline/{name}")
-            yield self._at_markers(array, lambda r, n=name: r.clear_area(n), f"outline/{name}")
+            yield self._between(self._now(), lambda r, n=name: r.clear_area(n), f"outline/{name}")
         self._outlined = set(areas)
         for name, lines in areas.items():
             if self._is_new(f"outline/{name}", [line.tobytes() for line in lines]):
-                yield self._at_markers(array, lambda r, n=name, k=lines: r.area_outline(n, k), f"outline/{name}")
+                yield self._between(self._now(), lambda r, n=name, k=lines: r.area_outline(n, k), f"outline/{name}")
 
     def _reach(self, cloud: Any) -> Iterator[Entry]:
         self._frame.check(cloud.header.frame_id)
@@ -294,10 +297,8 @@ class MessageLog:
             raise MessageRefused("a point is not finite")
         return self._frame.points(points, frame_id)
 
-    def _at_markers(self, array: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
-        if array.markers:
-            return self._at(array.markers[0], draw, keeps)
-        return self._between(self._now(), draw, keeps)
+    def _at_markers(self, array: Any, draw: Callable[..., None]) -> Entry:
+        return self._at(array.markers[0], draw) if array.markers else self._between(self._now(), draw)
 
     def _between(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> Entry:
         return Entry(stamp_ns, self._events.last, draw, keeps)

@@ -1,11 +1,11 @@
 """What is decided of each area: which one to clear, for whom a level of the whole site does not say enough.
 
 The rules are those of the site. What is held of an area rises at once, and falls only when the site steps down, which
-it does as a whole: so the highest that is held of any area is what is held of the site.
+it does as a whole: so the highest that is held of any area is what is held of the site. Where the evidence is not
+believed, nobody knows of any area.
 """
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
 from rpf3d_core.alerts.limits import Finding, limits_of
@@ -14,25 +14,17 @@ from rpf3d_core.io.site_model import Thresholds
 NO_ANSWER = "there is no answer"
 UNTOLD = "the answer says nothing of it"
 UNLIMITED = "the site has no limits for it any more"
-TOO_SMALL = "too few rocks to clear it, and no decision on it stands"
-
-
-class Doubts(NamedTuple):
-    """is_faulty : whether the evidence is not believed; is_small : whether it is of too few rocks to clear anything."""
-
-    is_faulty: bool
-    is_small: bool
 
 
 def area_alerts(
     previous: Alert | None,
     worst: Mapping[str, Finding] | None,
     thresholds: Thresholds,
-    doubts: Doubts,
+    is_faulty: bool,
     steps_down: bool,
 ) -> tuple[AreaAlert, ...]:
-    """Each area of the answer that has limits, those that the site names in full, and those of the decision before of
-    which a level is held, or nobody knows better.
+    """Each area of the answer that has limits, and each that the site names in full; of the others that the decision
+    before told of, those of which a level is held, and with a fault all.
 
     Parameters
     ----------
@@ -40,27 +32,21 @@ def area_alerts(
         The decision before.
     worst : mapping from names to Finding, or None
         What the answer says of each area, as `worst_of`; None where there is no answer.
+    is_faulty : bool
+        Whether the evidence is not believed.
     steps_down : bool
         Whether an acknowledgement lowers what is held.
     """
-    before = _held_before(previous)
-    standing = {area.name for area in previous.areas if area.level != Level.FAULT} if previous is not None else set()
-    told: list[AreaAlert] = []
-    for name in dict.fromkeys([*(worst or ()), *thresholds.named_in_full, *before]):
-        evident = Level.NORMAL if worst is None or name not in worst else worst[name].level
-        held = evident if steps_down else max(before.get(name, Level.NORMAL), evident)
-        is_missed = doubts.is_small and name not in standing
-        if name in before and not _is_told(name, worst, thresholds) and held == Level.NORMAL and not doubts.is_faulty:
-            continue  # it has left
-        is_unknown = (doubts.is_faulty or is_missed) and held != Level.EVACUATE
-        why = _why(name, worst, thresholds)
-        told.append(
-            AreaAlert(
-                name, Level.FAULT if is_unknown else held, held, evident,
-                f"{TOO_SMALL}; {why}" if is_missed and not doubts.is_faulty else why,
-            )
-        )  # fmt: skip
-    return tuple(told)
+    before, unknown = _held_before(previous)
+    told = dict.fromkeys([*(worst or ()), *thresholds.named_in_full])
+    left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
+    alerts = []
+    for name in dict.fromkeys([*told, *left]):
+        evident = worst[name].level if worst is not None and name in worst else Level.NORMAL
+        held = evident if steps_down else max(before.get(name, unknown), evident)
+        level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
+        alerts.append(AreaAlert(name, level, held, evident, _why(name, worst, thresholds)))
+    return tuple(alerts)
 
 
 def worst_of(findings: Iterable[Finding]) -> dict[str, Finding]:
@@ -74,23 +60,27 @@ def worst_of(findings: Iterable[Finding]) -> dict[str, Finding]:
 
 def got_worse(previous: Alert, worst: Mapping[str, Finding]) -> bool:
     """Whether the answer says more of any area than the one before did."""
-    unknown = Level.NORMAL if previous.areas else previous.evident  # no areas: of a version that did not tell of them
+    unknown = Level.NORMAL if previous.areas else previous.evident
     before = {area.name: area.evident for area in previous.areas}
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
 
 
-def _held_before(previous: Alert | None) -> dict[str, Level]:
-    """Name -> what was held of that area; of a version that did not tell of areas, those that raised the level."""
-    if previous is None:
-        return {}
-    if not previous.areas:
-        return {sentence.partition(": ")[0]: previous.held for sentence in previous.held_by}
-    return {area.name: area.held for area in previous.areas}
+def undecided(previous: Alert | None, worst: Mapping[str, Finding]) -> list[str]:
+    """Areas of the answer that the decision before did not tell of."""
+    decided = {area.name for area in previous.areas} if previous is not None else set()
+    return [name for name in worst if name not in decided]
 
 
-def _is_told(name: str, worst: Mapping[str, Finding] | None, thresholds: Thresholds) -> bool:
-    """Whether an area is told of whatever was before."""
-    return name in (worst or ()) or name in thresholds.named_in_full
+def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
+    """Name -> what was held of that area, and what may have been of any other.
+
+    Logs of before areas were decided tell of none. Then any may have been the one; those that raised the level are
+    named by the sentences that hold it.
+    """
+    if previous is None or previous.areas:
+        return {area.name: area.held for area in previous.areas} if previous is not None else {}, Level.NORMAL
+    named = [sentence.partition(f": {previous.held.word}, for ")[0] for sentence in previous.held_by]
+    return dict.fromkeys(named, previous.held), previous.held
 
 
 def _why(name: str, worst: Mapping[str, Finding] | None, thresholds: Thresholds) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.alerts.decide import decide
-from rpf3d_core.alerts.levels import Alert
+from rpf3d_core.alerts.levels import Alert, Level
 from rpf3d_core.alerts.lines import (
     BEGINNING,
     FORMAT,
@@ -28,7 +28,7 @@ MOST_FINDINGS = 100
 
 
 class Change(NamedTuple):
-    """A decision with another level or fault than the one before, or one that an acknowledgement came with."""
+    """A decision with another level or fault than the one before, of the site or an area, or an acknowledgement."""
 
     line: int
     alert: Alert
@@ -238,9 +238,21 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
         raise Unreadable(f"nothing can be decided from what it holds: {error}") from None
 
 
+def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
+    """Areas whose level went another way than the site's: name, before and after; one that was not told of as normal.
+
+    None after a decision that tells of no areas.
+    """
+    if before is None or not before.areas:
+        return []
+    levels, site = {area.name: area.level for area in before.areas}, (before.level, alert.level)
+    steps = [(area.name, levels.get(area.name, Level.NORMAL), area.level) for area in alert.areas]
+    return [(name, was, now) for name, was, now in steps if was != now and (was, now) != site]
+
+
 def _is_change(decision: Decision) -> bool:
     alert, previous = decision.alert, decision.previous
-    if previous is None or alert.acknowledgement is not None:
+    if previous is None or alert.acknowledgement is not None or areas_changed(previous, alert):
         return True
     shown = [(one.level, one.held, one.alarm, bool(one.faults)) for one in (previous, alert)]
     return shown[0] != shown[1]

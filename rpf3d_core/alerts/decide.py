@@ -4,9 +4,10 @@ Up at once, down only by acknowledgement, and never normal unless fresh evidence
 as a table). No clock, no files, no randomness: `rpf3d audit` calls the same function.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
-from rpf3d_core.alerts.areas import Doubts, area_alerts, got_worse, worst_of
+from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
@@ -58,10 +59,10 @@ def decide(
     evident = max((finding.level for finding in findings), default=Level.NORMAL)
     small = evidence is not None and _is_small(evidence, thresholds)
     faults = faults_of(previous, evidence, thresholds, now_ns)
-    if small and not faults and not _stands(previous, now_ns):
-        faults = (_too_small(evidence, thresholds),)
+    if small and not faults:
+        faults = _too_small(previous, evidence, worst, thresholds, now_ns)
     trusted = not faults and not small
-    is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)
+    is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)  # of anything
     held = _held(previous, evident, findings, trusted, is_worse, now_ns, acknowledgement)
     steps_down = acknowledgement is not None and not held.void
     return Alert(
@@ -72,16 +73,14 @@ def decide(
         faults=faults,
         held_by=held.by,
         held_since_ns=held.since_ns,
-        worse_ns=now_ns if previous is None or is_worse or went_back(previous, now_ns) else previous.worse_ns,
+        worse_ns=now_ns if is_worse or previous is None or went_back(previous, now_ns) else previous.worse_ns,
         at_ns=now_ns,
         valid_until_ns=_valid_until(previous, evidence, thresholds, now_ns, faults, small),
         evidence_at_ns=_newest(previous, evidence, thresholds, now_ns),
         alarm=bool(faults) or held.level >= Level[thresholds.alarm_from.upper()],
         acknowledgement=acknowledgement,
         void=held.void,
-        areas=area_alerts(
-            previous, None if evidence is None else worst, thresholds, Doubts(bool(faults), small), steps_down
-        ),
+        areas=area_alerts(previous, None if evidence is None else worst, thresholds, bool(faults), steps_down),
     )
 
 
@@ -95,10 +94,22 @@ def _stands(previous: Alert | None, now_ns: int) -> bool:
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 
 
-def _too_small(evidence: Evidence | None, thresholds: Thresholds) -> str:
+def _too_small(
+    previous: Alert | None,
+    evidence: Evidence | None,
+    worst: Mapping[str, Finding],
+    thresholds: Thresholds,
+    now_ns: int,
+) -> tuple[str, ...]:
+    """Why a small answer leaves nobody knowing: nothing stands, or not of an area that is new."""
+    new = undecided(previous, worst)
+    if _stands(previous, now_ns) and not new:
+        return ()
     flown = min((area.flown for area in evidence.areas), default=0) if evidence is not None else 0
-    fewest = thresholds.evidence.fewest_rocks
-    return f"{flown:,} rocks flown are too few to clear anything (the site wants {fewest:,}), and no decision stands"
+    few, wanted = f"{flown:,} rocks flown are too few to clear", f"the site wants {thresholds.evidence.fewest_rocks:,}"
+    if _stands(previous, now_ns):
+        return tuple(f"{name}: {few} it ({wanted}), and no decision on it stands" for name in new)
+    return (f"{few} anything ({wanted}), and no decision stands",)
 
 
 def _held(

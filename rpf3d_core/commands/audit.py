@@ -49,6 +49,7 @@ def _print(found: "Audit") -> None:
 
 
 def _row(change: "Change") -> tuple[str, ...]:
+    from rpf3d_core.alerts.audit import areas_changed
     from rpf3d_core.alerts.times import when
 
     alert, given = change.alert, change.alert.acknowledgement
@@ -56,6 +57,7 @@ def _row(change: "Change") -> tuple[str, ...]:
     if given is not None:
         counts = "acknowledged by" if not alert.void else "an acknowledgement that does not count, of"
         steps = [f"{counts} {given.by}: {given.why}"]
+    steps += [f"{name}: {was.word} > {now.word}" for name, was, now in areas_changed(change.before, alert)]
     first, *more = [*steps, *alert.reasons]
     why = first + (f" (and {len(more)} more)" if more else "")
     shown = _shown(alert)

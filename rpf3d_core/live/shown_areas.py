@@ -17,7 +17,7 @@ def shown_areas(areas: Outlines, cells: Cells, raster: Raster, frame: Frame) -> 
     """Name -> each ring of the area as a closed line (T, 3) m, map frame, as high as the cells that it goes through.
 
     areas : rings (P, 2) m, local frame, first corner repeated or not; what of them has no ground below it is as high as
-    the line is beside it. A ring that lies off the raster altogether is left out.
+    the line is beside it. A ring that nowhere crosses the raster's cells is left out, be it beside or all around it.
     """
     return {
         name: [frame.points_to_input(line) for ring in rings if len(line := _laid_on(ring, cells, raster))]

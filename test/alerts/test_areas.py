@@ -1,8 +1,10 @@
 """What is decided of each area: as of the site, but of one area alone."""
 
+import pytest
 from alert_evidence import NOW, RAMP, S, area, decided, evidence, later, seen_by, site
 
 from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert, Level
 
 PIT = site({"ramp": RAMP, "crusher": RAMP, "truck_*": RAMP})
@@ -79,13 +81,15 @@ def test_sources_that_are_refused_are_a_fault_of_every_area_that_was_told_of() -
 def test_a_small_answer_does_not_clear_an_area_that_no_decision_stands_on() -> None:
     small = evidence(area(flown=10), area(name="crusher", flown=10), area(name="truck_8", flown=10))
     alert = decided(CALM, small, thresholds=PIT)
-    assert (alert.level, alert.faults) == (Level.NORMAL, ())
-    assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_8": Level.FAULT}
-    assert alert.areas[2].why.startswith("too few rocks to clear it, and no decision on it stands; no limit is reached")
+    few = "truck_8: 10 rocks flown are too few to clear it (the site wants 1,000), and no decision on it stands"
+    assert (alert.level, alert.faults, alert.alarm) == (Level.FAULT, (few,), True)
+    assert set(levels(alert).values()) == {Level.FAULT}
     again = decide(alert, later(small, 2), PIT, NOW + 2 * S)
     assert levels(again)["truck_8"] == Level.FAULT
     enough = later(evidence(area(), area(name="crusher"), area(name="truck_8")), 3)
-    assert levels(decide(again, enough, PIT, NOW + 3 * S))["truck_8"] == Level.NORMAL
+    good = decide(again, enough, PIT, NOW + 3 * S)
+    assert set(levels(good).values()) == {Level.NORMAL}
+    assert set(levels(decide(good, later(small, 4), PIT, NOW + 4 * S)).values()) == {Level.NORMAL}
     worst = evidence(area(flown=10), area(name="crusher", flown=10), area(9, name="truck_8", flown=10))
     assert levels(decided(CALM, worst, thresholds=PIT))["truck_8"] == Level.EVACUATE
 
@@ -108,15 +112,17 @@ def test_an_area_that_the_site_sets_no_limits_for_any_more_says_so() -> None:
     assert alert.areas[1].why == "the site has no limits for it any more"
 
 
-def test_after_a_decision_that_told_of_no_areas_those_are_held_that_raised_it() -> None:
-    """A log that was written before areas were decided; a node that starts again begins without an answer."""
-    moving = evidence(area(), area(name="crusher"), area(700, name="truck_7"))
-    before = decided(moving, thresholds=PIT)._replace(areas=())
-    alert = decide(before, None, PIT, NOW + S)
-    assert {one.name: one.held for one in alert.areas} == {
-        "ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_7": Level.RESTRICT,
-    }  # fmt: skip
-    alert = decide(alert, later(CALM, 2), PIT, NOW + 2 * S)
-    assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL, "truck_7": Level.RESTRICT}
-    alert = decide(alert, later(CALM, 3), PIT, NOW + 3 * S, seen_by(NOW + 3 * S))
+@pytest.mark.parametrize("again", [None, CALM], ids=["without an answer", "with one"])
+def test_after_a_decision_that_told_of_no_areas_any_may_have_been_the_one(again: Evidence | None) -> None:
+    """A log that was written before areas were decided, gone on from by a node that starts again."""
+    pit = site({"ramp": RAMP, "crusher": RAMP, "wall: *": RAMP})
+    both = evidence(area(700), area(700, name="crusher"), area(700, name="wall: north"))
+    before = decided(both, thresholds=pit)._replace(areas=())
+    told = None if again is None else later(again, 1)
+    alert = decide(before, told, pit, NOW + S)
+    held = dict.fromkeys(("ramp", "crusher", "wall: north"), Level.RESTRICT)
+    assert {one.name: one.held for one in alert.areas} == held
+    alert = decide(alert, later(CALM, 2), pit, NOW + 2 * S)
+    assert levels(alert) == held
+    alert = decide(alert, later(CALM, 3), pit, NOW + 3 * S, seen_by(NOW + 3 * S))
     assert levels(alert) == {"ramp": Level.NORMAL, "crusher": Level.NORMAL}

@@ -5,12 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from alert_evidence import SHIFT, logged_shift
+from alert_evidence import NOW, RAMP, SHIFT, S, area, evidence, later, logged_shift, site
 from command_line import call, refused
 
 from rpf3d_core.alerts import audit
-from rpf3d_core.alerts.audit import audit_log
-from rpf3d_core.alerts.lines import BEGINNING, content_of, line_of
+from rpf3d_core.alerts.audit import areas_changed, audit_log
+from rpf3d_core.alerts.decide import decide
+from rpf3d_core.alerts.levels import Level
+from rpf3d_core.alerts.lines import BEGINNING, Decision, content_of, line_of
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.errors import InputError
 
@@ -225,3 +227,24 @@ def test_a_log_from_before_areas_had_levels_is_sound_and_says_so(tmp_path: Path)
     assert len(audit.notes) == 1 and "tells of no areas, as logs once did" in audit.notes[0]
     with DecisionLog(tmp_path / "old", "0.1.0") as log:
         assert log.last_alert is not None and log.last_alert.areas == ()
+
+
+def test_an_area_whose_level_goes_another_way_than_that_of_the_site_is_told_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pit = site({"ramp": RAMP, "crusher": RAMP})
+    first = evidence(area(3000), area(name="crusher"))
+    second = later(evidence(area(3000), area(700, name="crusher")), 1)
+    alert = decide(None, first, pit, NOW)
+    again = decide(alert, second, pit, NOW + S)
+    with DecisionLog(tmp_path / "log", "0.1.0") as opened:
+        opened.decided(Decision(None, first, None, NOW, alert), pit)
+        opened.decided(Decision(alert, second, None, NOW + S, again), pit)
+        third = later(second, 1)
+        opened.decided(Decision(again, third, None, NOW + 2 * S, decide(again, third, pit, NOW + 2 * S)), pit)
+    changes = audit_log(tmp_path / "log").changes
+    assert [areas_changed(change.before, change.alert) for change in changes] == [
+        [], [("crusher", Level.NORMAL, Level.RESTRICT)],
+    ]  # fmt: skip
+    assert call(monkeypatch, "audit", tmp_path / "log") == 0
+    assert "crusher: normal > restrict" in capsys.readouterr().out

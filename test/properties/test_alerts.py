@@ -181,9 +181,8 @@ def test_no_area_steps_down_or_is_forgotten_without_an_acknowledgement(previous,
             assert before.name in told
     for area_alert in alert.areas:
         assert area_alert.held >= area_alert.evident
-        assert area_alert.level in (area_alert.held, Level.FAULT)
-        if area_alert.held == Level.EVACUATE or alert.faults:
-            assert area_alert.level == (area_alert.held if area_alert.held == Level.EVACUATE else Level.FAULT)
+        is_unknown = bool(alert.faults) and area_alert.held < Level.EVACUATE
+        assert area_alert.level == (Level.FAULT if is_unknown else area_alert.held)
 
 
 @many
@@ -192,7 +191,7 @@ def test_an_area_is_said_to_be_normal_only_where_enough_rocks_flew_or_a_decision
     previous, answer, thresholds, now, given
 ) -> None:
     alert = decide(previous, answer, thresholds, now, given)
-    standing = {one.name for one in previous.areas if one.level != Level.FAULT} if previous is not None else set()
+    standing = {one.name for one in previous.areas} if previous is not None and not previous.faults else set()
     for one in alert.areas:
         if one.level == Level.NORMAL:
             assert not alert.faults and answer is not None

@@ -68,7 +68,14 @@ def sent(data):
 
 
 def results(log, second):
-    return [row for topic, message in made.answers(second).items() for row in rows(log.entries(topic, message))]
+    """Rows of an answer, but for where areas lie, which holds from when it is heard."""
+    answers = {topic: message for topic, message in made.answers(second).items() if topic != "areas/outlines"}
+    return [row for topic, message in answers.items() for row in rows(log.entries(topic, message))]
+
+
+def test_where_an_area_lies_holds_from_now_on_whatever_sources_the_answer_is_to(log):
+    sources(log, 20)
+    assert {row[1] for row in rows(log.entries("areas/outlines", made.areas(10)))} == {99}
 
 
 def test_every_topic_that_is_subscribed_to_has_rows(log):
