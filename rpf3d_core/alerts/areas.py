@@ -23,8 +23,9 @@ def area_alerts(
     is_faulty: bool,
     steps_down: bool,
 ) -> tuple[AreaAlert, ...]:
-    """Each area of the answer that has limits, and each that the site names in full; of the others that the decision
-    before told of, those of which a level is held, and with a fault all.
+    """What is decided of the areas of the answer that have limits, and of those that the site names in full.
+
+    Of others that the decision before told of, those stay of which a level is held, and with a fault all.
 
     Parameters
     ----------
