@@ -5,6 +5,7 @@ import pty
 import signal
 import subprocess
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,10 +18,12 @@ WIDTH = 100
 class OnATerminal:
     """A command on a terminal of its own, so that it shows what it is doing."""
 
-    def __init__(self, *words: object, cwd: Path, width: int = WIDTH) -> None:
+    def __init__(
+        self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)
+    ) -> None:
         self.screen, other = pty.openpty()
         self.process = subprocess.Popen(
-            [*COMMAND, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS=str(width)),
+            [*command, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS=str(width)),
             stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
         )  # fmt: skip

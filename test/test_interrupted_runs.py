@@ -3,14 +3,16 @@
 import csv
 import json
 import signal
+import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import pyarrow.parquet as parquet
 import pytest
 import rasterio
-from command_line import rpf3d
+from command_line import COMMAND, rpf3d
 from on_a_terminal import OnATerminal
 from terrain_files import SLOPE, grid, write_binary_stl
 
@@ -29,6 +31,16 @@ PATIENCE = 5.0
 """Seconds within which Ctrl-C must end the flight, on a busy machine; it takes well below 1 s on an idle one."""
 MANY = {"reference": 60_000, "compiled": 6_000_000}
 """Rocks that no machine has flown within the second after which the flight is interrupted."""
+WRITES_ON = (
+    sys.executable, "-c",
+    "import time\n"
+    "from rpf3d_core.io import results\n"
+    "draw = results._write_pictures\n"
+    "results._write_pictures = lambda *given: (draw(*given), time.sleep(600))\n"
+    "from rpf3d_core.cli import main\n"
+    "main()\n",
+)  # fmt: skip
+"""The program, but it does not finish what it writes: a signal may come late on a busy machine."""
 
 
 @pytest.fixture
@@ -43,8 +55,8 @@ def folder(tmp_path: Path) -> Path:
 def on_a_terminal(folder: Path):  # type: ignore[no-untyped-def]
     started: list[OnATerminal] = []
 
-    def start(*words: object) -> OnATerminal:
-        started.append(OnATerminal(*words, cwd=folder))
+    def start(*words: object, command: Sequence[str] = tuple(COMMAND)) -> OnATerminal:
+        started.append(OnATerminal(*words, cwd=folder, command=command))
         return started[-1]
 
     yield start
@@ -100,7 +112,7 @@ def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
     on_a_terminal, folder: Path, moment: str, number: int
 ) -> None:  # type: ignore[no-untyped-def]
     before = left_behind(folder)
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference")
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference", command=WRITES_ON)
     run.until(moment)
     run.send(number)
     assert run.end() == INTERRUPTED
@@ -110,7 +122,8 @@ def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
 
 def test_ctrl_c_a_second_time_ends_at_once_and_leaves_nothing(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
     before = left_behind(folder)
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", MANY["reference"], "--engine", "reference")
+    words = ("run", "scene.yaml", "--out", "out", "--rocks", MANY["reference"], "--engine", "reference")
+    run = on_a_terminal(*words, command=WRITES_ON)
     run.until("flying rocks")
     run.send(signal.SIGINT)
     run.until("writing results")
@@ -123,7 +136,7 @@ def test_ctrl_c_a_second_time_ends_at_once_and_leaves_nothing(on_a_terminal, fol
 def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
     assert rpf3d("run", "scene.yaml", "--out", "out", cwd=folder).returncode == 0
     before = {path.name: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
-    run = on_a_terminal("run", "scene.yaml", "--out", "out")
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", command=WRITES_ON)
     run.until("writing results")
     run.send(signal.SIGINT)
     assert run.end() == INTERRUPTED
