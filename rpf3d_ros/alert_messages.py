@@ -1,11 +1,9 @@
 """An alert -> diagnostic_msgs/DiagnosticArray on `alerts` and std_msgs/Bool on `alarm`."""
 
-from collections.abc import Sequence
-from typing import Protocol
-
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
 
+from rpf3d_core.alerts.levels import Alert, AreaAlert
 from rpf3d_ros.alert_reading import ALERT
 from rpf3d_ros.diagnostic_messages import diagnostics_of
 from rpf3d_ros.health import ERROR, OK, WARN, Health
@@ -15,75 +13,7 @@ LEVELS = {"normal": OK, "watch": WARN, "restrict": ERROR, "evacuate": ERROR, "fa
 """Level -> that of the status. A fault is above an error, so who looks for errors and worse misses none."""
 
 
-class Word(Protocol):
-    """A level of an alert (`alerts.levels.Level`)."""
-
-    @property
-    def word(self) -> str:
-        """In lower case."""
-
-
-class DecidedOfArea(Protocol):
-    """What is asked of an alert of an area (`alerts.levels.AreaAlert`)."""
-
-    @property
-    def name(self) -> str:
-        """Of the area."""
-
-    @property
-    def level(self) -> Word:
-        """What is shown."""
-
-    @property
-    def held(self) -> Word:
-        """The highest since the last step down."""
-
-    @property
-    def evident(self) -> Word:
-        """What the answer says by itself."""
-
-    @property
-    def why(self) -> str:
-        """What the answer says of it, in words."""
-
-
-class Decided(Protocol):
-    """What is asked of an alert (`alerts.levels.Alert`)."""
-
-    @property
-    def level(self) -> Word:
-        """What is shown."""
-
-    @property
-    def held(self) -> Word:
-        """The highest since the last step down."""
-
-    @property
-    def reasons(self) -> Sequence[str]:
-        """Sentences."""
-
-    @property
-    def faults(self) -> Sequence[str]:
-        """Those of the reasons for which the evidence is not believed."""
-
-    @property
-    def areas(self) -> Sequence[DecidedOfArea]:
-        """Of each area."""
-
-    @property
-    def at_ns(self) -> int:
-        """When it was decided."""
-
-    @property
-    def valid_until_ns(self) -> int:
-        """From then on it is a fault."""
-
-    @property
-    def alarm(self) -> bool:
-        """Whether the alarm sounds."""
-
-
-def alerts_message(header: Header, alert: Decided, result: int | None) -> DiagnosticArray:
+def alerts_message(header: Header, alert: Alert, result: int | None) -> DiagnosticArray:
     """The alert of the site as one status, its reasons as the message and what a bridge must know as values; then one
     of each area, named after it.
 
@@ -106,7 +36,7 @@ def alerts_message(header: Header, alert: Decided, result: int | None) -> Diagno
     return message
 
 
-def _of_area(area: DecidedOfArea, alert: Decided) -> Health:
+def _of_area(area: AreaAlert, alert: Alert) -> Health:
     """What makes the level comes first, as in the reasons of the site."""
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     said = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
@@ -124,6 +54,6 @@ def _of_area(area: DecidedOfArea, alert: Decided) -> Health:
     return Health(f"{ALERT} {area.name}", LEVELS[area.level.word], said, values)
 
 
-def alarm_message(alert: Decided) -> Bool:
+def alarm_message(alert: Alert) -> Bool:
     """Whether the alarm sounds, for a PLC."""
     return Bool(data=alert.alarm)

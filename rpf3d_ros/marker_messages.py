@@ -17,10 +17,11 @@ from rpf3d_core.ensemble.paths import run_starts
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.marker_layout import CLEARING, WHITE, Layout, cdr_of_markers
+from rpf3d_ros.marker_reading import AREAS, HAZARD
 from rpf3d_ros.results import Columns
 
-TRAJECTORIES, HAZARD, AREAS = "trajectories", "hazard/", "areas/"
-"""Namespaces: one for all trajectories (id = rock), one for each hazard level, one for each area of interest."""
+TRAJECTORIES = "trajectories"
+"""Namespace of all trajectories (id = rock); each hazard level and each area of interest has one of its own."""
 
 FACETS, OUTLINE = 0, 1
 """Ids of the two markers of a hazard level."""

@@ -14,6 +14,9 @@ from rpf3d_ros.refusals import MessageRefused
 if TYPE_CHECKING:
     from visualization_msgs.msg import Marker, MarkerArray
 
+HAZARD, AREAS = "hazard/", "areas/"
+"""What the namespaces of hazard levels and of areas of interest begin with."""
+
 ADD, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 4, 5, 11
 """Action and types (visualization_msgs/Marker.msg)."""
 

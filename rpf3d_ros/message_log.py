@@ -5,9 +5,9 @@ No message class is imported: messages are read by the names of their fields, fr
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.grid_reading import percent_of_grid
 from rpf3d_ros.health import healths_of
 from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
+from rpf3d_ros.marker_reading import AREAS, HAZARD, facets_of_markers, outlines_of_markers, strips_of_markers
 from rpf3d_ros.moving_rocks import motion_of
 from rpf3d_ros.recording import Recording
 from rpf3d_ros.refusals import MessageRefused
@@ -43,8 +43,7 @@ LARGEST_PATCH = 10_000_000
 LEVELS_OF_AREA = ("held", "evident")
 """Values of the alert of an area, beside what is shown."""
 
-HAZARD, AREAS = "hazard/", "areas/"
-"""Namespaces of hazard markers begin so."""
+Drawn = TypeVar("Drawn")
 
 
 class Entry(NamedTuple):
@@ -196,36 +195,27 @@ class MessageLog:
             yield self._at(cloud, lambda r: r.energies(energy))
 
     def _zones(self, array: Any) -> Iterator[Entry]:
-        levels = facets_of_markers(array, self._frame)
-        outlines = outlines_of_markers(array, self._frame)
-        for level in (*levels, *outlines):
-            if not level.removeprefix(HAZARD).strip("/") or not level.startswith(HAZARD):
-                raise MessageRefused(f"a marker is in namespace '{level}'; it must be {HAZARD}<level>")
+        levels = _by_name(facets_of_markers(array, self._frame), HAZARD, "level")
+        outlines = _by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
         for level in sorted(self._levels):
             yield self._at_markers(array, lambda r, level=level: r.clear_hazard(level))
-        self._levels = {level.removeprefix(HAZARD) for level in (*levels, *outlines)}
+        self._levels = {*levels, *outlines}
         for level, (corners, colour) in levels.items():
-            name = level.removeprefix(HAZARD)
-            yield self._at_markers(array, lambda r, n=name, k=corners, c=colour: r.hazard(n, k, c))
+            yield self._at_markers(array, lambda r, n=level, k=corners, c=colour: r.hazard(n, k, c))
         for level, (lines, colour) in outlines.items():
-            name = level.removeprefix(HAZARD)
-            yield self._at_markers(array, lambda r, n=name, k=lines, c=colour: r.outline(n, k, c))
+            yield self._at_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def _outlines(self, array: Any) -> Iterator[Entry]:
         """Each area when its outline changes; what is told of no more is taken off the screen.
 
         From now on, for answers to older sources may tell of newer areas.
         """
-        outlines = outlines_of_markers(array, self._frame)
-        for namespace in outlines:
-            if not namespace.removeprefix(AREAS).strip("/") or not namespace.startswith(AREAS):
-                raise MessageRefused(f"a marker is in namespace '{namespace}'; it must be {AREAS}<name>")
-        areas = {namespace.removeprefix(AREAS): lines for namespace, (lines, _) in outlines.items()}
+        areas = _by_name(outlines_of_markers(array, self._frame), AREAS, "name")
         for name in sorted(self._outlined - set(areas)):
             self._said.pop(f"outline/{name}")
             yield self._between(self._now(), lambda r, n=name: r.clear_area(n), f"outline/{name}")
         self._outlined = set(areas)
-        for name, lines in areas.items():
+        for name, (lines, _) in areas.items():
             if self._is_new(f"outline/{name}", [line.tobytes() for line in lines]):
                 yield self._between(self._now(), lambda r, n=name, k=lines: r.area_outline(n, k), f"outline/{name}")
 
@@ -306,6 +296,14 @@ class MessageLog:
     def _at(self, message: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
         stamp_ns = _nanoseconds(message.header.stamp)
         return Entry(stamp_ns, self._events.of(stamp_ns), draw, keeps)
+
+
+def _by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
+    """What is drawn, by the names of its namespaces below a root. Raises MessageRefused for one elsewhere."""
+    for namespace in drawn:
+        if not namespace.removeprefix(root).strip("/") or not namespace.startswith(root):
+            raise MessageRefused(f"a marker is in namespace '{namespace}'; it must be {root}<{what}>")
+    return {namespace.removeprefix(root): each for namespace, each in drawn.items()}
 
 
 def _draw_alert(recording: Recording, alert: Alert) -> None:

@@ -38,15 +38,15 @@ def area_alerts(
     steps_down : bool
         Whether an acknowledgement lowers what is held.
     """
+    found = {} if worst is None else worst
     before, unknown = _held_before(previous)
-    told = dict.fromkeys([*(worst or ()), *thresholds.named_in_full])
     left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
     alerts = []
-    for name in dict.fromkeys([*told, *left]):
-        evident = worst[name].level if worst is not None and name in worst else Level.NORMAL
-        held = evident if steps_down else max(before.get(name, unknown), evident)
+    for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
+        finding = found.get(name) or Finding(name, Level.NORMAL, _why_untold(name, worst is not None, thresholds))
+        held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
-        alerts.append(AreaAlert(name, level, held, evident, _why(name, worst, thresholds)))
+        alerts.append(AreaAlert(name, level, held, finding.level, finding.why))
     return tuple(alerts)
 
 
@@ -78,15 +78,15 @@ def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
     Logs of before areas were decided tell of none. Then any may have been the one; those that raised the level are
     named by the sentences that hold it.
     """
-    if previous is None or previous.areas:
-        return {area.name: area.held for area in previous.areas} if previous is not None else {}, Level.NORMAL
+    if previous is None:
+        return {}, Level.NORMAL
+    if previous.areas:
+        return {area.name: area.held for area in previous.areas}, Level.NORMAL
     named = [sentence.partition(f": {previous.held.word}, for ")[0] for sentence in previous.held_by]
     return dict.fromkeys(named, previous.held), previous.held
 
 
-def _why(name: str, worst: Mapping[str, Finding] | None, thresholds: Thresholds) -> str:
-    if worst is not None and name in worst:
-        return worst[name].why
+def _why_untold(name: str, is_answered: bool, thresholds: Thresholds) -> str:
     if limits_of(thresholds, name) is None:
         return UNLIMITED
-    return NO_ANSWER if worst is None else UNTOLD
+    return UNTOLD if is_answered else NO_ANSWER

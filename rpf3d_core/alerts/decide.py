@@ -62,7 +62,7 @@ def decide(
     if small and not faults:
         faults = _too_small(previous, evidence, worst, thresholds, now_ns)
     trusted = not faults and not small
-    is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)  # of anything
+    is_worse = previous is None or evident > previous.evident or got_worse(previous, worst)
     held = _held(previous, evident, findings, trusted, is_worse, now_ns, acknowledgement)
     steps_down = acknowledgement is not None and not held.void
     return Alert(
@@ -102,12 +102,12 @@ def _too_small(
     now_ns: int,
 ) -> tuple[str, ...]:
     """Why a small answer leaves nobody knowing: nothing stands, or not of an area that is new."""
-    new = undecided(previous, worst)
-    if _stands(previous, now_ns) and not new:
+    new, stands = undecided(previous, worst), _stands(previous, now_ns)
+    if stands and not new:
         return ()
     flown = min((area.flown for area in evidence.areas), default=0) if evidence is not None else 0
     few, wanted = f"{flown:,} rocks flown are too few to clear", f"the site wants {thresholds.evidence.fewest_rocks:,}"
-    if _stands(previous, now_ns):
+    if stands:
         return tuple(f"{name}: {few} it ({wanted}), and no decision on it stands" for name in new)
     return (f"{few} anything ({wanted}), and no decision stands",)
 
