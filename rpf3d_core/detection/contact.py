@@ -6,7 +6,7 @@ zero inside the facet the rock hits the free side; where it rises through zero i
 Rounding decides nothing silently (docs/design.md, "Contact"):
 
 - A facet the rock has just left is known to be at d = 0: that root is divided out, its later root is kept.
-- A rock within tolerance of another facet, or below it by no more than that, and moving into it, hits it now.
+- A rock within tolerance of another facet, or below it by no more than a crack's width, and moving into it, hits it now.
 - The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
   exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
 - A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
@@ -29,7 +29,7 @@ from rpf3d_core.terrain.facet_geometry import (
     leads_on,
     stored_normal,
 )
-from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
@@ -64,12 +64,6 @@ GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
 """Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
-CRACK = 64.0
-"""Tolerances by which facets are widened for a second look (`contact_or_crack`).
-
-2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH is made for it, so that the
-locators offer all facets that may count.
-"""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
 
@@ -125,7 +119,7 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
 def _widened(facets: Facets) -> Facets:
     """The same facets for a second look."""
     return Facets(
-        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, CRACK * facets.tolerance
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, facets.crack, facets.crack
     )
 
 
@@ -139,12 +133,21 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: Left, best: Contact)
     a = -0.5 * arc.gravity * n[2]
     if f == left.facet and not left.resting:
         return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
-    c = dot(n, subtract(arc.x, corner(facets, f, 0)))
-    if abs(c) <= NEAR * facets.tolerance:
-        s = left.side
+    c, s = dot(n, subtract(arc.x, corner(facets, f, 0))), left.side
+    if -_sunk(facets, left) <= s * c <= NEAR * facets.tolerance:
         return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
     best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
     return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
+
+
+@kernel
+def _sunk(facets: Facets, left: Left) -> float:
+    """How far below a facet (m) a rock is still on the side of it that it left the last one on.
+
+    Across a crack the next facet may lie that much higher. Without this a rock that leaves one facet would meet the
+    next from behind, and be sent into the ground.
+    """
+    return NEAR * (facets.crack if left.facet >= 0 else facets.tolerance)
 
 
 @kernel
@@ -216,24 +219,35 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
         highest, lowest = max(highest, height), min(lowest, height)
     if highest > facets.tolerance or lowest >= -facets.tolerance:
         return False
-    along = without(arc.v, n)
-    speed = norm(along)
-    return speed > 0.0 and not leads_on(facets, f, arc.x, scale(1.0 / speed, along), ALONG_EDGE)
+    return not _comes_over(facets, f, arc, left.side)
 
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
     """Whether a sliding rock at the rim of f, towards the plane of f, is on its way over other ground than f, or none.
 
-    Told in plan, where facets that face upwards lie side by side: whichever way the rock goes, it goes over one of
-    those that meet where it is. To the others only its tolerance ties it; beyond the rim of the terrain there is none.
+    Whichever way the rock goes, it comes over one of the facets that face upwards and meet where it is. To the others
+    only its tolerance ties it; beyond the rim of the terrain there is none.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
     if not left.resting or left.side * n[2] <= UPRIGHT or level2 <= GRAZING * GRAZING * dot(v, v):
         return False
-    over = v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]
-    return not leads_on(facets, f, arc.x, scale(1.0 / norm(over), over), ALONG_EDGE)
+    return not _comes_over(facets, f, arc, left.side)
+
+
+@kernel
+def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
+    """Whether the way of a rock at the rim of f leads over f.
+
+    Above facets that face upwards this is decided in plan, where the facets that meet at a vertex lie around it without
+    gap or overlap: the way leads over one of them, whichever it is. Projected squarely on each facet in turn, the same
+    way may lead over none, and the rock would fall between them. A wall has no plan; there the square projection counts.
+    """
+    n, v = stored_normal(facets, f), arc.v
+    way = (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
+    length = norm(way)
+    return length > 0.0 and leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE)
 
 
 @kernel

@@ -4,7 +4,6 @@ A whole ground is laid out in memory that no ground in use lies in, so it can be
 patch is sewn into the memory of the ground itself: that must not be flown over meanwhile, nor afterwards.
 """
 
-import math
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -25,7 +24,7 @@ from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSur
 from rpf3d_core.memory import Share, Threads, halves
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
 from rpf3d_core.terrain.cloud import cloud_mesh
-from rpf3d_core.terrain.facets import RELATIVE_TOLERANCE, Facets, Terrain, facets_from, lay_out
+from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.grid_rows import Mesh, grid_mesh
 from rpf3d_core.terrain.mesh_ready import ready_mesh
@@ -195,7 +194,7 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
     ]
     share(parts)
     (x, y, z), (u, v, w) = boxes[:, 0].min(axis=0).tolist(), boxes[:, 1].max(axis=0).tolist()
-    tolerance = RELATIVE_TOLERANCE * math.dist((x, y, z), (u, v, w))
+    tolerance = contact_tolerance((x, y, z), (u, v, w), terrain.frame.origin)
     return facets_from(geometry, terrain.zone, (x, y, z), (u, v, w), tolerance)
 
 

@@ -4,6 +4,7 @@ Both engines read `Facets`; the reference engine through `plain`, which hands ou
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -25,6 +26,21 @@ A contact point is computed from coordinates no larger than the diagonal L with 
 """
 
 
+CRACK = 64.0
+"""Tolerances up to which a crack between facets counts as none.
+
+2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH is made for it, so that the
+locators offer all facets that may count.
+"""
+SURVEYED = 2.0**-57
+"""Contact tolerance over the largest coordinate of the input (-), where that is more than the diagonal gives.
+
+The input's coordinates are rounded by up to 2^-53 of themselves before the origin comes off: a vertex on an edge
+(T-junction) may then lie beside it by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than a 2^-17th of
+their coordinates are concerned: 35 m at a northing of 4,600 km.
+"""
+
+
 class Facets(NamedTuple):
     """What the kernels know of a terrain.
 
@@ -34,6 +50,7 @@ class Facets(NamedTuple):
     zone : (F,) index into `Terrain.zones`
     low, high : corners of the bounding box, m
     tolerance : distance within which a point counts as on a facet, m
+    crack : width up to which a crack between facets is none, m
     """
 
     geometry: Any
@@ -43,6 +60,7 @@ class Facets(NamedTuple):
     low: Vec
     high: Vec
     tolerance: float
+    crack: float
 
 
 WORLD = Frame()
@@ -71,19 +89,26 @@ def facets_of(terrain: Terrain) -> Facets:
     """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
     geometry, (low, high) = _geometry(terrain.vertices, terrain.triangles)
     zone = np.ascontiguousarray(terrain.zone, dtype=np.int32)
-    return facets_from(geometry, zone, low, high, RELATIVE_TOLERANCE * math.dist(low, high))
+    return facets_from(geometry, zone, low, high, contact_tolerance(low, high, terrain.frame.origin))
 
 
 def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
     """The facets of rows (F, 12) of corners and normal and of zones (F,); nothing is copied."""
-    return Facets(geometry.reshape(-1), geometry[:, :9], geometry[:, 9:], zone, low, high, tolerance)
+    corners, normals = geometry[:, :9], geometry[:, 9:]
+    return Facets(geometry.reshape(-1), corners, normals, zone, low, high, tolerance, CRACK * tolerance)
 
 
 def tolerance_of(terrain: Terrain) -> float:
     """The tolerance of contacts (m) with the facets of a terrain, as `facets_of` tells it."""
     corners = terrain.vertices[np.unique(terrain.triangles)]
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
-    return RELATIVE_TOLERANCE * math.dist(low, high)
+    return contact_tolerance(low, high, terrain.frame.origin)
+
+
+def contact_tolerance(low: Sequence[float], high: Sequence[float], origin: Sequence[float]) -> float:
+    """Return the tolerance of contacts (m) with a terrain in a box (3,), (3,) m whose frame has an origin (3,) m."""
+    largest = max(abs(o) + max(abs(a), abs(b)) for o, a, b in zip(origin, low, high, strict=True))
+    return max(RELATIVE_TOLERANCE * math.dist(low, high), SURVEYED * largest)
 
 
 def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:

@@ -1,0 +1,249 @@
+"""Random meshes with rocks released on their vertices, edges and faces, and an independent check that none falls through.
+
+The check shares no code with the contact search: it asks every facet over which a point lies in plan, in numpy, whether
+the point is below its plane. The meshes are height fields over a square, so each facet faces upwards.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.tri import Triangulation
+from scenes_of_facets import terrain_of
+
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.materials.library import Surface, materials_of
+from rpf3d_core.named import models_called
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.values import Mode, Outcome
+
+SIDE = 12.0
+"""m: side of the square that every mesh covers."""
+UTM = (512_345.678, 4_567_890.123, 1_687.0)
+"""m: an offset as of survey coordinates, which is added and taken off again, so that vertices are rounded by it."""
+DEEP = 1e-6
+"""m: a rock this far below a facet that it lies over has fallen through; 10,000 times the largest tolerance."""
+INSIDE = 1e-7
+"""m in plan: points this close to a facet's edge are judged by the facets on either side of it alone."""
+
+Draw = np.random.Generator
+
+
+@dataclass(frozen=True)
+class Case:
+    """A mesh of a family, rocks released on it, and the physics by which they fall; all drawn from one seed."""
+
+    family: str
+    seed: int
+    terrain: Terrain
+    x: np.ndarray
+    v: np.ndarray
+    flight: Flight
+    ground: str
+    words: str
+
+
+# --- meshes -----------------------------------------------------------------------------------------------------------
+
+
+def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (V, 2) of a square grid and its triangles (F, 3), each cell cut along either diagonal."""
+    ticks = np.linspace(0.0, SIDE, cells + 1)
+    plan = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), -1).reshape(-1, 2)
+    a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    b, c, d = a + cells + 1, a + cells + 2, a + 1
+    other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
+    first = np.where(other, np.stack([a, b, d], 1), np.stack([a, b, c], 1))
+    second = np.where(other, np.stack([b, c, d], 1), np.stack([a, c, d], 1))
+    return plan, np.concatenate([first, second])
+
+
+def _sloping(draw: Draw, plan: np.ndarray, steepest: float = 1.2) -> np.ndarray:
+    """Heights (V,) of a plane that falls along an axis, along a diagonal or anywhere."""
+    angle = draw.choice([0.0, 0.25, 0.5, draw.uniform()]) * math.pi
+    return -draw.uniform(0.0, steepest) * (plan @ (math.cos(angle), math.sin(angle)))
+
+
+def rough(draw: Draw) -> Terrain:
+    """A grid with noise from nanometres to metres."""
+    plan, triangles = _grid(draw, int(draw.integers(2, 13)))
+    noise = 10.0 ** draw.uniform(-9.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
+    return _mesh(plan, _sloping(draw, plan) + noise, triangles)
+
+
+def planes(draw: Draw) -> Terrain:
+    """One plane, cut into facets."""
+    plan, triangles = _grid(draw, int(draw.integers(2, 6)))
+    return _mesh(plan, _sloping(draw, plan), triangles)
+
+
+def ridges(draw: Draw) -> Terrain:
+    """Ridges and gullies along the grid, sharp at every other row, on a slope."""
+    plan, triangles = _grid(draw, cells := int(draw.integers(3, 13)))
+    row = np.repeat(np.arange(cells + 1), cells + 1)
+    height = draw.uniform(0.01, 3.0) * (row % 2) + draw.choice([0.0, 1e-3, 0.3]) * draw.uniform(-1, 1, len(plan))
+    return _mesh(plan, _sloping(draw, plan) + height, triangles)
+
+
+def steps(draw: Draw) -> Terrain:
+    """Heights of few values: level facets, equal heights, faces of one slope."""
+    plan, triangles = _grid(draw, int(draw.integers(2, 13)))
+    step = draw.choice([0.25, 0.5, 1.0])
+    return _mesh(plan, step * np.round((_sloping(draw, plan) + draw.uniform(-1, 1, len(plan))) / step), triangles)
+
+
+def benches(draw: Draw) -> Terrain:
+    """Level berms and faces of up to 85 degrees, across which the mesh has noise."""
+    plan, triangles = _grid(draw, cells := 6)
+    run = SIDE / cells * math.tan(math.radians(draw.uniform(5.0, 40.0))) / 2.0
+    plan[:, 0] += np.where(np.round(plan[:, 0] * cells / SIDE) % 2 == 1, run - SIDE / cells, 0.0)
+    level = np.floor((np.round(plan[:, 0] * cells / SIDE) + 0.5) / 2.0)
+    return _mesh(plan, -2.0 * level + draw.choice([0.0, 0.05]) * draw.uniform(-1, 1, len(plan)), triangles)
+
+
+def scattered(draw: Draw) -> Terrain:
+    """Delaunay's triangles of scattered points, and so fans around vertices of any number of facets."""
+    square = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
+    plan = np.concatenate([square, draw.uniform(0.3, SIDE - 0.3, (int(draw.integers(5, 80)), 2))])
+    noise = 10.0 ** draw.uniform(-4.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
+    return _mesh(plan, _sloping(draw, plan) + noise, Triangulation(plan[:, 0], plan[:, 1]).triangles)
+
+
+def junctions(draw: Draw) -> Terrain:
+    """A rough grid in which some facets are cut at the middle of an edge that their neighbour keeps: T-junctions."""
+    whole = rough(draw)
+    vertices, triangles = whole.vertices.tolist(), []
+    for a, b, c in whole.triangles.tolist():
+        if draw.uniform() < 0.4:
+            share = draw.choice([0.5, draw.uniform(0.1, 0.9)])
+            vertices.append((np.array(vertices[a]) * (1.0 - share) + np.array(vertices[b]) * share).tolist())
+            triangles += [(a, len(vertices) - 1, c), (len(vertices) - 1, b, c)]
+        else:
+            triangles.append((a, b, c))
+    return terrain_of(vertices, triangles)
+
+
+FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
+    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions)
+}
+
+
+def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terrain:
+    """The terrain over a plan (V, 2) with heights (V,); every facet is wound so that it faces up."""
+    u, w = plan[triangles[:, 1]] - plan[triangles[:, 0]], plan[triangles[:, 2]] - plan[triangles[:, 0]]
+    turned = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] < 0.0)[:, None]
+    return terrain_of(
+        np.column_stack([plan, heights]), np.where(turned, triangles[:, ::-1], triangles).astype(np.int32)
+    )
+
+
+# --- cases ------------------------------------------------------------------------------------------------------------
+
+
+def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Case:
+    """The case of a family and a seed, with so many rocks."""
+    draw = np.random.default_rng([sorted(FAMILIES).index(family), seed])
+    terrain = FAMILIES[family](draw)
+    far = draw.uniform() < 0.3
+    if far:
+        terrain = replace(terrain, vertices=terrain.vertices + UTM - UTM, frame=Frame(UTM))
+    R_n = float(draw.choice([0.0, 0.35, 0.9, 1.0, draw.uniform()]))
+    R_t = float(draw.choice([0.0, 0.85, 1.0, draw.uniform()]))
+    mu = float(draw.choice([0.0, 0.3, 0.577, 1.0, 5.0, draw.uniform(0.0, 2.0)]))
+    stop_speed = float(draw.choice([0.0, 0.05, 0.5]))
+    bounce = float(10.0 ** draw.integers(-5, -1))
+    ground = str(draw.choice(["sliding", "sliding", "sliding", "rolling", "none"]))
+    settings = Settings(smallest_bounce=bounce, max_impacts=400, max_time=20.0)
+    flight = Flight(materials_of([Surface(R_n, R_t, mu, stop_speed, 0.5 * mu)]), settings, models_called(rebound, ground))
+    words = (
+        f"{family} seed {seed}: R_n {R_n:.3g}, R_t {R_t:.3g}, mu {mu:.3g}, stop_speed {stop_speed:g}, "
+        f"smallest_bounce {bounce:g}, {ground}, {rebound}{', survey coordinates' if far else ''}"
+    )
+    x, v = _releases(draw, terrain, rocks)
+    return Case(family=family, seed=seed, terrain=terrain, x=x, v=v, flight=flight, ground=ground, words=words)
+
+
+def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places (R, 3) m on vertices, edges and faces, some of them above, and velocities (R, 3) m/s, most of them zero."""
+    corners = terrain.vertices[terrain.triangles[draw.integers(0, len(terrain.triangles), rocks)]]
+    kind = draw.choice(3, rocks, p=[0.5, 0.25, 0.25])
+    share = draw.dirichlet([1.0, 1.0, 1.0], rocks)
+    half = draw.uniform(size=rocks) < 0.3
+    share[kind == 1, 2] = 0.0
+    share[(kind == 1) & half] = (0.5, 0.5, 0.0)
+    share[kind == 0] = (1.0, 0.0, 0.0)
+    share /= share.sum(1)[:, None]
+    x = (corners * share[:, :, None]).sum(1)
+    dropped = draw.uniform(size=rocks) < 0.35
+    x[dropped, 2] += 10.0 ** draw.uniform(-6.0, 0.7, int(dropped.sum()))
+    v = np.zeros((rocks, 3))
+    along = draw.uniform(size=rocks) < 0.3
+    v[along] = (corners[:, 1] - corners[:, 0])[along] * draw.uniform(-2.0, 2.0, (int(along.sum()), 1))
+    level = draw.uniform(size=rocks) < 0.15
+    v[level] = draw.normal(0.0, 2.0, (int(level.sum()), 3)) * (1.0, 1.0, 0.0)
+    v[~dropped & (v[:, 2] < 0.0) & ~along] = 0.0
+    return x, v
+
+
+# --- the check --------------------------------------------------------------------------------------------------------
+
+
+def fallen(case: Case, flights: Flights) -> np.ndarray:
+    """Rows of the rocks that were below the ground anywhere on their paths, by more than DEEP."""
+    rows, points = _points(flights, case.flight.settings.gravity)
+    deep = np.zeros(len(points), dtype=bool)
+    corners = case.terrain.vertices[case.terrain.triangles]
+    for facet in corners:
+        deep |= _below(facet, points)
+    return np.unique(rows[deep])
+
+
+def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
+    """The row of the rock and the place (m) of every event, of three points of each flight and of each end."""
+    paths, deposits = flights.paths, flights.deposits
+    fly = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
+    lasts = paths.t[fly + 1] - paths.t[fly]
+    rows, points = [paths.row, np.arange(len(deposits.x))], [paths.x, deposits.x]
+    for share in (0.25, 0.5, 0.75):
+        t = (share * lasts)[:, None]
+        rows.append(paths.row[fly])
+        points.append(paths.x[fly] + paths.v[fly] * t - 0.5 * t * t * np.array([0.0, 0.0, gravity]))
+    return np.concatenate(rows), np.concatenate(points)
+
+
+def _below(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points (N, 3) lie over a facet (3, 3) in plan, off its edges, and more than DEEP below its plane."""
+    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
+    normal /= np.linalg.norm(normal)
+    below = (points - facet[0]) @ normal < -DEEP
+    for k in range(3):
+        edge = (facet[(k + 1) % 3] - facet[k])[:2]
+        inward = np.array([-edge[1], edge[0]]) / np.linalg.norm(edge)
+        below &= (points[:, :2] - facet[k, :2]) @ inward > INSIDE
+    return below
+
+
+def in_the_air(case: Case, flights: Flights) -> np.ndarray:
+    """Rows of the rocks that stopped more than DEEP above all facets that they lie over, or near, in plan."""
+    stopped = np.flatnonzero(flights.deposits.outcome == Outcome.STOPPED)
+    points = flights.deposits.x[stopped]
+    on = np.zeros(len(points), dtype=bool)
+    for facet in case.terrain.vertices[case.terrain.triangles]:
+        on |= _touches(facet, points)
+    return stopped[~on]
+
+
+def _touches(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points (N, 3) lie within DEEP of the plane of a facet (3, 3), and in it or within DEEP of its edges."""
+    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
+    normal /= np.linalg.norm(normal)
+    on = np.abs((points - facet[0]) @ normal) <= DEEP
+    for k in range(3):
+        edge = facet[(k + 1) % 3] - facet[k]
+        inward = np.cross(normal, edge) / np.linalg.norm(edge)
+        on &= (points - facet[k]) @ inward >= -DEEP
+    return on
