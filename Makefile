@@ -10,13 +10,14 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros test guards campaign faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros test guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
+	@echo "make never-below  a million rocks on vertices, edges and faces of random meshes: none may fall through; an hour"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make lint      ruff, and mypy on the core"
@@ -67,6 +68,10 @@ campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
 	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
+
+# The report: docs/never-below.md
+never-below: venv
+	$(BIN)/python test/never_below.py --rebound constant --rebound coulomb_limited
 
 # The long ones of test/ros/test_faults_*.py on a living simulator, 10,000 damaged messages and a flood of a minute
 faults: venv

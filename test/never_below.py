@@ -9,11 +9,6 @@ import argparse
 import sys
 import time
 from collections import Counter
-from pathlib import Path
-
-import numpy as np
-
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
 from random_ground import FAMILIES, Case, case_of, fallen, in_the_air
 from scenes_of_facets import engine_over, released, same_bits
@@ -39,6 +34,32 @@ def engines_differ(case: Case) -> bool:
     return not same_bits(flown(case, "compiled", first), flown(case, "reference", first))
 
 
+def wrongs(case: Case, flights: Flights, both: bool) -> int:
+    """Print what is wrong with the flights of a case, with its seed; return how many rocks that concerns."""
+    rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights)}
+    for word, some in rows.items():
+        if len(some):
+            print(f"  {len(some)} {word}, rows {some[:5].tolist()}: {case.words}", flush=True)
+    differ = both and engines_differ(case)
+    if differ:
+        print(f"  engines differ: {case.words}", flush=True)
+    return sum(map(len, rows.values())) + differ
+
+
+def campaign(family: str, seeds: range, rebounds: list[str], both: int) -> int:
+    """Fly the cases of a family, every n-th on both engines; print a line; return how many rocks went wrong."""
+    began, outcomes, wrong = time.process_time(), Counter[str](), 0
+    for seed in seeds:
+        case = case_of(family, seed, ROCKS, rebounds[seed % len(rebounds)])
+        flights = flown(case)
+        outcomes.update(Outcome(o).name.lower() for o in flights.deposits.outcome.tolist())
+        wrong += wrongs(case, flights, seed % both == 0)
+    counts = ", ".join(f"{number} {word}" for word, number in outcomes.most_common())
+    seconds = time.process_time() - began
+    print(f"{family}: {len(seeds) * ROCKS} rocks, {wrong} wrong ({counts}); {seconds:.0f} s", flush=True)
+    return wrong
+
+
 def main() -> int:
     """Fly the campaign; the exit code is 1 if a rock fell, hung in the air, or differed between the engines."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -49,27 +70,10 @@ def main() -> int:
     parser.add_argument("--both", type=int, default=20, help="every n-th case flies on both engines")
     asked = parser.parse_args()
     families, rebounds = asked.family or sorted(FAMILIES), asked.rebound or ["constant"]
-    cases = max(asked.rocks // (ROCKS * len(families)), 1)
-    bad = 0
-    for family in families:
-        began, seen, wrong = time.perf_counter(), Counter(), 0
-        for seed in range(asked.first, asked.first + cases):
-            case = case_of(family, seed, ROCKS, rebounds[seed % len(rebounds)])
-            flights = flown(case)
-            seen.update(Outcome(o).name.lower() for o in flights.deposits.outcome.tolist())
-            both = seed % asked.both == 0
-            for word, rows in (("fell", fallen(case, flights)), ("hang", in_the_air(case, flights))):
-                if len(rows):
-                    wrong += len(rows)
-                    print(f"  {len(rows)} {word}, rows {rows[:5].tolist()}: {case.words}", flush=True)
-            if both and engines_differ(case):
-                wrong += 1
-                print(f"  engines differ: {case.words}", flush=True)
-        counts = ", ".join(f"{number} {word}" for word, number in seen.most_common())
-        print(f"{family}: {cases * ROCKS} rocks, {wrong} wrong ({counts}); {time.perf_counter() - began:.0f} s", flush=True)
-        bad += wrong
-    print(f"{cases * ROCKS * len(families)} rocks, seeds {asked.first} to {asked.first + cases - 1}: {bad} wrong")
-    return 1 if bad else 0
+    seeds = range(asked.first, asked.first + max(-(-asked.rocks // (ROCKS * len(families))), 1))
+    wrong = sum(campaign(family, seeds, rebounds, asked.both) for family in families)
+    print(f"{len(seeds) * ROCKS * len(families)} rocks, seeds {seeds[0]} to {seeds[-1]}: {wrong} wrong")
+    return 1 if wrong else 0
 
 
 if __name__ == "__main__":

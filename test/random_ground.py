@@ -1,4 +1,4 @@
-"""Random meshes with rocks released on their vertices, edges and faces, and an independent check that none falls through.
+"""Random meshes, rocks released on their vertices, edges and faces, and an independent check that none falls through.
 
 The check shares no code with the contact search: it asks every facet over which a point lies in plan, in numpy, whether
 the point is below its plane. The meshes are height fields over a square, so each facet faces upwards.
@@ -158,7 +158,8 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
     bounce = float(10.0 ** draw.integers(-5, -1))
     ground = str(draw.choice(["sliding", "sliding", "sliding", "rolling", "none"]))
     settings = Settings(smallest_bounce=bounce, max_impacts=400, max_time=20.0)
-    flight = Flight(materials_of([Surface(R_n, R_t, mu, stop_speed, 0.5 * mu)]), settings, models_called(rebound, ground))
+    materials = materials_of([Surface(R_n, R_t, mu, stop_speed, 0.5 * mu)])
+    flight = Flight(materials, settings, models_called(rebound, ground))
     words = (
         f"{family} seed {seed}: R_n {R_n:.3g}, R_t {R_t:.3g}, mu {mu:.3g}, stop_speed {stop_speed:g}, "
         f"smallest_bounce {bounce:g}, {ground}, {rebound}{', survey coordinates' if far else ''}"
@@ -168,7 +169,7 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
 
 
 def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places (R, 3) m on vertices, edges and faces, some of them above, and velocities (R, 3) m/s, most of them zero."""
+    """Places (R, 3) m on vertices, edges and faces, some of them above, and velocities (R, 3) m/s, most of them 0."""
     corners = terrain.vertices[terrain.triangles[draw.integers(0, len(terrain.triangles), rocks)]]
     kind = draw.choice(3, rocks, p=[0.5, 0.25, 0.25])
     share = draw.dirichlet([1.0, 1.0, 1.0], rocks)

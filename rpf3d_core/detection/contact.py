@@ -6,7 +6,7 @@ zero inside the facet the rock hits the free side; where it rises through zero i
 Rounding decides nothing silently (docs/design.md, "Contact"):
 
 - A facet the rock has just left is known to be at d = 0: that root is divided out, its later root is kept.
-- A rock within tolerance of another facet, or below it by no more than a crack's width, and moving into it, hits it now.
+- A rock within tolerance of another facet, or below it by a crack's width at most, and moving into it, hits it now.
 - The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
   exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
 - A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
@@ -118,8 +118,9 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
 @kernel
 def _widened(facets: Facets) -> Facets:
     """The same facets for a second look."""
+    crack = facets.crack
     return Facets(
-        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, facets.crack, facets.crack
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack
     )
 
 
@@ -242,7 +243,7 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
     Above facets that face upwards this is decided in plan, where the facets that meet at a vertex lie around it without
     gap or overlap: the way leads over one of them, whichever it is. Projected squarely on each facet in turn, the same
-    way may lead over none, and the rock would fall between them. A wall has no plan; there the square projection counts.
+    way may lead over none, and the rock would fall between them. A wall has no plan; there that projection counts.
     """
     n, v = stored_normal(facets, f), arc.v
     way = (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)

@@ -1,13 +1,17 @@
 """No rock is ever below the ground that it was above: a small part of the campaign `test/never_below.py`."""
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from never_below import engines_differ, flown
 from on_both_engines import BOTH
 from random_ground import DEEP, FAMILIES, case_of, fallen, in_the_air
+from scenes_of_facets import AT_REST, engine_over, flight, fly, surface, terrain_of
 
 import rpf3d_core as rpf3d
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 VERTEX = Path(__file__).parents[3] / "shared" / "data" / "audit" / "vertex.yaml"
@@ -15,10 +19,37 @@ CRACKED = [27, 42, 70, 82]
 """Seeds of meshes with T-junctions, rounded as survey coordinates are, through which rocks fell."""
 
 
+FAN = [(1.0, -0.02, -0.52), (1.0, 1.0, 0.5), (-0.2, 1.0, 0.2), (-1.0, 0.6, 1.0), (-0.5, -1.0, 0.3)]
+"""m: the rim of five facets around a vertex at the origin.
+
+No facet's way down leads onto that facet, so the rock is let go along the way down of the steepest, +x. In plan this
+leads over the facet of the first two corners, which it goes into; projected squarely on that facet it misses it.
+"""
+
+
+def fan() -> Terrain:
+    return terrain_of([(0.0, 0.0, 0.0), *FAN], [(0, 1 + i, 1 + (i + 1) % 5) for i in range(5)])
+
+
+@BOTH
+def test_a_rock_at_rest_on_a_vertex_finds_the_gully_that_leads_down_from_it(engine):
+    """The gully is the edge to the first corner: slope 27.5 degrees, and 1.13 m long."""
+    deposits = fly(engine_over(engine, fan()), flight(surface(0.35, 0.85, 5.0)), AT_REST).deposits
+    assert deposits.x[0].tolist() == pytest.approx(FAN[0], abs=1e-6)
+    assert 2.0 < deposits.max_speed[0] < math.sqrt(2.0 * 9.81 * 0.52)
+
+
+@BOTH
+def test_a_rock_at_rest_on_a_vertex_whose_gully_friction_holds_stays_there(engine):
+    deposits = fly(engine_over(engine, fan()), flight(surface(0.35, 0.85, 30.0)), AT_REST).deposits
+    assert deposits.outcome[0] == Outcome.STOPPED
+    assert deposits.x[0].tolist() == pytest.approx(AT_REST, abs=1e-6)
+
+
 @BOTH
 @pytest.mark.skipif(not VERTEX.exists(), reason=f"needs {VERTEX.name}, which is not part of the project")
 def test_a_rock_at_rest_on_a_vertex_stays_on_the_ground(engine):
-    """The way that the rock is let go along leads over a facet whose square projection of that way misses it."""
+    """Eight triangles of a real survey, through whose middle the rock fell to 6.5 m/s."""
     run = rpf3d.simulate(VERTEX, engine=engine)
     assert run.flights.deposits.outcome[0] == Outcome.STOPPED
     assert run.flights.deposits.x[0, 2] == pytest.approx(run.flights.deposits.release[0, 2], abs=1e-9)
@@ -49,8 +80,9 @@ def test_the_check_sees_a_rock_below_the_ground_and_one_that_hangs_above_it():
     flights = flown(case)
     flights.deposits.outcome[stopped] = Outcome.STOPPED
     centre = case.terrain.vertices[case.terrain.triangles[5]].mean(axis=0)
-    flights.deposits.x[stopped] = centre - (0.0, 0.0, 100.0 * DEEP)
+    above = np.array([0.0, 0.0, 100.0 * DEEP])
+    flights.deposits.x[stopped] = centre - above
     assert stopped in fallen(case, flights)
-    flights.deposits.x[stopped] = centre + (0.0, 0.0, 100.0 * DEEP)
+    flights.deposits.x[stopped] = centre + above
     assert stopped in in_the_air(case, flights)
     assert stopped not in fallen(case, flights)
