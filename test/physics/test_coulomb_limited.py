@@ -72,7 +72,7 @@ def test_no_impact_takes_more_along_the_ground_than_coulomb_friction_allows(R_n,
 
 
 class Case(NamedTuple):
-    """Bounces on a plane of `slope` degrees: R_n, R_t, mu; w off the plane, u along it at `way` degrees from downhill."""
+    """Bounces on a plane of `slope` degrees: R_n, R_t, mu; w off it, u along it at `way` degrees from downhill."""
 
     r: float
     q: float
@@ -249,7 +249,7 @@ def test_bouncing_on_a_slope_slows_a_rock_as_friction_does(engine, rise):
 def test_constant_restitution_stops_the_same_rock_within_metres(rise):
     flights, _, _ = bouncing_down("reference", ConstantRestitution(), rise, 2e-2)
     speeds = np.linalg.norm(flights.paths.v, axis=1)
-    assert speeds[1:3].min() < 1e-6 and flights.paths.t[2] < 0.2, "it slides on from rest, for friction does not hold it"
+    assert speeds[1:3].min() < 1e-6 and flights.paths.t[2] < 0.2
 
 
 @pytest.mark.parametrize("rise", [1e-4, 1e-2])
