@@ -58,6 +58,6 @@ def test_no_two_purposes_draw_from_one_stream() -> None:
 
 def test_a_check_says_which_ground_model_would_help(tmp_path: Path) -> None:
     slippery = SCENE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0")
-    (tmp_path / "scene.yaml").write_text(slippery)
+    (tmp_path / "scene.yaml").write_text(slippery + "rebound: constant\nground: none\n")
     warnings = check_scene(read_scene(tmp_path / "scene.yaml")).warnings
     assert any("name `ground: sliding`" in warning for warning in warnings)
