@@ -195,6 +195,15 @@ def test_every_bounce_lies_in_the_parallelogram_that_must_fit_on_the_facet(case)
     assert ((exact.places @ directions).max(0) <= (corners @ directions).max(0) + STATED * size).all()
 
 
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_the_sum_makes_no_energy(case):
+    """Per kilogram: what the rock has at the end, less what its fall along the plane gave, is no more than before."""
+    rest = summed(case)
+    fallen = -(rest.along[2] + rest.down[2])
+    before, after = 0.5 * (case.u**2 + case.w**2), 0.5 * np.dot(rest.v, rest.v)
+    assert after - G * fallen <= before * (1.0 + 1e-12) + 1e-9 * after
+
+
 def test_bounces_without_an_end_are_flown():
     assert not summed(Case(1.0, 0.8, 0.5, 20.0, 0.1, 1.0, 0.0)).ends
 
