@@ -15,7 +15,6 @@ from rpf3d_core.io.scene_draws import Coefficient, FrictionAngle, Share
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
 from rpf3d_core.io.scene_models import (
-    ConstantSpec,
     EffectsSpec,
     GroundSpec,
     ReboundSpec,
@@ -23,6 +22,7 @@ from rpf3d_core.io.scene_models import (
     chosen_model,
     named_effects,
 )
+from rpf3d_core.io.scene_rebounds import CoulombLimitedSpec
 from rpf3d_core.io.scene_releases import RockSpec, SourceSpec
 from rpf3d_core.io.scene_sphere import SPHERE, SPHERE_GROUND
 from rpf3d_core.io.scene_terrain import TerrainSpec, ZoneSpec
@@ -140,7 +140,7 @@ class Scene(Part):
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
     rebound: Annotated[ReboundSpec, BeforeValidator(chosen_model(ReboundSpec))] = Field(
-        default_factory=lambda: ReboundSpec(constant=ConstantSpec()),
+        default_factory=lambda: ReboundSpec(coulomb_limited=CoulombLimitedSpec()),
         description="the name of a rebound model, or a mapping of it to its parameters",
     )
     ground: Annotated[GroundSpec, BeforeValidator(chosen_model(GroundSpec))] = Field(
