@@ -21,6 +21,13 @@ STRAIGHT = 1e-6
 """Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
 
 
+class TrackSpin(NamedTuple):
+    """What spin adds to squared speeds where a track begins and ends, where energy is asked for (m^2/s^2)."""
+
+    begin2: float
+    end2: float
+
+
 class Track(NamedTuple):
     """A piece of path, straight in plan.
 
@@ -86,7 +93,7 @@ def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
         return None
     first, last = math.sqrt(spins[p, 0]), math.sqrt(spins[p, 1])
     one, other = first + (last - first) * begin, first + (last - first) * end
-    return one * one, other * other
+    return TrackSpin(one * one, other * other)
 
 
 @kernel
@@ -149,7 +156,7 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
     if spin is None:
         return speed2_at(track, t)
     share = t / track.duration if track.duration > 0.0 else 0.0
-    return float(speed2_at(track, t) + spin[0] + (spin[1] - spin[0]) * share)
+    return float(speed2_at(track, t) + spin.begin2 + (spin.end2 - spin.begin2) * share)
 
 
 @kernel
