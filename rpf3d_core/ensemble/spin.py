@@ -23,6 +23,7 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
     """
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     rows, most = batch.pieces, np.zeros((len(batch.rows), 2))
+    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # of the largest speed: never above the total, to the last bit
     for k in range(2):
         spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
         speed2 = (rows[:, 4 + 3 * k : 7 + 3 * k] ** 2).sum(axis=1)

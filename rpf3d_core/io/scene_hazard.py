@@ -82,7 +82,7 @@ class HazardSpec(Part):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for about a facet's size",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for one that rocks fill",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"
