@@ -7,14 +7,18 @@ import pyarrow.parquet as parquet
 import pytest
 import scenes_of_facets as made
 from hazard_tallied import MASS, over, rocks_above, rough
+from rolling_spheres import spheres
 
+from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.sizes import diameter_of
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.tables import impacts_table, with_energies, with_spins
 from rpf3d_core.kinetics.rebounds.pfeiffer_bowen import PfeifferBowen
+from rpf3d_core.materials.library import Surface
 from rpf3d_core.named import models_called
 from rpf3d_core.run import run_scene
 from rpf3d_core.simulation.engines import spins_of
+from rpf3d_core.values import Mode
 
 RADIUS, DENSITY = 0.5, MASS / (4.0 / 3.0 * np.pi * 0.5**3)
 MODEL = PfeifferBowen(9.144, 6.096, 76.2)
@@ -127,3 +131,27 @@ def test_a_run_writes_rotation_where_rocks_spin_and_nowhere_else(tmp_path, rebou
     assert ("total_energy_in_j" in columns) == ("max_total_energy_j" in header) == spins
     assert ("max_rotational_energy_j" in facts) == spins
     assert f'"energy": "{run.maps.energy_kind}"' in facts
+
+
+def test_a_sphere_that_rolls_has_seven_fifths_of_its_translational_energy():
+    """v^2 = 10/7 g h of a solid sphere that rolls from rest, and E = m g h: nothing is lost."""
+    terrain = made.incline(20.0, down=40.0)
+    _, normal = made.down_the_slope(20.0)
+    tallies = replace(over(terrain, compiled=False), spins=True)
+    physics = spheres(Surface(0.0, 0.8, 0.9, 0.0, 0.0))
+    releases = made.released(0.5 * normal)
+    flights = fly_ensemble(made.engine_over("reference", terrain), physics, releases, watch=tallies)
+    maps, paths, ends = tallies.maps(1, ()), flights.paths, flights.deposits
+    rolls = np.flatnonzero(paths.mode == Mode.SLIDING)
+    last = rolls[-1]
+    drop = paths.x[0, 2] - paths.x[last + 1, 2]
+    assert drop > 10.0
+    assert (paths.v_end[last] ** 2).sum() == pytest.approx(10.0 / 7.0 * 9.81 * drop, rel=1e-6)
+    cell = maps.cells.cell == _square(tallies.ground.raster, paths.x[rolls[len(rolls) // 2]])
+    ratio = maps.cells.energy.largest[cell] / (0.5 * MASS * maps.cells.speed.largest[cell].astype(float) ** 2)
+    assert ratio == pytest.approx(1.4, rel=1e-5)
+    assert ends.max_rotational_energy[0] == pytest.approx(0.2 * MASS * (paths.v_end[last] ** 2).sum(), rel=1e-6)
+
+
+def _square(raster, x):
+    return int((x[1] - raster.y) // raster.cell) * raster.nx + int((x[0] - raster.x) // raster.cell)
