@@ -7,6 +7,7 @@ from typing import Literal
 from rpf3d_core.ensemble.releases import share_out
 from rpf3d_core.errors import InputError
 from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.scene_cells import FIRST_ROUND
 from rpf3d_core.io.scene_model import LARGEST_SEED, Scene
 from rpf3d_core.io.scene_values import MOST_ROCKS
 
@@ -14,9 +15,6 @@ Rocks = int | Literal["auto"] | None
 """How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
 Round = tuple[Sequence[int], Sequence[int]]
 """The rocks of one round: of each source from a number to before another."""
-
-FIRST_ROUND = 1000
-"""Rocks that `rocks: auto` begins with, at least; each further round doubles them."""
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:

@@ -1,33 +1,34 @@
 """A scene made ready to fly: terrain read, index built, ground, sources and maps prepared; refused here if at all."""
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from rpf3d_core.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import bucket_locator
-from rpf3d_core.effects.hooks import links_of
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.fly import choose_engine
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_in
 from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
+from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.areas import Areas, areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales
 from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.raster import GIGABYTE, check_memory, raster_over
-from rpf3d_core.hazard.tallies import Tallies, tallies_over
-from rpf3d_core.hazard.tally import BYTES_PER_CELL, LEAST_SHARE
+from rpf3d_core.hazard.raster import check_memory, raster_over
+from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_ways
+from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.io.areas import area_outlines, read_areas
 from rpf3d_core.io.observed import position_along
 from rpf3d_core.io.point_files import read_points
+from rpf3d_core.io.scene_cells import least_cell
 from rpf3d_core.io.scene_draws import distribution_of
+from rpf3d_core.io.scene_hazard import asks_ways
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.io.scene_sphere import SPHERE
@@ -35,15 +36,12 @@ from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.io.zone_materials import check_materials, material_of
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.named import models_of, obstacles_of
-from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, stepping
+from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, spins_of, stepping
 from rpf3d_core.simulation.settings import Settings
-from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
+from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import Rock, Vec
-
-LEAST_DROP = 1e-3
-"""Of the diagonal, that maps tell heights over even where the terrain is level and rocks lie on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +87,8 @@ def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
     read_companions(scene)
     terrain, faults = read_terrain(scene)
     flight = scene_flight(scene, terrain)
-    raster = scene_raster(scene, terrain)
     sources = scene_sources(scene, terrain)
+    raster = scene_raster(scene, terrain, sources=sources)
     outlines = area_outlines(scene, terrain)
     read_s = time.perf_counter() - began
     if wait:
@@ -173,15 +171,23 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
     )
 
 
-def scene_raster(scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None) -> Raster:
-    """The raster of the scene's maps; box : corners of the terrain's box where they are known already, m.
+def scene_raster(
+    scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None, sources: Sequence[Source] = ()
+) -> Raster:
+    """The raster of the scene's maps.
+
+    Parameters
+    ----------
+    box : corners of the terrain's box where they are known already, m
+    sources : whose rocks are to fill the cells where the scene gives no cell; none where they are not known beforehand
 
     Raises
     ------
     InputError
         Its maps would need more memory than the scene allows.
     """
-    raster = raster_over(terrain, scene.hazard.cell, box)
+    least = 0.0 if scene.hazard.cell is not None else least_cell(scene, terrain, sources)
+    raster = raster_over(terrain, scene.hazard.cell, box, least)
     try:
         check_memory(raster, len(terrain.triangles), scene.hazard.memory_gb, BYTES_PER_CELL)
     except InputError as fault:
@@ -236,27 +242,9 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     limit = memory_of_bins(scene, prepared.raster, facets)
     scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
     tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
+    tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
+    tallies = replace(tallies, spins=spins_of(prepared.flight.models))
     return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
-
-
-def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
-    """Bytes that the bins of a scene's maps may take: what it allows, less what all cells and facets take."""
-    allowed = scene.hazard.memory_gb * GIGABYTE
-    cells = len(facets.zone) + raster.nx * raster.ny
-    return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
-
-
-def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
-    """A tally of a scene's barriers, None where it names none."""
-    spec = scene.effects.barriers
-    if spec is None:
-        return None
-    from rpf3d_core.effects.barriers import Barriers  # for scenes that name them only
-    from rpf3d_core.hazard.barriers import BarrierTally
-
-    barriers = next(link for link in links_of(flight.models.effects) if isinstance(link, Barriers))
-    names = tuple(panel.name for panel in spec.panels)
-    return BarrierTally(barriers, names, scene.gravity, compiled)
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
@@ -264,19 +252,8 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
-    return scales_over(facets, prepared.scene.gravity, fastest, highest, mass_range(prepared.rock), per_octave)
-
-
-def scales_over(
-    facets: Facets, gravity: float, fastest: float, highest: float, masses: tuple[float, float], per_octave: int
-) -> Scales:
-    """Scales of rocks released over facets no higher than `highest` (m, local) and no faster than `fastest` (m/s).
-
-    masses : least and greatest (kg)
-    """
-    drop = max(highest, facets.high[2]) - facets.low[2]
-    least = LEAST_DROP * math.dist(facets.low, facets.high)
-    return scales_of(max(drop, least), gravity, fastest, *masses, per_octave)
+    masses, spins = mass_range(prepared.rock), spins_of(prepared.flight.models)
+    return scales_over(facets, prepared.scene.gravity, fastest, highest, masses, per_octave, spins)
 
 
 def _highest(source: Source, top: float) -> float:
@@ -291,6 +268,11 @@ def _fastest(source: Source) -> float:
     if source.throw is not None:
         return source.throw.speed.high
     return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
+
+
+def empty_totals(prepared: Prepared) -> Totals:
+    """Return totals over a scene's rocks with nothing gathered yet."""
+    return Totals(position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:

@@ -26,13 +26,13 @@ from rpf3d_core.prepared import (
     Prepared,
     check_releases,
     empty_tallies,
+    empty_totals,
     engine_name,
     places_of,
-    position_of_stops,
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index, warm, warm_flights
+from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index, spins_of, warm, warm_flights
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
@@ -130,7 +130,8 @@ def run_scene(
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(
-            part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles
+            part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles,
+            spins_of(prepared.flight.models),
         ) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop, beside=beside)
         if writing:
@@ -202,7 +203,7 @@ def _fly(
 ) -> Run:
     """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
     scene, flight = prepared.scene, prepared.flight
-    tallies, totals = empty_tallies(prepared), Totals(position_of_stops(prepared))
+    tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     plan = list(rounds_of(scene, places_of(prepared))) if rounds is None else list(rounds)
     compile_s = _checked_and_compiled(prepared, tallies, plan[0], beside)
     # What stays in memory keeps all impacts; a table that is not written needs none.

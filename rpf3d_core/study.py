@@ -30,7 +30,7 @@ from rpf3d_core.prepared import (
     Prepared,
     check_releases,
     empty_tallies,
-    position_of_stops,
+    empty_totals,
     prepare,
     releases_in_ranges,
 )
@@ -133,7 +133,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     first, last = part
     for ranges in blocks_of(first, last):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
-    totals, tallies, flight = Totals(position_of_stops(prepared)), empty_tallies(prepared), prepared.flight
+    totals, tallies, flight = empty_totals(prepared), empty_tallies(prepared), prepared.flight
     compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
     stream = Stream(
         prepared.engine, flight, shown_of(sum(last) - sum(first), shown, paths), tallies,
@@ -159,7 +159,7 @@ def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
     digest = scene_digest(scene)
     if any(part.digest != digest for part in parts):
         raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
-    tallies, totals = empty_tallies(prepared), Totals(position_of_stops(prepared))
+    tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     for part in parts:
         add_packed(tallies, part.tallies)
         totals.join(part.totals)

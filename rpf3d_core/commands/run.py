@@ -79,6 +79,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
     _print_outcomes(result)
     _print_benches(result)
+    _print_maps(result)
     _print_barriers(result)
     print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
@@ -121,6 +122,13 @@ def _print_benches(run: "Run") -> None:
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
         screen.print(TEXT_NOTE, style="dim", highlight=False)
+
+
+def _print_maps(run: "Run") -> None:
+    """Say which cells the hazard maps have, and the largest numbers on them."""
+    from rpf3d_core.io.hazard_words import words_on_maps
+
+    screen.print(words_on_maps(run.maps), style="dim", highlight=False, soft_wrap=True)
 
 
 def _print_barriers(run: "Run") -> None:

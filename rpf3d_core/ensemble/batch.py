@@ -19,7 +19,8 @@ class Written:
     """What was written down of N rocks, one after another.
 
     rows : (N,) rows of the releases
-    impacts : (I, 9), facets : (I,), pieces : (S, 10), modes : (S,) as of `simulation.record.Record`
+    impacts : (I, 9), facets : (I,), pieces : (S, 10), modes : (S,) as of `simulation.record.Record`; where rocks spin
+        impacts and pieces have two columns more
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
     """
 
@@ -35,7 +36,8 @@ class Written:
 class Batch(Written):
     """N rocks that have flown.
 
-    finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; counts : (N, 4) `COUNT_COLUMNS`
+    finals : (N, 8) `simulation.engines.FINAL_COLUMNS`, where rocks spin (N, 10) with `SPIN_FINALS`
+    counts : (N, 4) `COUNT_COLUMNS`
     broken : those of them that broke, where that has been gathered
     """
 
@@ -72,7 +74,7 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
     """At least one batch as one: the rocks of each after those of the one before."""
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
-    columns: dict[str, Any] = {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names}
+    columns: dict[str, Any] = {name: _stacked([getattr(batch, name) for batch in batches]) for name in names}
     return Batch(**columns, first=_firsts(lengths))
 
 
@@ -89,10 +91,15 @@ def in_order(parts: Sequence[Written]) -> Written:
     lengths = np.concatenate([np.diff(part.first, axis=0) for part in parts])
     order = np.argsort(rows)  # each row is there once, so this need not be stable
     struck, moved = (_gathered(lengths[:, k], order) for k in range(2))
-    impacts, pieces = (np.concatenate([getattr(part, name) for part in parts]) for name in ("impacts", "pieces"))
+    impacts, pieces = (_stacked([getattr(part, name) for part in parts]) for name in ("impacts", "pieces"))
     facets, modes = (np.concatenate([getattr(part, name) for part in parts]) for name in ("facets", "modes"))
     written = (impacts[struck], facets[struck], pieces[moved], modes[moved])
     return Written(rows[order], *written, _firsts(lengths[order]))
+
+
+def _stacked(arrays: Sequence[Any]) -> Any:
+    """Arrays one after another; of those without rows, which have no spins, only as many columns as the others."""
+    return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 
 def _firsts(lengths: IntArray) -> IntArray:

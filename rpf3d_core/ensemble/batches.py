@@ -19,9 +19,10 @@ from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, in_order, some_of
 from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, broken_of, joined_broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.spin import largest_energies
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, Starts
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, Starts, spins_of
 from rpf3d_core.simulation.record import Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
@@ -73,7 +74,8 @@ class Keep:
 class Crew:
     """What each thread needs to fly some of R rocks, and where it writes how they end.
 
-    finals (R, 8), counts (R, 4) : filled in; broken : a part is added of each batch that had rocks which broke
+    finals (R, 8), where rocks spin (R, 10), and counts (R, 4) : filled in
+    broken : a part is added of each batch that had rocks which broke
     """
 
     engine: Engine
@@ -107,7 +109,8 @@ def fly_batches(
     """
     workers = (threads or os.cpu_count() or 1) if isinstance(engine, Compiled) else 1
     groups = _dealt(releases, workers, LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH)
-    crew = Crew(engine, flight, releases, keep, watch, *_room_for(len(releases.x)), [])
+    room = _room_for(len(releases.x), spins_of(flight.models))
+    crew = Crew(engine, flight, releases, keep, watch, *room, [])
     parts: list[Written] = []
     for written in _flown_by(workers, crew, groups, stop):
         parts += written
@@ -117,9 +120,12 @@ def fly_batches(
     return replace(flown, broken=joined_broken(crew.broken)) if crew.broken else flown
 
 
-def _room_for(rocks: int) -> tuple[FloatArray, IntArray]:
-    """Room for how R rocks end."""
-    return np.empty((rocks, 8)), np.empty((rocks, 4), dtype=np.int64)
+def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
+    """Room for how R rocks end, and for their energies where they spin."""
+    more = len(SPIN_FINALS) if spins else 0
+    finals = np.empty((rocks, len(FINAL_COLUMNS) + more))
+    finals[:, len(FINAL_COLUMNS) :] = np.nan
+    return finals, np.empty((rocks, 4), dtype=np.int64)
 
 
 def _flown_by(
@@ -204,15 +210,16 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # four times as fast as an index
     starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
     starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # for its draws
-    finals, counts = _room_for(len(rows))
+    spins = spins_of(crew.flight.models)
+    finals, counts = _room_for(len(rows), spins)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
     physics = (crew.flight.models, crew.flight.materials, crew.flight.settings, starts)
-    record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,))), 0, []
+    record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), spins), 0, []
     while begin < len(rows):
         first[begin] = 0
         end = crew.engine.follow(*physics, record, first, begin, finals, counts)
         if end == begin:
-            record = empty_record(2 * len(record.facets), 2 * len(record.modes))
+            record = empty_record(2 * len(record.facets), 2 * len(record.modes), spins)
             continue
         some = slice(begin, end)
         parts.append(_look_at(crew, _batch(rows[some], finals[some], counts[some], record, first[begin : end + 1])))
@@ -232,6 +239,9 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
         flown.finals[:, 6] = crew.watch(flown, crew.releases)
     if not crew.keep.record:
         return written_of(flown.rows)
+    if spins_of(crew.flight.models):
+        mass, radius = crew.releases.mass[flown.rows], crew.releases.radius[flown.rows]
+        flown.finals[:, len(FINAL_COLUMNS) :] = largest_energies(flown, mass, radius)
     broken = broken_of(flown)
     if broken is not NONE_BROKEN:
         crew.broken.append(broken)

@@ -17,6 +17,11 @@ def no_pieces() -> IntArray:
     return np.empty(0, dtype=np.int64)
 
 
+def no_spins() -> FloatArray:
+    """What stands for a column of rocks that do not spin."""
+    return np.empty(0)
+
+
 @dataclass(frozen=True, eq=False)
 class Deposits:
     """Where and how each of R rocks ended; every array has R rows: block after block, by source, then rock.
@@ -29,6 +34,7 @@ class Deposits:
         NaN where nobody looked, and of a rock that failed
     ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
     mass : kg; piece : number of a piece among those of its rock, from 1; 0 for the rock itself, and where left out
+    max_rotational_energy, max_total_energy : J, translation and rotation together; where left out rocks do not spin
     """
 
     source: IntArray
@@ -46,9 +52,14 @@ class Deposits:
     ground_speed: FloatArray
     mass: FloatArray
     piece: IntArray = field(default_factory=no_pieces)
+    max_rotational_energy: FloatArray = field(default_factory=no_spins)
+    max_total_energy: FloatArray = field(default_factory=no_spins)
 
     def __post_init__(self) -> None:
-        """Whole rocks, unless told."""
+        """Whole rocks that do not spin, unless told."""
+        if len(self.max_total_energy) != len(self.source):
+            object.__setattr__(self, "max_rotational_energy", np.zeros(len(self.source)))
+            object.__setattr__(self, "max_total_energy", self.max_energy)
         if len(self.piece) != len(self.source):
             object.__setattr__(self, "piece", np.zeros(len(self.source), dtype=np.int64))
 
@@ -60,7 +71,7 @@ class Impacts:
     row : row of the rock in `Deposits`; t : s; x : (I, 3) m
     facet : id; of a meeting `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
     normal : (I, 3) unit, turned against the incoming velocity; of a meeting against that velocity
-    speed_in, speed_out : m/s
+    speed_in, speed_out : m/s; spin_in, spin_out : rad/s, 0 where left out
     """
 
     row: IntArray
@@ -70,6 +81,14 @@ class Impacts:
     normal: FloatArray
     speed_in: FloatArray
     speed_out: FloatArray
+    spin_in: FloatArray = field(default_factory=no_spins)
+    spin_out: FloatArray = field(default_factory=no_spins)
+
+    def __post_init__(self) -> None:
+        """No spin, unless told."""
+        if len(self.spin_in) != len(self.row):
+            object.__setattr__(self, "spin_in", np.zeros(len(self.row)))
+            object.__setattr__(self, "spin_out", np.zeros(len(self.row)))
 
 
 def on_ground(impacts: Impacts) -> Impacts:

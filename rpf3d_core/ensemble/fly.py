@@ -10,7 +10,8 @@ from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
 from rpf3d_core.ensemble.batches import Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.simulation.engines import Engine, warm
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, warm
+from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
 """Up to this many rocks `auto` takes the reference engine: it is done before the other has been compiled."""
@@ -90,8 +91,8 @@ def flights_of(
 
 
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
-    """Deposits from the rows of the engine (R, 8) and (R, 4)."""
-    speed = finals[:, 5]
+    """Deposits from the rows of the engine, (R, 8) or where rocks spin (R, 10), and (R, 4)."""
+    speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
     return Deposits(
         source=releases.source,
         rock=releases.rock,
@@ -108,6 +109,7 @@ def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Dep
         ground_speed=finals[:, 7],
         mass=releases.mass,
         piece=releases.piece,
+        **energies,
     )
 
 
@@ -115,7 +117,8 @@ def impacts_of(batch: Batch) -> Impacts:
     """The impacts of a batch; rows count its rocks from 0."""
     rows = batch.impacts
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 0]))
-    return Impacts(owner, rows[:, 0], rows[:, 1:4], batch.facets, rows[:, 4:7], rows[:, 7], rows[:, 8])
+    spins = rows[:, IMPACT_COLUMNS:].T  # two columns where rocks spin, else none
+    return Impacts(owner, rows[:, 0], rows[:, 1:4], batch.facets, rows[:, 4:7], rows[:, 7], rows[:, 8], *spins)
 
 
 def _paths(batch: Batch) -> Paths:

@@ -1,7 +1,11 @@
 """Shares with their uncertainty, and percentiles, as plain values that JSON can hold."""
 
-import math
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
 
 NORMAL_QUANTILE_95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution."""
@@ -22,12 +26,22 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
     >>> round(low, 4), round(high, 4)
     (0.0, 0.037)
     """
+    low, high = wilson_intervals(np.array([count], dtype=float), total)
+    return float(low[0]), float(high[0])
+
+
+def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (N,) of the 95 % confidence intervals of shares of counts (N,) out of `total` >= 1.
+
+    A count may be the number of rocks that would know a share as well as weighted ones do, so it need not be whole.
+    Source: as `wilson_interval`.
+    """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
     middle = (share + z2 / (2 * total)) / (1 + z2 / total)
-    half = NORMAL_QUANTILE_95 / (1 + z2 / total) * math.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
+    half = NORMAL_QUANTILE_95 / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
     # At the ends the two terms are equal but for rounding.
-    return 0.0 if count == 0 else middle - half, 1.0 if count == total else middle + half
+    return np.where(count == 0.0, 0.0, middle - half), np.where(count == total, 1.0, middle + half)
 
 
 def share_of(count: int, total: int) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 from rpf3d_core.ensemble.broken import DUST_UNITS
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.simulation.engines import SPIN_FINALS
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20
@@ -25,6 +26,7 @@ class Totals:
 
     position : where stops lie along the direction that field stops are compared along; None if none are
     pieces : how many of the rocks are pieces of others; dust : mass of what was too small to fly, in DUST_UNITS
+    spins : whether rocks spin; only then rotational and total energies are gathered
     path : of all rocks together, in PATH_UNITS; runout : m, of rocks at rest; the others as of `Deposits`
     """
 
@@ -40,6 +42,9 @@ class Totals:
     max_height: Sample = field(default_factory=Sample)
     ground_speed: Sample = field(default_factory=Sample)
     stops: Sample = field(default_factory=Sample)
+    spins: bool = False
+    max_rotational_energy: Sample = field(default_factory=Sample)
+    max_total_energy: Sample = field(default_factory=Sample)
 
     @property
     def rocks(self) -> int:
@@ -66,7 +71,7 @@ class Totals:
         self.path += sum(np.rint(deposits.path[sound] * PATH_UNITS).astype(np.int64).tolist())
         at_rest = np.isin(deposits.outcome, DEPOSITED)
         self.runout.add(runout(deposits)[at_rest])
-        for name in ("max_speed", "max_energy", "max_height", "ground_speed"):
+        for name in ("max_speed", "max_energy", "max_height", "ground_speed", *(SPIN_FINALS if self.spins else ())):
             getattr(self, name).add(getattr(deposits, name)[sound])
         if self.position is not None:
             self.stops.add(self.position(deposits.x[at_rest]))
@@ -78,7 +83,7 @@ class Totals:
         self.path += other.path
         self.pieces += other.pieces
         self.dust += other.dust
-        for name in ("runout", "max_speed", "max_energy", "max_height", "ground_speed", "stops"):
+        for name in ("runout", "max_speed", "max_energy", "max_height", "ground_speed", "stops", *SPIN_FINALS):
             getattr(self, name).join(getattr(other, name))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from rpf3d_core.arc import position
 from rpf3d_core.compiling import kernel
 from rpf3d_core.hazard.tracks import Track, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_stay, visit
+from rpf3d_core.hazard.visits import Visits, note_stay, note_track_energy, visit
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
@@ -87,6 +87,7 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
             t = time_at(track, begin)
             stay = visit(visits, a, t, mass)
             note_stay(visits, stay, t, time_at(track, end), top_speed2(track, begin, end))
+            note_track_energy(visits.energy2, stay, track, begin, end)
         begin = end
 
 

@@ -29,7 +29,7 @@ class Scales(NamedTuple):
     """The largest energy (J), speed (m/s) and height (m) that bins tell apart, how many bins each has, and an octave.
 
     Those of speed and height are powers of two, so that scaling rounds nothing. Where all rocks have one
-    mass, speed has no bins: its percentiles are told from those of the energy.
+    mass and none spins, speed has no bins: its percentiles are told from those of the energy.
     """
 
     top: tuple[float, float, float]
@@ -38,16 +38,18 @@ class Scales(NamedTuple):
 
 
 def scales_of(
-    drop: float, gravity: float, fastest: float, lightest: float, heaviest: float, per_octave: int = PER_OCTAVE
+    drop: float, gravity: float, fastest: float, lightest: float, heaviest: float, per_octave: int = PER_OCTAVE,
+    spins: bool = False,
 ) -> Scales:
     """Scales for rocks that fall no deeper than `drop` (m) from where they are released, no faster than `fastest`.
 
     fastest : m/s; lightest, heaviest : bounds of their masses (kg); per_octave : bins
+    spins : whether energies count rotation, so that speeds need bins of their own
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
     speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))
     masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
-    octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES if masses else 0, HEIGHT_OCTAVES)
+    octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES if masses or spins else 0, HEIGHT_OCTAVES)
     bins = (per_octave * octaves[0], per_octave * octaves[1], per_octave * octaves[2])
     return Scales((0.5 * heaviest * speed * speed, speed, height), bins, per_octave)
 

@@ -11,6 +11,7 @@ from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
 from rpf3d_core.hazard.lines import Found
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
 from rpf3d_core.hazard.tally import SUM_UNITS, Tally
+from rpf3d_core.hazard.ways import WAY_UNITS
 from rpf3d_core.terrain.frame import FloatArray
 
 ENERGY = 0
@@ -28,6 +29,7 @@ def layers_of(tally: Tally) -> Layers:
     return Layers(
         len(tally.slot), found.cell, found.rocks, found.passages, found.impacts, found.deposits, found.first,
         energy, speed, height, max(relative_error(some) for some in edges),
+        None if found.ways is None else found.ways / WAY_UNITS,
     )  # fmt: skip
 
 

@@ -34,6 +34,7 @@ class Found(NamedTuple):
     cell : (S,); rocks, passages, impacts, deposits : (S,) counts
     sums : (S, 3) of energy, speed and height, in the tally's units; most : (S, 3) float32, the largest of each, J, m/s
     and m; first : (S,) float32, earliest arrival, s
+    ways : (S, 2) as of `hazard.ways`; None where none are gathered
     """
 
     cell: IntArray
@@ -44,6 +45,7 @@ class Found(NamedTuple):
     sums: IntArray
     most: FloatArray
     first: FloatArray
+    ways: Any = None
 
 
 def empty_lines(room: int) -> Lines:

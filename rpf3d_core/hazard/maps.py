@@ -47,8 +47,11 @@ class Layers:
     passages : times a rock entered it, or was released there; impacts : contacts with restitution; deposits : rocks
         that stopped there
     first_arrival : s from its release until the fastest rock came
-    energy : J, translational; speed : m/s; height : m, vertical, above the terrain straight below
+    energy : J, translational, and rotational as well where rocks spin; speed : m/s; height : m, vertical, above the
+        terrain straight below
     percentiles_within : bound of the relative error of every percentile (-)
+    ways : (S, 2) sums over the rocks of the length of each one's way in plan inside the cell, in cell widths, and of
+        its square; None where none are gathered
     """
 
     count: int
@@ -62,6 +65,7 @@ class Layers:
     speed: Spread
     height: Spread
     percentiles_within: float
+    ways: FloatArray | None = None
 
     def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
         """Values (S,) of the cells that rocks came to among all (C,), of the same kind; `elsewhere` where none came."""
@@ -90,6 +94,7 @@ class HazardMaps:
     cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
     areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
     height (NaN). barriers : `hazard.barriers.BarrierFigures` of each, where the scene names some
+    spins : whether rocks spin: energies are of translation and rotation together then
     """
 
     flown: int
@@ -100,6 +105,12 @@ class HazardMaps:
     areas: Layers
     area_names: tuple[str, ...]
     barriers: tuple[Any, ...] = ()
+    spins: bool = False
+
+    @property
+    def energy_kind(self) -> str:
+        """Which kinetic energy the maps and tables of hazard hold."""
+        return "translational and rotational" if self.spins else "translational"
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:

@@ -54,10 +54,13 @@ def packed(tally: Tally) -> PackedTally:
 
 def unpacked(packed: PackedTally) -> Tally:
     """The tally that was packed: more can be counted in it."""
-    tally = Tally(packed.cells, packed.scales, packed.limit)
+    ways = packed.found.ways
+    tally = Tally(packed.cells, packed.scales, packed.limit, ways=ways is not None)
     used = len(packed.found.cell)
-    tally.slots = empty_slots(used, packed.width)
+    tally.slots = empty_slots(used, packed.width, tally.ways)
     tally.slots.cell[:] = packed.found.cell
+    if ways is not None:
+        tally.slots.ways[:] = ways
     tally.slots.bins.ravel()[packed.filled] = packed.rocks % FULL
     add_found(tally.slots.lines, np.arange(used), packed.found)
     full = packed.rocks >= FULL
@@ -81,7 +84,8 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
         The part is of another ensemble: other cells, other scales or another limit of memory.
     """
     for tally, other in zip(_four(tallies), part, strict=True):
-        if (other.cells, other.scales, other.limit) != (len(tally.slot), tally.scales, tally.limit):
+        theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)
+        if theirs != (len(tally.slot), tally.scales, tally.limit, tally.ways):
             raise ValueError("a part of another ensemble cannot be counted in: its cells, scales or memory differ")
         tally.add(unpacked(other))
 

@@ -31,11 +31,14 @@ class Quantity(NamedTuple):
 
 
 REACH = Quantity("reach_probability", "1", "share of all rocks flown that came here, given that they fall", 0)
+PER_METRE = Quantity(
+    "passage_per_metre", "1/m", "passages per metre across the rocks' way over all rocks flown, given that they fall", 0
+)
 PASSAGES = Quantity("passages", "1", "times a rock entered, or was released here", 0)
 IMPACTS = Quantity("impacts", "1", "contacts with restitution", 0)
 DEPOSITS = Quantity("deposits", "1", "rocks that stopped here", 0)
 ARRIVAL = Quantity("first_arrival_s", "s", "time from its release until the fastest rock came")
-ENERGY = Quantity("energy_j", "J", "translational kinetic energy")
+ENERGY = Quantity("energy_j", "J", "kinetic energy, as `HazardMaps.energy_kind`")
 SPEED = Quantity("speed_m_s", "m/s", "speed")
 HEIGHT = Quantity("height_m", "m", "vertical height above the terrain straight below")
 

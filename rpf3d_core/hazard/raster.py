@@ -28,7 +28,9 @@ GIGABYTE = 1e9
 """Bytes, as on a memory's label; `memory_gb` counts so."""
 
 
-def raster_over(terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None) -> Raster:
+def raster_over(
+    terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None, least: float = 0.0
+) -> Raster:
     """The raster that covers a terrain in plan.
 
     The borders of its cells lie on whole multiples of the cell in the input's coordinates, so that maps of two surveys
@@ -37,12 +39,13 @@ def raster_over(terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec
     Parameters
     ----------
     cell : side of a cell, m; None for half the size of the median facet or less, and at most `MOST_CELLS` cells
+    least : where no cell is given, cells are no smaller (m), rounded up
     box : corners of the terrain's box where they are known already, m
     """
     low, high = _extent_of(terrain) if box is None else (np.array(corner[:2]) for corner in box)
     if cell is not None:
         return _covering(terrain, low, high, cell)
-    finest = _finest_cell(terrain)
+    finest = max(_finest_cell(terrain), least)
     fitting = (_covering(terrain, low, high, size) for size in round_cells() if size >= finest)
     return next(raster for raster in fitting if raster.nx * raster.ny <= MOST_CELLS)
 
@@ -58,8 +61,12 @@ def _finest_cell(terrain: Terrain) -> float:
 
     Finer than the facets, for a path is known far better than the ground: a berm as wide as a facet shows as such.
     """
-    half = 0.5 * typical_size(terrain)
-    return max(takewhile(lambda size: size <= half, round_cells()), default=SMALLEST_CELL)
+    return round_below(0.5 * typical_size(terrain))
+
+
+def round_below(size: float) -> float:
+    """The largest round cell (m) that is no larger than a size; `SMALLEST_CELL` if none is."""
+    return max(takewhile(lambda cell: cell <= size, round_cells()), default=SMALLEST_CELL)
 
 
 def typical_size(terrain: Terrain) -> float:

@@ -56,6 +56,15 @@ def scale_of_energy(energy: Values) -> Scale:
     return Scale(min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high, True)
 
 
+def scale_of_passages(passages: Values) -> Scale:
+    """Of passages per metre (C,), 1/m, NaN where none are known: at least a power of ten from end to end."""
+    low, high = _range(passages)
+    if high <= 0.0:
+        return Scale(1e-5, 1e-2, True)
+    high = _rounded_up(high)
+    return Scale(min(_rounded_down(max(low, 1e-3 * high)), high / 10.0), high, True)
+
+
 def scale_of_height(height: Values) -> Scale:
     """Of heights (C,), m, NaN where none is known: from the ground up."""
     _, high = _range(height)

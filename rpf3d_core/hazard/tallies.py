@@ -17,6 +17,7 @@ from rpf3d_core.compiling_beside import Call
 from rpf3d_core.ensemble.batch import NOTHING, Batch
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.hazard.areas import Areas
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.ground import Ground, plain_ground
@@ -44,6 +45,7 @@ class Tallies:
     inside: Tally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
+    spins: bool = False  # whether energies count rotation
     barriers: Any = None  # a `hazard.barriers.BarrierTally` where the scene names some
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
@@ -51,8 +53,9 @@ class Tallies:
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         mass = releases.mass[batch.rows]
+        spins = spins_squared(batch, releases.radius[batch.rows]) if self.spins else None
         while begin < len(heights):
-            end = self._visit(scratch, batch, mass, begin, heights)
+            end = self._visit(scratch, batch, mass, spins, begin, heights)
             self._fold(scratch)
             if end == begin:
                 scratch = with_more_room(scratch)
@@ -72,7 +75,8 @@ class Tallies:
         if wait:
             wait()
         self._fold(scratch)
-        self._visit(scratch, NOTHING, np.empty(0), 0, np.empty(0))
+        nothing = np.empty(0)
+        self._visit(scratch, NOTHING, nothing, self._no_spins, 0, nothing)
         self.idle.put(scratch)
         return time.perf_counter() - began
 
@@ -80,7 +84,7 @@ class Tallies:
         """The loops of `warm` that take longest to compile, with arguments."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
-        visit = visit_all, (*self._arguments(scratch, NOTHING, nothing), 0, nothing)
+        visit = visit_all, (*self._arguments(scratch, NOTHING, nothing, self._no_spins), 0, nothing)
         return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
@@ -102,24 +106,31 @@ class Tallies:
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
-        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers)
+        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, self.spins)
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
         nothing = layers_of(Tally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
-        return HazardMaps(flown, self.ground.raster, nothing, nothing, zones, inside, area_names)
+        return HazardMaps(flown, self.ground.raster, nothing, nothing, zones, inside, area_names, (), self.spins)
 
     @property
     def _tallies(self) -> tuple[Tally, Tally, Tally, Tally]:
         return self.squares, self.facets, self.zones, self.inside
 
+    @property
+    def _no_spins(self) -> Any:
+        """What stands for the spins of a batch of no rocks."""
+        return spins_squared(NOTHING, np.empty(0)) if self.spins else None
+
     def _scratch(self) -> Scratch:
         try:
             return self.idle.get_nowait()
         except queue.Empty:
-            squares, facets, zones, areas = (empty_visits(len(tally.slot), ROOM) for tally in self._tallies)
+            squares, facets, zones, areas = (
+                empty_visits(len(tally.slot), ROOM, tally.ways, self.spins) for tally in self._tallies
+            )
             return Scratch(squares, facets, zones, areas, empty_spans())
 
     def _fold(self, scratch: Scratch) -> None:
@@ -127,16 +138,23 @@ class Tallies:
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
 
-    def _visit(self, scratch: Scratch, batch: Batch, mass: FloatArray, begin: int, heights: FloatArray) -> int:
+    def _visit(
+        self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any, begin: int, heights: FloatArray
+    ) -> int:
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
-        return int(visit(*self._arguments(scratch, batch, mass), begin, heights))
+        return int(visit(*self._arguments(scratch, batch, mass, spins), begin, heights))
 
-    def _arguments(self, scratch: Scratch, batch: Batch, mass: FloatArray) -> tuple[Any, ...]:
+    def _arguments(self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any) -> tuple[Any, ...]:
         """What `visit_all` is to be called with, but for the rocks to begin with."""
         written = (batch.counts, batch.finals, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
         ground = self.ground if self.compiled else plain_ground(self.ground)
-        return ground, areas, scratch, self.gravity, *written, mass
+        return ground, areas, scratch, self.gravity, *written, mass, spins
+
+
+def with_ways(tallies: Tallies) -> Tallies:
+    """Tallies with nothing counted yet that gather the lengths of ways inside the squares of the raster as well."""
+    return replace(tallies, squares=tallies.squares.with_ways())
 
 
 def tallies_over(

@@ -34,7 +34,8 @@ from rpf3d_core.hazard.lines import (
     empty_lines,
     found_in,
 )
-from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits
+from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits, energy2_of
+from rpf3d_core.hazard.ways import WAY_BYTES, add_way
 from rpf3d_core.memory import longer
 
 FEWEST_SLOTS = 1024
@@ -60,11 +61,13 @@ class Slots(NamedTuple):
 
     cell : (S,); lines : of each, its sums in units of `Scales.top` over SUM_UNITS
     bins : (S, B) rocks in each bin of energy, then of speed, then of height, less what was carried
+    ways : (S, 2) as of `hazard.ways`; None where none are gathered
     """
 
     cell: Any
     lines: Lines
     bins: Any
+    ways: Any = None
 
 
 class Ahead(NamedTuple):
@@ -86,14 +89,15 @@ class Tally:
     Its bins take at most `limit` bytes: beyond that they are merged in pairs, at most until each is an octave wide.
     Because that depends on nothing but the cells that rocks came to, the result still does not depend on their order.
     compiled : False where so few rocks come that plain Python is done before the loop has been compiled
+    ways : whether the lengths of ways inside cells are gathered
     """
 
-    def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True) -> None:
+    def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True, ways: bool = False) -> None:
         self.scales, self.limit, self.merges = scales, limit, 0
         self.compiled = compiled
         self.slot = np.full(cells, -1, dtype=np.int32)
         self.used = 0
-        self.slots = empty_slots(0, sum(scales.bins))
+        self.slots = empty_slots(0, sum(scales.bins), ways)
         self.carries = Carries(sum(scales.bins))
         self._ahead, self._fresh = _nothing_ahead(), np.empty(0, dtype=np.int32)
         self._lock = threading.Lock()
@@ -103,7 +107,7 @@ class Tally:
 
         What it costs depends on the cells that rocks came to, not on how many there are.
         """
-        fresh = Tally(0, scales, limit, self.compiled)
+        fresh = Tally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1
         fresh.slot = self.slot
         return fresh
@@ -111,6 +115,15 @@ class Tally:
     def widened(self, cells: int) -> None:
         """Make room for more cells; nothing where there is enough."""
         self.slot = longer(self.slot, cells, -1)
+
+    @property
+    def ways(self) -> bool:
+        """Whether the lengths of ways inside cells are gathered."""
+        return self.slots.ways is not None
+
+    def with_ways(self) -> "Tally":
+        """A tally of the same cells, with nothing counted yet, that gathers the lengths of ways inside them."""
+        return Tally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
         """Fold the visits of whole rocks in, and forget them; any thread may call."""
@@ -137,6 +150,8 @@ class Tally:
             place = self.slot[other.slots.cell[: other.used]]
             theirs = found_in(other.slots.lines, other.slots.cell[: other.used], np.arange(other.used))
             add_found(self.slots.lines, place, theirs)
+            if self.slots.ways is not None:
+                self.slots.ways[place] += other.slots.ways[: other.used]
             bins, carries = other.slots.bins[: other.used], other.carries
             for _ in range(self.merges - other.merges):
                 bins, carries = in_pairs(bins, carries)
@@ -145,8 +160,9 @@ class Tally:
 
     def found(self) -> Found:
         """What is kept of the S cells that rocks came to, in order of cell; for their bins see `bins_found`."""
-        order = self._order()
-        return found_in(self.slots.lines, self.slots.cell[order], order)
+        order, ways = self._order(), self.slots.ways
+        found = found_in(self.slots.lines, self.slots.cell[order], order)
+        return found if ways is None else found._replace(ways=ways[order])
 
     def bins_found(self, some: NDArray[np.intp] | None = None) -> Iterator[NDArray[np.uint32]]:
         """The bins of those cells with all that was carried, (N, B) at a time: all at once would fill memory.
@@ -164,7 +180,8 @@ class Tally:
         """Give a slot to each cell that has none."""
         first, new = self.used, self._new_cells(cells)
         self.used += new
-        while self.merges < MOST_MERGES and self.used * (self.slots.bins.shape[1] + BYTES_PER_SLOT) > self.limit:
+        beside = BYTES_PER_SLOT + (WAY_BYTES if self.ways else 0)
+        while self.merges < MOST_MERGES and self.used * (self.slots.bins.shape[1] + beside) > self.limit:
             self._merge_bins()
         if self.used > len(self.slots.cell):
             self._grow(min(max(FEWEST_SLOTS, GROWTH * self.used), len(self.slot)))
@@ -178,9 +195,11 @@ class Tally:
         return int(number(self.slot, cells, self.used, self._fresh))
 
     def _grow(self, room: int) -> None:
-        grown, used = empty_slots(room, self.slots.bins.shape[1]), len(self.slots.cell)
+        grown, used = empty_slots(room, self.slots.bins.shape[1], self.ways), len(self.slots.cell)
         grown.cell[:used], grown.bins[:used] = self.slots.cell, self.slots.bins
         grown.lines.long[:used] = self.slots.lines.long
+        if self.ways:
+            grown.ways[:used] = self.slots.ways
         self.slots = grown
 
     def _merge_bins(self) -> None:
@@ -189,9 +208,10 @@ class Tally:
         self.slots = self.slots._replace(bins=bins)
 
 
-def empty_slots(room: int, bins: int) -> Slots:
-    """Room for S cells with B bins each; what is not used yet takes no memory."""
-    return Slots(np.empty(room, dtype=np.int32), empty_lines(room), np.zeros((room, bins), dtype=np.uint8))
+def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
+    """Room for S cells with B bins each, and their ways where asked for; what is not used yet takes no memory."""
+    lengths = np.zeros((room, 2), dtype=np.int64) if ways else None
+    return Slots(np.empty(room, dtype=np.int32), empty_lines(room), np.zeros((room, bins), dtype=np.uint8), lengths)
 
 
 def _nothing_ahead() -> Ahead:
@@ -226,6 +246,7 @@ def _fold(
         for a in range(count):
             _add_to_line(slots.lines, ahead.slot[a], visits, first + a, ahead.values, a)
             s = ahead.slot[a]
+            add_way(slots.ways, visits.way, s, first + a)
             for q in range(3):
                 b = ahead.bins[a, q]
                 if b < 0:
@@ -252,7 +273,7 @@ def _look_ahead(
     for a in range(count):
         k = first + a
         speed2 = visits.most[k, SPEED2]
-        ahead.values[a, 0] = 0.5 * visits.mass[k] * speed2 * per_top[0]
+        ahead.values[a, 0] = 0.5 * visits.mass[k] * energy2_of(visits.energy2, visits, k) * per_top[0]
         ahead.values[a, 1] = math.sqrt(speed2) * per_top[1]
         ahead.values[a, 2] = visits.most[k, HEIGHT] * per_top[2]
         for q in range(3):
@@ -273,7 +294,8 @@ def _add_to_line(lines: Lines, s: int, visits: Visits, k: int, values: Any, a: i
     lines.short[s, LINE_DEPOSITS] += visits.counts[k, DEPOSITS]
     lines.long[s, LINE_PASSAGES] += visits.counts[k, PASSAGES]
     lines.long[s, LINE_IMPACTS] += visits.counts[k, IMPACTS]
-    most = (0.5 * visits.mass[k] * speed2, math.sqrt(speed2), visits.most[k, HEIGHT])
+    energy2 = energy2_of(visits.energy2, visits, k)
+    most = (0.5 * visits.mass[k] * energy2, math.sqrt(speed2), visits.most[k, HEIGHT])
     for q in range(3):
         lines.single[s, LINE_MOST + q] = max(lines.single[s, LINE_MOST + q], np.float32(most[q]))
         lines.long[s, LINE_SUMS + q] += np.int64(values[a, q] * SUM_UNITS + 0.5)

@@ -21,6 +21,13 @@ STRAIGHT = 1e-6
 """Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
 
 
+class TrackSpin(NamedTuple):
+    """What spin adds to squared speeds where a track begins and ends, where energy is asked for (m^2/s^2)."""
+
+    begin2: float
+    end2: float
+
+
 class Track(NamedTuple):
     """A piece of path, straight in plan.
 
@@ -28,6 +35,8 @@ class Track(NamedTuple):
     begin, until : s since the release; duration : s, which may differ from their difference by rounding
     start, end : speeds (m/s) at the ends of a chord, between which it has a constant acceleration; of a flight without
         gravity both are its own
+    spin : what the rock's spin adds to its squared speed at both ends where energy is asked for (m^2/s^2), which
+        changes evenly with the way; None where rocks do not spin
 
     Walks go along its arc: a chord is walked at a constant pace, and what they call times is the share of its length
     that they have gone, times its duration. `time_at` and `speed2_at` turn that into times and speeds.
@@ -39,6 +48,7 @@ class Track(NamedTuple):
     duration: float
     start: float
     end: float
+    spin: Any = None
 
 
 @kernel
@@ -55,23 +65,35 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 
 
 @kernel
-def track_of(pieces: Any, modes: Any, p: int, k: int, count: int, gravity: float) -> Track:
+def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
     """Track k of the `count` that piece p is walked as.
 
     pieces : (S, 10), `simulation.record.Record`; the row after p tells where the piece ends
+    spins : (S, 2) what spin adds to squared speeds at the ends of pieces; None where rocks do not spin
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if modes[p] == FLIGHT:
         arc, speed = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity), norm(v)
-        return Track(arc, t, pieces[p + 1, 0], duration, speed, speed)
+        return Track(arc, t, pieces[p + 1, 0], duration, speed, speed, spin_of(spins, p, 0.0, 1.0))
     a, b = slide_point(pieces, p, k / count), slide_point(pieces, p, (k + 1) / count)
     step = duration / count
     chord = ((b[0] - a[0]) / step, (b[1] - a[1]) / step, (b[2] - a[2]) / step)
     before, after = norm(v), norm((pieces[p, 7], pieces[p, 8], pieces[p, 9]))
     start, end = before + (after - before) * k / count, before + (after - before) * (k + 1) / count
     until = t + (k + 1) * step if k + 1 < count else pieces[p + 1, 0]
-    return Track(Arc(a, chord, 0.0), t + k * step, until, step, start, end)
+    spin = spin_of(spins, p, k / count, (k + 1) / count)
+    return Track(Arc(a, chord, 0.0), t + k * step, until, step, start, end, spin)
+
+
+@kernel
+def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
+    """What spin adds to squared speeds (m^2/s^2) after two shares of the time of piece p; None where none is known."""
+    if spins is None:
+        return None
+    first, last = math.sqrt(spins[p, 0]), math.sqrt(spins[p, 1])
+    one, other = first + (last - first) * begin, first + (last - first) * end
+    return TrackSpin(one * one, other * other)
 
 
 @kernel
@@ -120,6 +142,21 @@ def time_at(track: Track, t: float) -> float:
 def top_speed2(track: Track, begin: float, end: float) -> float:
     """Largest squared speed (m^2/s^2) between two times of a walk: at one of them, for it is convex in time."""
     return max(speed2_at(track, begin), speed2_at(track, end))
+
+
+@kernel
+def top_energy2(track: Track, begin: float, end: float) -> float:
+    """Twice the largest kinetic energy (J/kg) between two times of a walk: of translation, and of rotation if known."""
+    return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
+
+
+@kernel
+def _energy2_at(spin: Any, track: Track, t: float) -> float:
+    """Twice the kinetic energy (J/kg) t seconds into the walk of a track."""
+    if spin is None:
+        return speed2_at(track, t)
+    share = t / track.duration if track.duration > 0.0 else 0.0
+    return float(speed2_at(track, t) + spin.begin2 + (spin.end2 - spin.begin2) * share)
 
 
 @kernel

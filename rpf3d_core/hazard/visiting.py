@@ -19,6 +19,7 @@ from rpf3d_core.hazard.visits import (
     empty_visits,
     next_rock,
     note_count,
+    note_energy2,
     note_stay,
     take_back,
     visit,
@@ -44,7 +45,7 @@ class Scratch(NamedTuple):
 def with_more_room(scratch: Scratch) -> Scratch:
     """Scratch with twice the room, for a rock that goes to more cells than there was room for."""
     squares, facets, zones, areas = (
-        empty_visits(len(visits.mark), 2 * len(visits.cell))
+        empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
     )
     return Scratch(squares, facets, zones, areas, scratch.spans)
@@ -53,11 +54,12 @@ def with_more_room(scratch: Scratch) -> Scratch:
 @loop
 def visit_all(
     ground: Ground, areas: Areas, scratch: Scratch, gravity: float, counts: Any, finals: Any, impacts: Any,
-    facets: Any, pieces: Any, modes: Any, first: Any, mass: Any, begin: int, heights: Any,
+    facets: Any, pieces: Any, modes: Any, first: Any, mass: Any, spins: Any, begin: int, heights: Any,
 ) -> int:  # fmt: skip
     """Gather the visits of rock after rock from number `begin` on; the number of the first that found no room.
 
-    Rows of the record begin at first[r, 0] for the impacts and at first[r, 1] for the pieces of rock r.
+    Rows of the record begin at first[r, 0] for the impacts and at first[r, 1] for the pieces of rock r. spins : as of
+    `ensemble.spin.spins_squared`; None where rocks do not spin
     """
     for r in range(begin, len(heights)):
         _next_rock(scratch)
@@ -66,10 +68,10 @@ def visit_all(
             continue
         q, at = first[r, 0], NOWHERE
         for p in range(first[r, 1], first[r + 1, 1] - 1):
-            at = _walk_piece(ground, areas, scratch, pieces, modes, p, gravity, mass[r], at)
+            at = _walk_piece(ground, areas, scratch, pieces, modes, _of_pieces(spins), p, gravity, mass[r], at)
             while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
                 if facets[q] >= 0:  # an obstacle is no ground: the flights before and after it tell of it
-                    _note_impact(ground, areas, scratch, impacts, q, facets[q], mass[r])
+                    _note_impact(ground, areas, scratch, impacts, spins, q, facets[q], mass[r])
                 q += 1
         _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r], mass[r])
         if not _fits(scratch):
@@ -100,14 +102,30 @@ def _fits(scratch: Scratch) -> bool:
 
 
 @kernel
+def _of_pieces(spins: Any) -> Any:
+    """What the spins of the pieces of paths add to squared speeds; None where rocks do not spin."""
+    if spins is None:
+        return None
+    return spins.pieces
+
+
+@kernel
+def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: float) -> None:
+    """Note the energy that impact q came with, in a visit; nothing where rocks do not spin."""
+    if spins is None:
+        return
+    note_energy2(visits.energy2, k, speed2 + spins.impacts[q])
+
+
+@kernel
 def _walk_piece(
-    ground: Ground, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, p: int, gravity: float, mass: float,
-    at: int,
+    ground: Ground, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, spins: Any, p: int, gravity: float,
+    mass: float, at: int,
 ) -> int:  # fmt: skip
     """Visit all that one piece of path passes over; the facet it ends over, from the one it may begin over."""
     count = tracks_of(pieces, modes, p)
     for k in range(count):
-        track = track_of(pieces, modes, p, k, count, gravity)
+        track = track_of(pieces, modes, spins, p, k, count, gravity)
         walk_raster(ground.raster, scratch.squares, track, mass)
         at = _walk_facets(ground, scratch, track, mass, at)
         walk_areas(areas, scratch.areas, track, mass)
@@ -133,25 +151,30 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 @kernel
 def _note_impact(
-    ground: Ground, areas: Areas, scratch: Scratch, impacts: Any, q: int, facet: int, mass: float
-) -> None:
+    ground: Ground, areas: Areas, scratch: Scratch, impacts: Any, spins: Any, q: int, facet: int,
+    mass: float,
+) -> None:  # fmt: skip
     """Count an impact where it is; a vertical facet is visited by nothing else."""
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
     note_stay(scratch.squares, k, t, t, speed2)
     note_count(scratch.squares, k, IMPACTS)
+    _note_impact_energy(scratch.squares, k, spins, q, speed2)
     k = visit(scratch.facets, facet, t, mass)
     note_stay(scratch.facets, k, t, t, speed2)
     note_count(scratch.facets, k, IMPACTS)
+    _note_impact_energy(scratch.facets, k, spins, q, speed2)
     k = visit(scratch.zones, ground.facets.zone[facet], t, mass)
     note_stay(scratch.zones, k, t, t, speed2)
     note_count(scratch.zones, k, IMPACTS)
+    _note_impact_energy(scratch.zones, k, spins, q, speed2)
     for a in range(len(areas.boxes)):
         if contains_point(areas, a, x):
             k = visit(scratch.areas, a, t, mass)
             note_stay(scratch.areas, k, t, t, speed2)
             note_count(scratch.areas, k, IMPACTS)
+            _note_impact_energy(scratch.areas, k, spins, q, speed2)
 
 
 @kernel

@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.compiling import kernel
+from rpf3d_core.hazard.tracks import Track, top_energy2
+from rpf3d_core.hazard.ways import begin_way
 
 FIRST, UNTIL = 0, 1
 SPEED2, HEIGHT = 0, 1
@@ -28,6 +30,9 @@ class Visits(NamedTuple):
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock
+    way : (N,) length of the rock's way in plan inside the cell, in cell widths; None where no map asks for it
+    energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None where rocks do not spin and the
+        squared speed is all of it
     state : (3,) visits used, the first of the rock at hand, whether room has run out
     """
 
@@ -38,13 +43,19 @@ class Visits(NamedTuple):
     counts: Any
     mass: Any
     state: Any
+    way: Any = None
+    energy2: Any = None
 
 
-def empty_visits(cells: int, room: int) -> Visits:
-    """No visits to C cells yet, with room for N."""
+def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False) -> Visits:
+    """No visits to C cells yet, with room for N.
+
+    ways : whether the lengths of ways are gathered; spins : whether energies count rotation
+    """
     return Visits(
         np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 2)),
         np.empty((room, 3), dtype=np.int32), np.empty(room), np.zeros(3, dtype=np.int64),
+        np.empty(room) if ways else None, np.empty(room) if spins else None,
     )  # fmt: skip
 
 
@@ -84,6 +95,8 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
     visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
     visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
+    begin_way(visits.way, k)
+    _begin_energy(visits.energy2, k)
     return k
 
 
@@ -103,6 +116,31 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
 
 
 @kernel
+def _begin_energy(energy2: Any, k: int) -> None:
+    """Begin visit k without energy; nothing where squared speeds are all of it (None)."""
+    if energy2 is None:
+        return
+    energy2[k] = 0.0
+
+
+@kernel
+def note_energy2(energy2: Any, k: int, value: float) -> None:
+    """The rock had as much as this of twice its kinetic energy (J/kg) in the cell of visit k."""
+    if energy2 is None:
+        return
+    if k >= 0 and value > energy2[k]:
+        energy2[k] = value
+
+
+@kernel
+def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
+    """Twice the rock's largest kinetic energy (J/kg) in the cell of visit k."""
+    if energy2 is None:
+        return float(visits.most[k, SPEED2])
+    return float(energy2[k])
+
+
+@kernel
 def note_height(visits: Visits, k: int, height: float) -> None:
     """The rock was as high as this (m) above the ground in the cell of visit k."""
     if k >= 0 and height > visits.most[k, HEIGHT]:
@@ -110,11 +148,20 @@ def note_height(visits: Visits, k: int, height: float) -> None:
 
 
 @kernel
-def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> None:
-    """The rock was in a cell between two times (s), no faster and no higher than told (m^2/s^2, m)."""
+def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> int:
+    """The rock was in a cell between two times (s), no faster and no higher than told (m^2/s^2, m); its visit."""
     k = visit(visits, cell, t, mass)
     note_stay(visits, k, t, until, speed2)
     note_height(visits, k, height)
+    return k
+
+
+@kernel
+def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: float) -> None:
+    """Note the largest energy between two times of the walk of a track (s); nothing where rocks do not spin (None)."""
+    if energy2 is None:
+        return
+    note_energy2(energy2, k, top_energy2(track, low, high))
 
 
 @kernel

@@ -16,7 +16,7 @@ from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.ground import Ground
 from rpf3d_core.hazard.over_facet import VERTICAL, largest_height, under
 from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_height, visit_for, visited
+from rpf3d_core.hazard.visits import Visits, note_height, note_track_energy, visit_for, visited
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
@@ -127,8 +127,10 @@ def _visit_span(
 ) -> None:  # fmt: skip
     """Visit facet f and its zone between two times of a track (s), in which it is `height` (m) above f at most."""
     speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-    visit_for(facets, f, t, until, speed2, height, mass)
-    visit_for(zones, ground.facets.zone[f], t, until, speed2, height, mass)
+    k = visit_for(facets, f, t, until, speed2, height, mass)
+    note_track_energy(facets.energy2, k, track, low, high)
+    k = visit_for(zones, ground.facets.zone[f], t, until, speed2, height, mass)
+    note_track_energy(zones.energy2, k, track, low, high)
     _note_heights(ground, squares, track, f, low, high, height)
 
 

@@ -3,7 +3,8 @@
 from rpf3d_core.compiling import kernel
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_stay, visit
+from rpf3d_core.hazard.visits import Visits, note_stay, note_track_energy, visit
+from rpf3d_core.hazard.ways import note_way
 
 
 @kernel
@@ -21,6 +22,8 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
             t = time_at(track, begin)
             k = visit(visits, j * raster.nx + i, t, mass)
             note_stay(visits, k, t, time_at(track, max(begin, leave)), top_speed2(track, begin, leave))
+            note_track_energy(visits.energy2, k, track, begin, leave)
+            note_way(visits.way, k, raster, i, j, track, begin, leave)
         if leave >= track.duration:
             return
         begin, here = max(begin, leave), False

@@ -17,7 +17,7 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.over_facet import above_plane, along_across, crossing, largest_above
 from rpf3d_core.hazard.sheet import NOTHING, facet_beyond, is_alone
 from rpf3d_core.hazard.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_height, visit_for, visited
+from rpf3d_core.hazard.visits import Visits, note_height, note_track_energy, visit_for, visited
 from rpf3d_core.terrain.facet_geometry import REACH
 
 NOWHERE = -1
@@ -150,8 +150,10 @@ def _pass_over(
         cursor = _next_cursor(ground.raster, squares, track, cursor)
     if most >= -REACH * ground.facets.tolerance:
         speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-        visit_for(facets, f, t, until, speed2, most, mass)
-        visit_for(zones, ground.facets.zone[f], t, until, speed2, most, mass)
+        k = visit_for(facets, f, t, until, speed2, most, mass)
+        note_track_energy(facets.energy2, k, track, low, high)
+        k = visit_for(zones, ground.facets.zone[f], t, until, speed2, most, mass)
+        note_track_energy(zones.energy2, k, track, low, high)
     return cursor
 
 

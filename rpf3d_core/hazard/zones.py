@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
+from rpf3d_core.hazard.passages import reached_over
 from rpf3d_core.terrain.frame import FloatArray
 
 Flags = NDArray[np.bool_]
@@ -23,12 +24,14 @@ class Matrix(NamedTuple):
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
         lowest; None for no zone. One name may stand in several places.
     percentile : of energy, one of `maps.PERCENTILES`
+    object_width : m, of what may be hit: probabilities are of hitting it; None for those of reaching a cell
     """
 
     energy_levels: tuple[float, ...]
     probability_levels: tuple[float, ...]
     classes: tuple[tuple[str | None, ...], ...]
     percentile: int
+    object_width: float | None = None
 
     @property
     def names(self) -> list[str]:
@@ -44,6 +47,8 @@ class Zone(NamedTuple):
         "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) flag of each cell; guessed : how many of them took the largest energy for want of a percentile
+    object_width : m, that the probabilities of a class are for; None where they are those of reaching a cell, which
+        grow with the cell
     """
 
     kind: str
@@ -51,6 +56,7 @@ class Zone(NamedTuple):
     name: str | None
     cells: Flags
     guessed: int = 0
+    object_width: float | None = None
 
 
 def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
@@ -65,7 +71,8 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     Fewer than 20 rocks have no percentile: such a cell takes its largest energy instead, which is never below the
     percentile, and its zone says how many did. To leave it out would be to call it safe.
     """
-    share = reach_probability(maps.cells, maps.flown)
+    width = matrix.object_width
+    share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)
     energy, guessed = _energy(maps, matrix.percentile)
     row = np.searchsorted(matrix.energy_levels, energy, side="right")
     column = np.searchsorted(matrix.probability_levels, share, side="right")
@@ -75,7 +82,7 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     zones = []
     for index, name in enumerate(names):
         belongs = found == index
-        zones.append(Zone("matrix", None, name, _flags(maps, belongs), int((guessed & belongs).sum())))
+        zones.append(Zone("matrix", None, name, _flags(maps, belongs), int((guessed & belongs).sum()), width))
     return zones
 
 

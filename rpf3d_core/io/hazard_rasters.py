@@ -22,7 +22,17 @@ from rasterio.errors import NotGeoreferencedWarning
 from rasterio.windows import Window
 
 from rpf3d_core.hazard.maps import HazardMaps, Raster
-from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
+from rpf3d_core.hazard.passages import Passage, passage_per_metre
+from rpf3d_core.hazard.quantities import (
+    ENERGY,
+    PER_METRE,
+    STATISTICS,
+    Quantity,
+    counts_of,
+    shares_of,
+    spreads_of,
+    statistics_of,
+)
 from rpf3d_core.io.reference_system import reference_system
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
@@ -40,7 +50,8 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     """Write a GeoTIFF for each quantity into an existing folder.
 
     `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band; `energy_j`, `speed_m_s`
-    and `height_m` have max, mean, p50, p90, p95 and p99, in this order, by these names.
+    and `height_m` have max, mean, p50, p90, p95 and p99, in this order, by these names. `passage_per_metre`, where the
+    maps have it, has value, low and high: the ends of its 95 % interval.
 
     Parameters
     ----------
@@ -61,6 +72,9 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | None) -> None:
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
+    if maps.cells.ways is not None:
+        bands = [values.astype(np.float32) for values in passage_per_metre(maps)]
+        _write(folder, PER_METRE, terrain.frame, maps, system, bands)
     for quantity, counts in counts_of(maps.cells):
         fits = counts.max(initial=0) < COUNT_NODATA
         _write(folder, quantity, terrain.frame, maps, system, [counts.astype(np.uint32 if fits else np.float64)])
@@ -129,17 +143,27 @@ def _write(
                 image = np.full((part.window.height, part.window.width), quantity.elsewhere, kind)
                 image[part.row, part.column] = values[part.cells]
                 file.write(image, number, window=part.window)
-            file.set_band_description(number, STATISTICS[number - 1] if len(bands) > 1 else quantity.name)
+            file.set_band_description(number, _band_name(quantity, number, len(bands)))
             file.set_band_unit(number, quantity.unit)
+
+
+def _band_name(quantity: Quantity, number: int, bands: int) -> str:
+    """The name of band `number`, from 1, of so many."""
+    if bands == 1:
+        return quantity.name
+    return (Passage._fields if quantity is PER_METRE else STATISTICS)[number - 1]
 
 
 def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
     """What a reader must know of the numbers, beside the bands' names."""
+    meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
     return {
         "QUANTITY": quantity.name,
         "UNITS": quantity.unit,
-        "MEANING": f"{quantity.meaning}; {SPREAD_OF}" if bands > 1 else quantity.meaning,
+        "MEANING": f"{meaning}; {SPREAD_OF}" if bands == len(STATISTICS) else meaning,
         "ROCKS": str(maps.flown),
+        "CELL_M": f"{maps.raster.cell:g}",
+        "CELL_MATTERS": "no" if quantity is PER_METRE else "yes",
         "AXES": "x y" if frame.up == "z" else "x z",
         "SOFTWARE": "rpf3d",
     }

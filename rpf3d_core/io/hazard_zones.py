@@ -72,16 +72,24 @@ def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
     sentences = []
     if levels:
-        sentences.append(f"no cell is reached by {' or '.join(levels)} of the rocks: zones.geojson has no such zone")
+        sentences.append(
+            f"no cell of {maps.raster.cell:g} m is reached by {' or '.join(levels)} of the rocks: zones.geojson has no "
+            "such zone"
+        )
     if classes:
-        sentences.append(f"no cell is of the class {' or '.join(classes)}: zones.geojson has no such zone")
+        sentences.append(
+            f"no cell of {maps.raster.cell:g} m is of the class {' or '.join(classes)}: zones.geojson has no such zone"
+        )
     return sentences
 
 
 def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
     """The zones that a scene asks for, for summary.json: those with 0 cells have no feature."""
     return [
-        {"kind": zone.kind, "level": zone.level, "class": zone.name, "cells": int(zone.cells.sum())}
+        {
+            "kind": zone.kind, "level": zone.level, "class": zone.name, "cells": int(zone.cells.sum()),
+            "cell_m": maps.raster.cell, "object_width_m": zone.object_width,
+        }
         for zone in hazard_zones(maps, spec)
     ]
 
@@ -91,7 +99,8 @@ def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
     cells = int(zone.cells.sum())
     properties = {
         "kind": zone.kind, "level": zone.level, "class": zone.name, "area_m2": cells * maps.raster.cell**2,
-        "cells": cells, "cells_by_largest_energy": zone.guessed,
+        "cells": cells, "cells_by_largest_energy": zone.guessed, "cell_m": maps.raster.cell,
+        "object_width_m": zone.object_width,
     }  # fmt: skip
     geometry = {"type": "MultiPolygon", "coordinates": _polygons(zone, maps, frame)}
     return {"type": "Feature", "properties": properties, "geometry": geometry}

@@ -16,8 +16,18 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
-from rpf3d_core.hazard.scales import Scale, Values, colours_at, reach_scale, scale_of_energy, scale_of_height
+from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.hazard.scales import (
+    Scale,
+    Values,
+    colours_at,
+    reach_scale,
+    scale_of_energy,
+    scale_of_height,
+    scale_of_passages,
+)
 from rpf3d_core.io.findings import Flown
+from rpf3d_core.io.hazard_words import words_on_empty
 from rpf3d_core.io.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.io.plots_profiles import save
 from rpf3d_core.io.plots_sheet import (
@@ -100,6 +110,8 @@ def write_hazard_pictures(
 ) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
+    Maps with passages per metre have passage_per_metre.png as well.
+
     Parameters
     ----------
     name : of the scene, for the title
@@ -117,23 +129,35 @@ def write_hazard_pictures(
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
     """What each picture shows, by the name of its file."""
-    cells = maps.cells
+    cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
     share = reach_probability(cells, maps.flown)
     p95 = "95th percentile of the rocks' largest"
     return {
         "reach_probability": Theme(
-            "reach probability", "share of all rocks that come here (%)", cells.everywhere(share, np.nan),
-            reach_scale(maps.flown, share), 0.01,
+            "reach probability", f"share of all rocks that come to a cell\nof {maps.raster.cell:g} m (%)",
+            cells.everywhere(share, np.nan), reach_scale(maps.flown, share), 0.01,
         ),
+        **_per_metre(maps),
         "energy_p95": Theme(
-            f"{p95} energy", "translational kinetic energy, p95 (kJ)", cells.everywhere(cells.energy.p95, np.nan),
-            scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
+            f"{p95} energy", f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}",
+            cells.everywhere(cells.energy.p95, np.nan), scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
         ),
         "height_p95": Theme(
-            f"{p95} height", "height above the ground, p95 (m)", cells.everywhere(cells.height.p95, np.nan),
+            f"{p95} height", f"height above the ground, p95 (m),\n{wide}", cells.everywhere(cells.height.p95, np.nan),
             scale_of_height(cells.height.p95),
         ),
     }  # fmt: skip
+
+
+def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
+    """The picture of passages per metre, of maps that have them."""
+    if maps.cells.ways is None:
+        return {}
+    value = passage_per_metre(maps).value
+    unit = "share of all rocks that pass a metre\nacross their way (%/m), whatever the cell"
+    known = np.where(value > 0.0, value, np.nan)
+    scale = scale_of_passages(known)
+    return {"passage_per_metre": Theme("passages per metre", unit, maps.cells.everywhere(known, np.nan), scale, 0.01)}
 
 
 def hazard_figure(
@@ -252,14 +276,7 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
 
 def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
     """In place of the colour bar, where no cell has a value."""
-    if len(maps.cells.cell):
-        why = (
-            f"No values: no cell was reached by\n{FEWEST_ROCKS} rocks. More rocks, or a larger\n"
-            "hazard.cell in the scene, give some."
-        )
-    else:
-        why = "No values: no rock came anywhere."
-    side.text(0.0, 0.9, why, transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
+    side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
 
 
 def _beyond(scale: Scale, known: Values) -> str:

@@ -128,7 +128,7 @@ def write_all_tables(folder: Path, findings: Findings) -> None:
     """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
     place = (folder, sources, findings.terrain, scene.rock.density)
-    with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles) as sink:
+    with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles, findings.maps.spins) as sink:
         sink(findings.flights.deposits, findings.flights.impacts)
 
 

@@ -56,6 +56,12 @@ class MatrixSpec(Part):
             "lowest; null for no zone"
         )
     )
+    object_width: Number | None = Field(
+        None,
+        gt=0,
+        description="a width above 0 (m) across the rocks' way of what may be hit, a rock's diameter added: the "
+        "probabilities are then of hitting it and do not depend on the cell; or left out for those of reaching a cell",
+    )
 
     @model_validator(mode="after")
     def _one_class_a_band(self) -> Self:
@@ -76,7 +82,7 @@ class HazardSpec(Part):
     cell: Number | None = Field(
         None,
         ge=LEAST_CELL,
-        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for about a facet's size",
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for one that rocks fill",
     )
     reach_levels: Shares = Field(
         REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"
@@ -86,6 +92,11 @@ class HazardSpec(Part):
     )
     matrix: MatrixSpec | None = Field(
         None, description="a mapping with energy_levels_kj, probability_levels and classes, or left out for no classes"
+    )
+    passage_per_metre: bool = Field(
+        False,
+        strict=True,
+        description="true or false, whether passages per metre are mapped, which do not depend on the cell",
     )
     memory_gb: Number = Field(
         1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the memory that the maps may take"
@@ -97,4 +108,10 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
     if spec.matrix is None:
         return None
     levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
-    return Matrix(levels, spec.matrix.probability_levels, spec.matrix.classes, spec.energy_percentile)
+    matrix = spec.matrix
+    return Matrix(levels, matrix.probability_levels, matrix.classes, spec.energy_percentile, matrix.object_width)
+
+
+def asks_ways(spec: HazardSpec) -> bool:
+    """Return whether the maps of a scene need passages per metre."""
+    return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

@@ -15,7 +15,8 @@ from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.benches import bench_table, benches_section
 from rpf3d_core.hazard.convergence import convergence_section
-from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.maps import HazardMaps, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.io.areas import REACHED_BY
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.hazard_zones import zones_section
@@ -56,7 +57,9 @@ def summary(findings: Findings) -> dict[str, Any]:
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
-        "hazard": {**_hazard(findings.maps), "zones": zones_section(findings.maps, scene.hazard)},
+        "hazard": {
+            **_hazard(findings.maps), **_reach(findings.maps), "zones": zones_section(findings.maps, scene.hazard)
+        },
     }
     if findings.maps.barriers:
         from rpf3d_core.io.hazard_barriers import MEANING, barriers_section
@@ -164,6 +167,7 @@ def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
         "runout_m": {"of": "rocks at rest, horizontal", **totals.runout.summary(PERCENTILES)},
         "max_speed_m_s": {"of": "all rocks but failed ones", **totals.max_speed.summary(PERCENTILES)},
         "max_energy_j": {"of": "all rocks but failed ones, translational", **totals.max_energy.summary(PERCENTILES)},
+        **_energies_of_spin(totals),
         "max_height_m": {
             "of": "all rocks but failed ones, vertical above the terrain",
             **totals.max_height.summary(PERCENTILES),
@@ -175,13 +179,45 @@ def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
     }
 
 
+def _energies_of_spin(totals: Totals) -> dict[str, Any]:
+    """The energies that rocks have beside that of translation, where they spin."""
+    if not totals.spins:
+        return {}
+    of = "all rocks but failed ones, each one's largest,"
+    return {
+        "max_rotational_energy_j": {"of": f"{of} rotational", **totals.max_rotational_energy.summary(PERCENTILES)},
+        "max_total_energy_j": {
+            "of": f"{of} translational and rotational together", **totals.max_total_energy.summary(PERCENTILES)
+        },
+    }
+
+
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
     """The raster of the maps, and how well their percentiles are known."""
     return {
         "cell_m": maps.raster.cell,
+        "energy": maps.energy_kind,
         "columns": maps.raster.nx,
         "rows": maps.raster.ny,
         "cells_reached": len(maps.cells.cell),
         "facets_reached": len(maps.facets.cell),
         "percentiles_within": max(maps.cells.percentiles_within, maps.facets.percentiles_within),
     }
+
+
+def _reach(maps: HazardMaps) -> dict[str, Any]:
+    """The largest reach probability of a cell, which grows with the cell, and where mapped what does not."""
+    share, cell = reach_probability(maps.cells, maps.flown), maps.raster.cell
+    reach = {"of": f"cells of {cell:g} m; grows with the cell", "max": share.max(initial=0.0), "cell_m": cell}
+    if maps.cells.ways is None:
+        return {"reach_probability": reach}
+    passage = passage_per_metre(maps)
+    most = int(passage.value.argmax()) if len(passage.value) else None
+    ends = None if most is None else [passage.low[most], passage.high[most]]
+    per_metre = {
+        "of": f"passages per metre across the rocks' way, mean over cells of {cell:g} m",
+        "max": passage.value.max(initial=0.0),
+        "interval_95_of_max": ends,
+        "cell_m": cell,
+    }
+    return {"reach_probability": reach, "passage_per_metre": per_metre}

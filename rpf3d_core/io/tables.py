@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from rpf3d_core.ensemble.flights import Deposits, Impacts
 from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.ensemble.sizes import diameter_of
+from rpf3d_core.ensemble.spin import rotational_energy
 from rpf3d_core.ensemble.totals import runout
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.terrain.facets import Terrain
@@ -31,7 +32,8 @@ GROUND = "ground"
 UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
     "max_speed": "m/s", "entered_ground_at_speed": "m/s", "speed": "m/s", "speed_in": "m/s", "speed_out": "m/s",
-    "max_energy_j": "J", "energy_in_j": "J",
+    "max_energy_j": "J", "energy_in_j": "J", "max_rotational_energy_j": "J", "max_total_energy_j": "J",
+    "spin_in": "rad/s", "spin_out": "rad/s", "rotational_energy_in_j": "J", "total_energy_in_j": "J",
     "mass_kg": "kg", "diameter_m": "m", "release_x": "m", "release_y": "m", "release_z": "m",
 }  # fmt: skip
 
@@ -39,12 +41,13 @@ UNITS = {
 @contextmanager
 def open_tables(
     folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
-    obstacles: Obstacles = NO_OBSTACLES,
+    obstacles: Obstacles = NO_OBSTACLES, spins: bool = False,
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
     """Write deposits.csv, one line a rock, and impacts.parquet, one line an impact, block after block.
 
-    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet; obstacles : of the scene. Yields a
-    function that takes the rocks of a block, and their impacts.
+    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet; obstacles : of the scene
+    spins : whether rocks spin: both tables then have rotational and total energies as well
+    Yields a function that takes the rocks of a block, and their impacts.
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -52,10 +55,12 @@ def open_tables(
 
         def write(deposits: Deposits, struck: Impacts) -> None:
             lines = deposits_table(sources, terrain, deposits, density)
+            lines = with_energies(lines, deposits) if spins else lines
             _write_lines(deposits_file, lines, header=not deposits_file.tell())
             if not impacts:
                 return
             table = impacts_table(sources, terrain, deposits, struck, obstacles)
+            table = with_spins(table, deposits, struck, density) if spins else table
             if not parquet:
                 how = {"use_dictionary": _repeated(table.schema)}
                 path = folder / "impacts.parquet"
@@ -134,6 +139,32 @@ def impacts_table(
     )
 
 
+def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
+    """A table of R deposits with what rocks have beside translational energy, after the columns that it has."""
+    return _extended(
+        table,
+        {
+            "max_rotational_energy_j": _or_null(deposits.max_rotational_energy),
+            "max_total_energy_j": _or_null(deposits.max_total_energy),
+        },
+    )
+
+
+def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
+    """A table of I impacts with spins and energies of rocks of a density (kg/m^3), after the columns that it has."""
+    mass = deposits.mass[impacts.row]
+    rotational = rotational_energy(mass, 0.5 * diameter_of(mass, density), impacts.spin_in)
+    return _extended(
+        table,
+        {
+            "spin_in": impacts.spin_in,
+            "spin_out": impacts.spin_out,
+            "rotational_energy_in_j": rotational,
+            "total_energy_in_j": 0.5 * mass * impacts.speed_in**2 + rotational,
+        },
+    )
+
+
 def trajectories_table(
     sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> pa.Table:
@@ -208,6 +239,13 @@ def _table(columns: dict[str, Any]) -> pa.Table:
     table = pa.table(columns)
     fields = [field.with_metadata({"unit": UNITS[field.name]} if field.name in UNITS else {}) for field in table.schema]
     return pa.Table.from_arrays(table.columns, schema=pa.schema(fields))
+
+
+def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
+    """A table with more columns, whose schema states their units."""
+    added = _table(more)
+    schema = pa.schema([*table.schema, *added.schema])
+    return pa.Table.from_arrays([*table.columns, *added.columns], schema=schema)
 
 
 def _repeated(schema: pa.Schema) -> list[str]:

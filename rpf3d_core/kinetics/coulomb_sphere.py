@@ -42,6 +42,11 @@ class CoulombSphere(NamedTuple):
         """Its rules ask for the radius."""
         return True
 
+    @property
+    def spins(self) -> bool:
+        """Its rules change the spin."""
+        return True
+
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:

@@ -49,6 +49,7 @@ EXCLUDED: Mapping[str, str] = {
     "areas_of_interest": LISTED,
     "hazard.reach_levels": LISTED,
     "hazard.matrix": LISTED,
+    "hazard.passage_per_metre": "is a map that runs write; live maps have reach probability, of the grid's cell",
     "method": "is for comparison with the thesis; live answers are exact",
     "outputs": "is written by runs; what is published has parameters of its own",
     "observed": "is for comparison with what was seen in the field",

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from rpf3d_core.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.sizes import SPHERE, DrawnRock, mass_range
@@ -25,14 +26,8 @@ from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.live.cells import Cells, cells_after, cells_over
 from rpf3d_core.live.ground import Changed
-from rpf3d_core.prepared import (
-    empty_barriers,
-    memory_of_bins,
-    scales_over,
-    scene_flight,
-    scene_raster,
-)
-from rpf3d_core.simulation.engines import Compiled, Engine
+from rpf3d_core.prepared import scene_flight, scene_raster
+from rpf3d_core.simulation.engines import Compiled, Engine, spins_of
 from rpf3d_core.terrain.facets import Facets, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
@@ -101,12 +96,12 @@ class Standing:
         diameters : (S,) m, of rocks beside the scene's own; None for none
         """
         facets, scene = self.ground.facets, self.scene
-        areas, masses = areas_of(outlines), _masses(self.rock, diameters)
+        areas, masses, old = areas_of(outlines), _masses(self.rock, diameters), self.tallies
         scales, fine = (
-            scales_over(facets, scene.gravity, fastest, max(highest, facets.high[2]), masses, bins)
+            scales_over(facets, scene.gravity, fastest, max(highest, facets.high[2]), masses, bins, old.spins)
             for bins in (PER_OCTAVE, FINE)
         )
-        limit, old, compiled = memory_of_bins(scene, self.tallies.ground.raster, facets), self.tallies, self.compiled
+        limit, compiled = memory_of_bins(scene, old.ground.raster, facets), self.compiled
         same = len(areas.boxes) == len(old.areas.boxes)
         self.tallies = replace(
             old,
@@ -149,14 +144,14 @@ def stand_on(ground: Surveyed, scene: Scene) -> Standing:
     outlines, compiled = area_outlines(scene, terrain), isinstance(engine, Compiled)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
-    rock, zones = rock_of(scene.rock), len(terrain.zones)
+    rock, zones, spins = rock_of(scene.rock), len(terrain.zones), spins_of(flight.models)
     scales, fine = (
-        scales_over(ground.facets, scene.gravity, 0.0, ground.facets.high[2], mass_range(rock), bins)
+        scales_over(ground.facets, scene.gravity, 0.0, ground.facets.high[2], mass_range(rock), bins, spins)
         for bins in (PER_OCTAVE, FINE)
     )
     limit = memory_of_bins(scene, raster, ground.facets)
     tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, scales, fine, limit, compiled)
-    return Standing(ground, scene, flight, rock, outlines, tallies)
+    return Standing(ground, scene, flight, rock, outlines, replace(tallies, spins=spins))
 
 
 def stand_after(before: Standing, ground: Surveyed) -> Standing:

@@ -4,6 +4,7 @@ rerun colours vertices, not facets. So only the facets that rocks came to are dr
 little above the terrain: each has exactly its own colour, and a recording of a large terrain grows by what was hit.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, text_rows, three_figures
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
+from rpf3d_core.hazard.raster import typical_size
 from rpf3d_core.hazard.scales import Scale, Values, colours_at, places, reach_scale, scale_of_energy, value_at
 from rpf3d_core.recordings.shapes import ColouredMesh, parted_mesh
 from rpf3d_core.terrain.facets import Terrain
@@ -91,11 +93,14 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
     """Markdown: the printed bench table, and what the colours mean."""
     parts = [
-        f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson). p95 energy is translational, of each "
+        f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson). p95 energy is {maps.energy_kind}, of each "
         f"rock's largest there, and needs {FEWEST_ROCKS} rocks. All zones are in `hazard/benches.csv`.",
         _table([TEXT_HEADER, *text_rows(bench_table(terrain, maps))]),
         "# Colours\nOf facets that rocks came to, under `world/hazard`, from little to much:",
         _table([("layer", *_ordinals()), *(_legend(layer) for layer in layers)]),
+        f"Reach probability is of a facet as a whole, so it grows with the facet: half of them are at least as large "
+        f"as a square of {three_figures(math.sqrt(0.5) * typical_size(terrain))} m. Cells of the rasters in "
+        f"`hazard/` have {maps.raster.cell:g} m.",
         f"Blue-grey facets were reached by fewer than {FEWEST_ROCKS} rocks: too few for a percentile. The layers lie a "
         "little above the terrain, so that they can be seen.",
     ]

@@ -24,6 +24,8 @@ from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
 """The height is told by who looks at the paths, and NaN until then."""
+SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
+"""Columns that follow where rocks spin, J, from the same paths; NaN where none were written down."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 SAMPLE = 100_000
@@ -37,11 +39,17 @@ class Models(NamedTuple):
     """The models that a scene names: parameters of a rebound and of a ground model, and of its effects.
 
     A class of parameters says `asks_rock = True` if its rules ask for mass and radius, `draws = True` if they draw.
+    That of a rebound says `spins = True` if its rules change the spin: rotational energy is written down then.
     """
 
     rebound: Any
     ground: Any
     effects: Chain | None = None
+
+
+def spins_of(models: Models) -> bool:
+    """Return whether rocks spin: whether the rebound's class says `spins = True`."""
+    return bool(getattr(models.rebound, "spins", False))
 
 
 class Starts(NamedTuple):
@@ -213,7 +221,7 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
         numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
         starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
-        engine.follow(models, materials, settings, starts, empty_record(0, 0), first, 0, finals, none)
+        engine.follow(models, materials, settings, starts, empty_record(0, 0, spins_of(models)), first, 0, finals, none)
     return time.perf_counter() - began
 
 

@@ -28,7 +28,7 @@ from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGrou
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.simulation.physics import Physics, ground_of
-from rpf3d_core.simulation.record import Record, note_piece
+from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, nearest_to, strike, wedged
 from rpf3d_core.simulation.state import State, ended, with_slide
@@ -216,6 +216,7 @@ def _follow_piece(
         lies_on = _between(n, n_end, meeting.t)
         return at_obstacle_on(physics, going, gone, meeting, lies_on, falling, record)
     note_piece(record, state.tally, began, v, SLIDING)
+    note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
 

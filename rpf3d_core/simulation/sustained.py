@@ -20,7 +20,7 @@ from rpf3d_core.kinetics.sliding import (
 )
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
-from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
+from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
 from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
@@ -100,6 +100,7 @@ def at_obstacle_on(
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
+    note_piece_spins(record, state.tally, state.motion.w, before.w)
     tally = with_piece(state.tally, meeting.t * piece.length, before, physics.facets.tolerance)
     who = as_it_is(falling, state)
     met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, who)

@@ -39,6 +39,7 @@ class PfeifferBowen(NamedTuple):
     A: float
     B: float
     asks_rock = True  # type: ignore[misc]
+    spins = True  # type: ignore[misc]
 
 
 @rebound.rule(PfeifferBowen)

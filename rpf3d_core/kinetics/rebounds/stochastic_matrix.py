@@ -38,6 +38,7 @@ class StochasticMatrix(NamedTuple):
     root: Any
     asks_rock = True  # type: ignore[misc]
     draws = True  # type: ignore[misc]
+    spins = True  # type: ignore[misc]
 
 
 @rebound.rule(StochasticMatrix)

@@ -1,0 +1,51 @@
+"""Rotational and total kinetic energy of rocks that spin, from what was written down of them: solid spheres."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.batch import Batch
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.kinetics.rebounds.spin import SPHERE
+from rpf3d_core.simulation.record import IMPACT_COLUMNS, PIECE_COLUMNS
+
+
+def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> FloatArray:
+    """Return I w^2 / 2 (N,) J with I = 2/5 m R^2, of masses (N,) kg, radii (N,) m and spins (N,) rad/s."""
+    return np.asarray(0.5 * SPHERE * mass * (radius * w) ** 2)
+
+
+def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
+    """Return the largest rotational and the largest total energy (N, 2) J of N rocks on their whole paths.
+
+    Both are largest where a piece of path begins or ends: in flight the spin stays, on a slide w^2 is convex in time.
+    mass : (N,) kg; radius : (N,) m
+    """
+    owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
+    rows, most = batch.pieces, np.zeros((len(batch.rows), 2))
+    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # of the largest speed: never above the total, to the last bit
+    for k in range(2):
+        spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
+        speed2 = (rows[:, 4 + 3 * k : 7 + 3 * k] ** 2).sum(axis=1)
+        for column, energy in enumerate((spin, 0.5 * mass[owner] * speed2 + spin)):
+            np.maximum.at(most[:, column], owner, energy)
+    return most
+
+
+class Spins(NamedTuple):
+    """What spin adds to squared speeds where energy is asked for, 2/5 (R w)^2 in m^2/s^2.
+
+    pieces : (S, 2) of path, where each begins and ends; impacts : (I,) as the rock comes
+    """
+
+    pieces: Any
+    impacts: Any
+
+
+def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
+    """Return what spin adds to the squared speeds of what was written down of N rocks; radius : (N,) m."""
+    if batch.pieces.shape[1] == PIECE_COLUMNS:
+        return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
+    struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))
+    pieces = SPHERE * (moved[:, None] * batch.pieces[:, PIECE_COLUMNS:]) ** 2
+    return Spins(pieces, SPHERE * (struck * batch.impacts[:, IMPACT_COLUMNS]) ** 2)

@@ -1,0 +1,54 @@
+"""Passages per metre: how many of the rocks pass a metre of width across their way, whatever the size of the cells.
+
+`reach_probability` is of a cell as a whole, so it grows with the cell. The number of passages per metre is the density
+of the rocks' tracks in plan (`hazard.ways`), and has no cell in its definition. Times the width of an object across
+the rocks' way, the rock's own diameter added, it is the number of passages per rock that falls which hit the object:
+its reach probability, as long as the object is narrower than what the density changes over and rocks do not come back.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.statistics import wilson_intervals
+from rpf3d_core.hazard.maps import HazardMaps, StatisticArray
+from rpf3d_core.hazard.ways import SQUARE, WAY
+from rpf3d_core.terrain.frame import FloatArray
+
+
+class Passage(NamedTuple):
+    """Passages per metre of the S cells that rocks came to, over all rocks flown: value and 95 % interval, (S,) 1/m."""
+
+    value: StatisticArray
+    low: StatisticArray
+    high: StatisticArray
+
+
+def passage_per_metre(maps: HazardMaps) -> Passage:
+    """Return the passages per metre of the cells of a raster whose ways have been gathered.
+
+    The value is the mean over N rocks of l / A, the length of each one's way in the cell over the cell's area. With k
+    the sum of l squared over the sum of l^2, the relative variance of that mean is (N / k - 1) / N: that of a share of
+    k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. Where all rocks go through
+    the cell on ways of one length, k is their number. A cell in which no rock got anywhere has the upper end of no
+    rock in N that would cross it straight.
+
+    Raises
+    ------
+    ValueError
+        The maps were made without ways.
+    """
+    if maps.cells.ways is None:
+        raise ValueError("these maps have no passages per metre: their tallies did not gather ways (`with_ways`)")
+    rocks, cell = max(maps.flown, 1), maps.raster.cell
+    way, square = maps.cells.ways[:, WAY], maps.cells.ways[:, SQUARE]
+    went = (way > 0.0) & (square > 0.0)
+    alike = np.minimum(np.divide(way * way, square, out=np.zeros(len(way)), where=went), rocks)
+    length: FloatArray = np.divide(way, alike, out=np.ones(len(way)), where=went)
+    low, high = wilson_intervals(alike, rocks)
+    return Passage(way / (rocks * cell), low * length / cell, high * length / cell)
+
+
+def reached_over(maps: HazardMaps, width: float) -> FloatArray:
+    """Return the share (S,) of all rocks that hit an object of a width (m) across their way, 1 at most."""
+    return np.minimum(passage_per_metre(maps).value * width, 1.0)

@@ -1,0 +1,37 @@
+"""Sentences on hazard maps: which cells they have, and what of their numbers depends on the cells."""
+
+import math
+
+from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.hazard.raster import round_cells
+
+
+def words_on_maps(maps: HazardMaps) -> str:
+    """Return one line on the cells of the maps and the largest share on them, for the end of a run."""
+    cell, share = maps.raster.cell, reach_probability(maps.cells, maps.flown)
+    cells = f"hazard maps: cells of {cell:g} m, of which {len(maps.cells.cell):,} were reached"
+    if not len(share):
+        return cells
+    most = f"a cell by {three_figures(100.0 * float(share.max()))} % of the rocks at most (grows with the cell)"
+    if maps.cells.ways is None:
+        return f"{cells}, {most}"
+    passage = passage_per_metre(maps)
+    place = int(passage.value.argmax())
+    value, *ends = (three_figures(100.0 * float(values[place])) for values in passage)
+    return f"{cells}, {most}; at most {value} % ({'-'.join(ends)}) pass a metre across their way, whatever the cell"
+
+
+def words_on_empty(maps: HazardMaps) -> str:
+    """Return why a picture of percentiles has no values, and what would give some."""
+    if not len(maps.cells.cell):
+        return "No values: no rock came anywhere."
+    most, cell = int(maps.cells.rocks.max()), maps.raster.cell
+    rocks = math.ceil(FEWEST_ROCKS / most * maps.flown)
+    wide = next(size for size in round_cells() if size >= FEWEST_ROCKS / most * cell)
+    return (
+        f"No values: no cell was reached by\n{FEWEST_ROCKS} rocks. More rocks, or a larger\n"
+        f"hazard.cell in the scene, give some:\n{most} came to a cell of {cell:g} m at most,\n"
+        f"so about {rocks:,} rocks, or\n`cell: {wide:g}`."
+    )
