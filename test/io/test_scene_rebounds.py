@@ -147,7 +147,7 @@ MATRIX = "rebound: {{stochastic_matrix: {{mean: {}, covariance: {}}}}}"
         ),
         (
             "effects: {roughness: {amplitude: 0.1, lateral_sd_deg: 3}}",
-            "`effects.roughness.lateral_sd_deg` goes with `angle_sd_deg`, and there is none; `amplitude` has `deviates`",
+            "`effects.roughness.lateral_sd_deg` goes with `angle_sd_deg`, and there is none; `amplitude` has",
         ),
         ("effects: {roughness: {amplitude: 1, deviates: 1}}", "`effects.roughness.deviates` is 1, but must be true or"),
     ],
