@@ -47,6 +47,10 @@ EXAMPLES: dict[str, str] = {
 """What stands in the demo scene to measure those that have no sensible default, as YAML."""
 BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}
 """What must stand beside some of them."""
+ROLLING_FRICTION = 0.5
+"""mu_r (-) of the demo pit's ground while they are measured."""
+ROLLING = ("rebound.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
+"""Those that it decides, so the page states it."""
 SHOWN = 120
 """Characters of them that the page shows."""
 
@@ -86,8 +90,10 @@ def _described(offer: Offered) -> str:
     lines = [f"### `{offer.name}`", offer.summary, "", f"Source: {offer.source} ({offer.confirmed}). {_cost(offer)}"]
     key = f"{offer.kind}.{offer.name}"
     example = EXAMPLES.get(key)
-    if key in BESIDE:
-        lines += ["", f"Measured with `{BESIDE[key]}`."]
+    beside = [f"`{BESIDE[key]}`"] if key in BESIDE else []
+    beside += [f"`rolling_friction: {ROLLING_FRICTION:g}` of all materials"] if key in ROLLING else []
+    if beside:
+        lines += ["", f"Measured with {' and '.join(beside)}."]
     if example:
         shown = example if len(example) <= SHOWN else example[:SHOWN] + " ..."
         lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {shown}}}`; made-up figures are no advice."]
@@ -135,6 +141,20 @@ def with_table(readme: str, listed: list[Offered]) -> str:
     return f"{before}{begin}\n{table(listed)}\n{end}{after}"
 
 
+def _with_rolling_friction(scene: str) -> str:
+    """The demo scene's text with ROLLING_FRICTION of its ground.
+
+    Raises
+    ------
+    ValueError
+        Its materials are not written as expected, so the page would state what was not measured.
+    """
+    known, number = re.subn(r"(tangential_restitution: [\d.]+)", rf"\1, rolling_friction: {ROLLING_FRICTION}", scene)
+    if not number:
+        raise ValueError(f"{DEMO}: no material has a tangential_restitution to write rolling_friction beside")
+    return known
+
+
 class Flown:
     """The demo pit's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
 
@@ -143,7 +163,7 @@ class Flown:
         text = re.sub(r"^(rebound|ground):.*\n", "", DEMO.read_text(), flags=re.MULTILINE)
         named = {key: value for key, _, value in (line.partition(": ") for line in lines.splitlines())}
         base = {"rebound": "constant", "ground": "sliding"} | named
-        text = text.replace("tangential_restitution: 0.8}", "tangential_restitution: 0.8, rolling_friction: 0.5}")
+        text = _with_rolling_friction(text)
         scene.write_text(text + "".join(f"{key}: {value}\n" for key, value in base.items()))
         try:
             self.prepared: Prepared = prepare(chosen_scene(read_scene(scene), ROCKS, "compiled", None))

@@ -20,7 +20,7 @@ from rpf3d_core.values import Mode
 
 REGISTERED = (vtk_swept, sphere)
 """Importing them registers the rules of spheres."""
-SPHERE = CoulombSphere(MATERIALS_OWN, 0.0, 1.0)
+SPHERE = CoulombSphere(MATERIALS_OWN, 0.0)
 
 
 def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) -> Flight:

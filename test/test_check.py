@@ -285,7 +285,8 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     sphere = "rebound: coulomb_sphere\nground: sphere\n"
     stems = "effects: {forest: {stems_per_ha: 9, dbh_mean_cm: 0.3}}\n"
     for text, told in (
-        (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0"),
+        (SLOPE + ABOVE + sphere, "`materials.rock.rolling_friction` is not given and taken as 0: a sphere loses no"),
+        (rolls.replace("n: 0.5", "n: 0") + ABOVE + sphere, "`materials.rock.rolling_friction` is 0: a sphere loses no"),
         (SLOPE + ABOVE + stems, "`effects.forest.dbh_mean_cm` is 0.3 cm; is it in metres?"),
         (SLOPE + ABOVE + "rock: {density: 2.7, diameter: 1}\n", "`rock.density` is 2.7 kg/m3; is it in t/m3?"),
         (friction + ABOVE + "ground: sliding\n", "`materials.rock.friction_angle_deg` is 0.6 degrees; is it in"),

@@ -13,7 +13,7 @@ def sphere_of(offer: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> Coulo
     if scene.engine != "compiled":
         from rpf3d_core.detection import vtk_swept  # noqa: F401  (needed by the reference engine only)
     friction = MATERIALS_OWN if offer.impact_friction is None else offer.impact_friction
-    return CoulombSphere(friction, offer.tangential_restitution, offer.damping)
+    return CoulombSphere(friction, offer.tangential_restitution)
 
 
 def sphere_ground_of(offer: SphereGroundSpec, scene: Scene, terrain: Terrain) -> SphereGround:

@@ -9,10 +9,13 @@ from rpf3d_core.io.scene_roughness import RoughnessSpec
 from rpf3d_core.terrain.facets import Terrain
 
 ROCFALL = "rpf3d_core.effects.roughness:RocfallRoughness"
+SPREAD = "rpf3d_core.effects.roughness:SpreadRoughness"
 
 
 def roughness(offer: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
-    """CRSP's law where an amplitude is given, RocFall's where an angle is."""
+    """CRSP's law where an amplitude is given, RocFall's where an angle is, with a lateral part where that is given."""
+    if offer.angle_sd_deg is not None and offer.lateral_sd_deg is not None:
+        return loaded(SPREAD)(math.radians(offer.angle_sd_deg), math.radians(offer.lateral_sd_deg))
     if offer.angle_sd_deg is not None:
         return loaded(ROCFALL)(math.radians(offer.angle_sd_deg))
     return offer.physics()(offer.amplitude, offer.deviates)

@@ -2,8 +2,10 @@
 
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
 open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source c is that of any rock, so light
-ones are braked more; a rock meets no single tree (`forest` has them). It brakes flights alone: rocks that slide or
-roll, or whose bounces are summed up, go on unbraked, so with a ground model their runout in a forest is too long.
+ones are braked more, and sink at m g / c in the end: `rpf3d check` and `rpf3d run` warn where that is below 1 m/s for
+the lightest rock (`io.scene_warnings`). A rock meets no single tree (`forest` has them). It brakes flights alone: rocks
+that slide or roll, or whose bounces are summed up, go on unbraked, so with a ground model their runout in a
+forest is too long.
 
 A rock is in the layer or not at the beginning and at the end of each stretch of its flight: where it comes in or goes
 out the layer's border is known to within a stretch.
@@ -41,6 +43,14 @@ class DragLayer(NamedTuple):
     def asks_rock(self) -> bool:
         """Its rules ask for the mass."""
         return True
+
+
+def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
+    """Return the speed (m/s) at which a rock sinks in the layer in the end: m g / c, where F = -c v bears its weight.
+
+    coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
+    """
+    return mass * gravity / coefficient
 
 
 @asks_height.rule(DragLayer)

@@ -9,7 +9,8 @@ PlatRock's form of it in three dimensions (CC): a second uniform number U' share
 motion, (1 - U') theta to a side that is drawn as well, so that rocks leave their fall line.
 
 RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size, and may ease the
-impact as well as steepen it. No law to the side is published with it.
+impact as well as steepen it. It is published without a tilt to the side, so rocks on a plane keep to their fall line.
+`SpreadRoughness` adds one: Normal(0, lateral_sd), drawn by itself. That part is ours, not RocFall's.
 
 Bounces on rough ground are summed up only where the whole speed would raise the rock by less than `smallest_bounce`. A
 sphere that has come to lie (`coulomb_sphere`) feels no roughness of this kind while it rolls.
@@ -30,6 +31,7 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, along, cross, norm, scale, without
 
 TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
+LATERAL = int(Purpose.ROUGHNESS_LATERAL)
 STEEPEST = math.radians(89.0)
 """A normal number has no bounds; a ground that is tilted by 90 degrees or more is none."""
 
@@ -50,6 +52,14 @@ class RocfallRoughness(NamedTuple):
     draws = True  # type: ignore[misc]
 
 
+class SpreadRoughness(NamedTuple):
+    """angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (radians), >= 0."""
+
+    angle_sd: float
+    lateral_sd: float
+    draws = True  # type: ignore[misc]
+
+
 @felt_normal.rule(CrspRoughness)
 def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
     """The normal tilted against the motion, and to a side if the effect says so."""
@@ -65,8 +75,21 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: Falling)
 @felt_normal.rule(RocfallRoughness)
 def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
     """The normal tilted against the motion, or with it."""
-    tilt = effect.angle_sd * standard_normal(_drawn(falling, TILT))
-    return tilted(n, motion.v, min(max(tilt, -STEEPEST), STEEPEST), 0.0)
+    return tilted(n, motion.v, _normal_tilt(effect.angle_sd, falling, TILT), 0.0)
+
+
+@felt_normal.rule(SpreadRoughness)
+def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+    """The normal tilted along the motion as in RocFall's law, then to a side."""
+    back = _normal_tilt(effect.angle_sd, falling, TILT)
+    return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, falling, LATERAL))
+
+
+@kernel
+def _normal_tilt(sd: float, falling: Falling, stream: int) -> float:
+    """A normal tilt (radians) of the impact that comes next, no steeper than STEEPEST."""
+    tilt = sd * standard_normal(_drawn(falling, stream))
+    return min(max(tilt, -STEEPEST), STEEPEST)
 
 
 @kernel

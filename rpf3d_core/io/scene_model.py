@@ -72,8 +72,9 @@ class Material(Part):
     )
     stop_speed: Number | None = Field(None, ge=0, description="a number >= 0 (m/s), or left out for the scene's own")
     rolling_friction: Coefficient | None = Field(
-        None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll"
-    )
+        None, description="a number >= 0 (-), mu_r = tan(beta), or a distribution; for ground models that roll, and "
+        "for impacts of `coulomb_sphere`",
+    )  # fmt: skip
     draw: Literal["per_rock", "per_impact"] = Field(
         "per_rock", description="per_rock or per_impact, when distributions are drawn anew"
     )

@@ -1,14 +1,21 @@
 """The rigid sphere that a scene may name: its rebound and its ground model, which belong together."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
+
+from pydantic import model_validator
 
 from rpf3d_core.io.scene_offers import Confirmed, Offer, parameter
+from rpf3d_core.io.scene_values import refuse
 
 SPHERE, SPHERE_GROUND = "coulomb_sphere", "sphere"
 
 
 class CoulombSphereSpec(Offer):
-    """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there."""
+    """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there.
+
+    An impact of normal impulse P turns the spin by an angular impulse of at most mu_r R P, mu_r the material's
+    rolling_friction.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.coulomb_sphere:CoulombSphere"
     BUILDER: ClassVar[str | None] = "rpf3d_core.builders.coulomb_sphere:sphere_of"
@@ -25,10 +32,17 @@ class CoulombSphereSpec(Offer):
         0.0, "a number from 0 to 1 (-), the share of slip that an impact turns round", "-",
         "0 for rock: Leine et al. 2014", "C", ge=0, le=1, strict=True, allow_inf_nan=False,
     )  # fmt: skip
-    damping: float = parameter(
-        1.0, "a number from 0 to 1 (-), the share of tangential speed and spin that an impact leaves", "-",
-        "for calibration; 1 is none", "D", ge=0, le=1, strict=True, allow_inf_nan=False,
-    )  # fmt: skip
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_loss_per_impact(cls, values: Any) -> Any:
+        if isinstance(values, dict) and "damping" in values:
+            raise refuse(
+                "is not a parameter: a loss per impact depends on `smallest_bounce`, which decides how many impacts "
+                "there are. Give `rolling_friction` in `materials` instead, a loss that follows the impulse",
+                "damping",
+            )
+        return values
 
     @property
     def asks_friction(self) -> bool:
@@ -37,7 +51,10 @@ class CoulombSphereSpec(Offer):
 
 
 class SphereGroundSpec(Offer):
-    """A sphere that skids with the material's friction angle until it rolls; with the rebound `coulomb_sphere` only."""
+    """A sphere that skids with the material's friction angle until it rolls; with the rebound `coulomb_sphere` only.
+
+    Rolling it is braked by the material's rolling_friction; without one it rolls through the pit.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.sphere_ground:SphereGround"
     BUILDER: ClassVar[str | None] = "rpf3d_core.builders.coulomb_sphere:sphere_ground_of"

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterator
 
+from rpf3d_core.ensemble.sizes import mass_range
 from rpf3d_core.io.scene_draws import distribution_of
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.scene_sources import rock_of
 from rpf3d_core.io.scene_sphere import SPHERE_GROUND
 
 LEAST_FRICTION = 1.0
@@ -12,6 +14,8 @@ LEAST_STEM = 2.0
 """Centimetres; a stem this thin stops no rock: below this a diameter in metres stands where centimetres should."""
 LEAST_DENSITY = 100.0
 """kg/m^3; pumice has 250: below this a density in t/m^3 stands where kg/m^3 should."""
+LEAST_TERMINAL_SPEED = 1.0
+"""m/s; a rock that sinks more slowly takes half a minute through a layer of 30 m: it floats."""
 
 
 def warnings_of(scene: Scene) -> Iterator[str]:
@@ -32,17 +36,39 @@ def warnings_of(scene: Scene) -> Iterator[str]:
             "`ground: none` carries no rock on: it ends as unresolved_contact if it is faster than stop_speed; name "
             "`ground: sliding`"
         )
+    yield from _floating(scene)
     if "target" in scene.model_fields_set and scene.rocks != "auto":
         yield "`target` has no effect, for `rocks` is not auto"
 
 
 def _rolling(scene: Scene) -> Iterator[str]:
-    """Materials whose rolling friction is taken for 0 where a sphere rolls."""
+    """A sentence for each material without rolling friction where a sphere rolls."""
     if scene.ground.name != SPHERE_GROUND:
         return
     for name, material in scene.materials.items():
-        if material.rolling_friction is None:
+        given = material.rolling_friction
+        if given is None or distribution_of(given).high <= 0.0:
             yield (
-                f"`materials.{name}.rolling_friction` is not given and taken as 0: a sphere that rolls there never "
-                "stops on level ground; give it, or write 0"
+                f"`materials.{name}.rolling_friction` is {'not given and taken as 0' if given is None else 0}: a "
+                "sphere loses no spin at impacts there and does not stop on level ground, so it rolls through the "
+                "pit; give a rolling friction (-), the tangent of the slope that just keeps a rock rolling"
             )
+
+
+def _floating(scene: Scene) -> Iterator[str]:
+    """A sentence where the drag layer lets the lightest rock, or fragment, sink at less than LEAST_TERMINAL_SPEED."""
+    layer, breaking = scene.effects.drag_layer, scene.effects.fragmentation
+    if layer is None or layer.coefficient == 0.0:
+        return
+    from rpf3d_core.effects.drag_layer import terminal_speed
+
+    rock, mass = "rock", mass_range(rock_of(scene.rock))[0]
+    if breaking is not None and (fragment := breaking.least_volume * scene.rock.density) < mass:
+        rock, mass = "fragment", fragment
+    speed = terminal_speed(layer.coefficient, mass, scene.gravity)
+    if speed < LEAST_TERMINAL_SPEED:
+        yield (
+            f"`effects.drag_layer` lets the lightest {rock} ({mass:.3g} kg) sink at no more than {speed:.2g} m/s, "
+            f"below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
+            f"({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
+        )

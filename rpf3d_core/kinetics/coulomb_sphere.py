@@ -1,11 +1,19 @@
-"""The impact of a rigid sphere that spins: restitution along the normal, Coulomb friction across it.
+"""The impact of a rigid sphere that spins: restitution along the normal, Coulomb friction and rolling moment across it.
 
 With v_c = v_t + w x (-R n) the slip of the contact point, v_n the speed into the ground and per unit of mass:
-    normal impulse      (1 + e) v_n
-    tangential impulse  k = min((1 + e_t) 2/7 |v_c|, mu (1 + e) v_n), against v_c
-The first of the two is the impulse that sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere), the second the most that
-friction gives while the sphere slips. e_t turns part of the slip round: 0 leaves the sphere rolling, 1 with enough
-friction is the super-ball. k <= 4/7 |v_c|, so v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
+    normal impulse      P = (1 + e) v_n
+    tangential impulse  at most mu P, against the slip
+    angular impulse     at most mu_r R P, against the spin, mu_r the material's rolling friction
+Both are found together (`rolling_moment`). Without rolling friction the tangential impulse is
+min((1 + e_t) 2/7 |v_c|, mu P): the first sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere), the second slips.
+
+e_t turns part of the slip and spin round that an impact takes: 0 leaves the sphere rolling, 1 with enough friction and
+no rolling friction is the super-ball. The impulses are 1 + e_t times those of e_t = 0 with mu P / (1 + e_t) and
+mu_r P / (1 + e_t). Kinetic energy is quadratic in that factor and smallest at a factor of at least 1, so
+v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
+
+A loss that follows the impulse has a limit as impacts multiply: in sustained contact P adds up to N t, and the sphere
+is braked by 5/7 mu_r N, as `sphere_ground` has it.
 
 Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn.
 32:241-271, doi 10.1007/s11044-013-9393-4.
@@ -15,27 +23,24 @@ from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
+from rpf3d_core.kinetics.rolling_moment import STICKS, impulses_of
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
-STICKS = 2.0 / 7.0
-"""Impulse, over mass and slip, that stops the slip of a solid sphere: 1 / (1 + m R^2 / I) with I = 2/5 m R^2."""
 MATERIALS_OWN = -1.0
 """Stands for an impact friction that is the material's: the tangent of its friction angle."""
 
 
 class CoulombSphere(NamedTuple):
-    """A rigid sphere; e is the material's R_n, and its R_t plays no part.
+    """A rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t plays no part.
 
     impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
-    damping : share (-) of tangential speed and spin that is left after an impact, in [0, 1]
     """
 
     impact_friction: float
     tangential_restitution: float
-    damping: float
 
     @property
     def asks_rock(self) -> bool:
@@ -67,16 +72,27 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 @rebound.rule(CoulombSphere)
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
-    """Stick or slip, whichever needs the smaller impulse."""
+    """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
     rock = falling.rock
     radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # it asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
-    slip, push = slip_of(motion.v, motion.w, n, radius), (1.0 + surface.R_n) * into
-    stick = (1.0 + model.tangential_restitution) * STICKS * norm(slip)
-    after = kicked(motion, n, radius, min(stick, mu * push), slip)
-    out, along = scale(surface.R_n * into, n), without(after.v, n)
-    v, w = add(out, scale(model.damping, along)), scale(model.damping, after.w)
-    return Motion(motion.t, motion.x, v, w)
+    push, e_t = (1.0 + surface.R_n) * into, model.tangential_restitution
+    if surface.mu_r > 0.0:
+        after = _braked(motion, n, radius, mu * push, surface.mu_r * push, e_t)
+    else:
+        slip = slip_of(motion.v, motion.w, n, radius)
+        after = kicked(motion, n, radius, min((1.0 + e_t) * STICKS * norm(slip), mu * push), slip)
+    v = add(scale(surface.R_n * into, n), without(after.v, n))
+    return Motion(motion.t, motion.x, v, after.w)
+
+
+@kernel
+def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: float, e_t: float) -> Motion:
+    """The motion after at most an impulse and a moment (m/s, per mass and radius) along the ground."""
+    u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
+    given = impulses_of(u, s, friction / factor, moment / factor)
+    turn = scale(2.5 / radius * factor, cross(n, subtract(given.moment, given.push)))
+    return Motion(motion.t, motion.x, add(motion.v, scale(factor, given.push)), add(motion.w, turn))
 
 
 @rest_of_bounces.rule(CoulombSphere)

@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
-from rpf3d_core.kinetics.coulomb_sphere import STICKS
+from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import CREEP, HOLDS
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import ZERO, Vec

@@ -53,6 +53,7 @@ class Purpose(IntEnum):
     ROUGHNESS = 28
     ROUGHNESS_SHARE = 29
     ROUGHNESS_SIDE = 30
+    ROUGHNESS_LATERAL = 31
     TREE_CLASS = 32
     TREE_ANGLE = 33
     TREE_SIDE = 34

@@ -21,8 +21,9 @@ from rpf3d_core.detection.sphere_contact import (
 )
 from rpf3d_core.detection.swept import Swept, box_of, stretch_end
 from rpf3d_core.detection.touching import Sweep, scan
-from rpf3d_core.kinetics.coulomb_sphere import STICKS, kicked, slip_of
+from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
+from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import Piece
 from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
 from rpf3d_core.materials.falling import Falling

@@ -85,4 +85,5 @@ def test_purposes_keep_the_numbers_that_answers_were_given_with():
     assert [purpose.value for purpose in list(Purpose)[:17]] == list(range(17))
     assert Purpose.VELOCITY_Z == 6 and Purpose.FRICTION_ANGLE == 16 and Purpose.REBOUND_MATRIX == 20
     assert Purpose.ROUGHNESS == 28 and Purpose.TREE_CLASS == 32 and Purpose.BREAKING == 48
+    assert Purpose.ROUGHNESS_LATERAL == 31
     assert Purpose.ROLLING_FRICTION == 60 and max(Purpose) < 200, "from 200 on they are the user's own"

@@ -73,6 +73,10 @@ def test_a_matrix_has_the_factor_of_its_covariance(tmp_path):
         ("effects: {roughness: {amplitude: 0.1}}", "CrspRoughness", (0.1, False)),
         ("effects: {roughness: {amplitude: 0.1, deviates: true}}", "CrspRoughness", (0.1, True)),
         ("effects: {roughness: {angle_sd_deg: 8}}", "RocfallRoughness", (math.radians(8.0),)),
+        (
+            "effects: {roughness: {angle_sd_deg: 8, lateral_sd_deg: 4}}", "SpreadRoughness",
+            (math.radians(8.0), math.radians(4.0)),
+        ),
     ],
 )
 def test_the_key_of_roughness_selects_its_law(tmp_path, text, name, numbers):
@@ -141,6 +145,10 @@ MATRIX = "rebound: {{stochastic_matrix: {{mean: {}, covariance: {}}}}}"
         (
             "effects: {roughness: {angle_sd_deg: 3, deviates: true}}",
             "`effects.roughness.deviates` is part of the law of `amplitude`, and there is none",
+        ),
+        (
+            "effects: {roughness: {amplitude: 0.1, lateral_sd_deg: 3}}",
+            "`effects.roughness.lateral_sd_deg` goes with `angle_sd_deg`, and there is none; `amplitude` has",
         ),
         ("effects: {roughness: {amplitude: 1, deviates: 1}}", "`effects.roughness.deviates` is 1, but must be true or"),
     ],

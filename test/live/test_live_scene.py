@@ -107,6 +107,8 @@ def test_a_parameter_of_a_model_or_an_effect_names_it(field):
     beside = NEEDED.get(field.within, {})
     if field.key == "effects.roughness.deviates":
         beside = {"effects.roughness.amplitude": 0.1}
+    if field.key == "effects.roughness.lateral_sd_deg":
+        beside = {"effects.roughness.angle_sd_deg": 4.0}
     scene = live_scene({**beside, field.key: example(field)})
     part, name = field.within.split(".")
     assert name in (scene.effects.named if part == "effects" else getattr(scene, part).name)

@@ -177,8 +177,11 @@ def test_a_scene_names_a_rolling_model_and_the_rolling_friction_of_its_materials
 
 
 def test_a_scene_names_the_sphere_and_flies_it(tmp_path):
-    scene = scene_of(tmp_path, "sphere\nrebound: {coulomb_sphere: {damping: 0.9}}")
-    assert prepare(scene).flight.models == Models(CoulombSphere(MATERIALS_OWN, 0.0, 0.9), SphereGround())
+    named = "sphere\nrebound: {coulomb_sphere: {tangential_restitution: 0.9}}"
+    scene = scene_of(tmp_path, named, ", rolling_friction: 0.4")
+    flight = prepare(scene).flight
+    assert flight.models == Models(CoulombSphere(MATERIALS_OWN, 0.9), SphereGround())
+    assert flight.materials.mu_r[0] == 0.4
     flights = simulate(scene)
     assert flights.flights.deposits.outcome[0] in (Outcome.LEFT_TERRAIN, Outcome.STOPPED)
 
@@ -188,7 +191,8 @@ def test_a_scene_names_the_sphere_and_flies_it(tmp_path):
     [
         ("sphere", "`ground` is sphere, which needs `rebound: coulomb_sphere`"),
         ("sliding\nrebound: coulomb_sphere", "`ground` is sliding, but `rebound: coulomb_sphere` goes"),
-        ("none\nrebound: {coulomb_sphere: {damping: 1.2}}", "damping` is 1.2, but must be a number from 0 to 1"),
+        ("none\nrebound: {coulomb_sphere: {damping: 0.9}}", "rebound.coulomb_sphere.damping` is not a parameter: a"),
+        ("none\nrebound: {coulomb_sphere: {damping: 1}}", "Give `rolling_friction` in `materials` instead, a loss"),
         ("none\nrebound: {coulomb_sphere: {impact_friction: -1}}", "impact_friction` is -1, but must be a number >= 0"),
         (
             "none\nrebound: coulomb_sphere\nmethod: {stepping: {dt: 1e-3, threshold: 0.05}}",

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from rebounds_named import MODELS, UP, falling_rock, flight_with
-from scenes_of_facets import ENGINES, engine_over, floor, fly, incline, rough_grid, same_bits, surface
+from scenes_of_facets import ENGINES, down_the_slope, engine_over, floor, fly, incline, rough_grid, same_bits, surface
 
 from rpf3d_core.effects.hooks import chain_of, felt_normal
-from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, tilted
+from rpf3d_core.effects.roughness import STEEPEST, CrspRoughness, RocfallRoughness, SpreadRoughness, tilted
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 
@@ -83,6 +83,15 @@ def test_rocfalls_tilt_is_normal_about_the_ground_itself():
     assert np.array_equal(same, back), "a rock's size is no part of this law"
 
 
+def test_the_lateral_tilt_is_normal_drawn_by_itself_and_leaves_the_tilt_along_the_motion_as_it_was():
+    back, aside = tilts(normals(SpreadRoughness(math.radians(8.0), math.radians(5.0))))
+    along = tilts(normals(RocfallRoughness(math.radians(8.0))))[0]
+    np.testing.assert_allclose(back, along, rtol=1e-9)
+    assert aside.mean() == pytest.approx(0.0, abs=SIX_SIGMA * 5.0 / math.sqrt(DRAWS))
+    assert aside.std() == pytest.approx(5.0, abs=SIX_SIGMA * 5.0 / math.sqrt(2 * DRAWS))
+    assert np.corrcoef(back, aside)[0, 1] == pytest.approx(0.0, abs=SIX_SIGMA / math.sqrt(DRAWS))
+
+
 def test_no_ground_is_tilted_by_90_degrees():
     back, _ = tilts(normals(RocfallRoughness(math.radians(60.0))))
     assert np.abs(back).max() == pytest.approx(math.degrees(STEEPEST), rel=1e-12)
@@ -90,7 +99,7 @@ def test_no_ground_is_tilted_by_90_degrees():
 
 @pytest.mark.parametrize("v", [(0.0, 0.0, -3.0), (1e-14, 0.0, -3.0), (0.0, 0.0, 0.0)])
 def test_without_motion_along_the_ground_there_is_no_tilt(v):
-    for effect in (CrspRoughness(0.3, True), RocfallRoughness(0.2)):
+    for effect in (CrspRoughness(0.3, True), RocfallRoughness(0.2), SpreadRoughness(0.2, 0.1)):
         assert felt_normal(effect, UP, AHEAD._replace(v=v), falling_rock()) == UP
 
 
@@ -110,6 +119,7 @@ def test_each_impact_draws_anew():
 GROUND = rough_grid(10, 60.0, 0.7, 0.3, seed=5)
 EFFECTS = {
     "crsp": CrspRoughness(0.1, False), "platrock": CrspRoughness(0.1, True), "rocfall": RocfallRoughness(0.14),
+    "spread": SpreadRoughness(0.14, 0.07),
 }  # fmt: skip
 
 
@@ -132,8 +142,9 @@ def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(effect)
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
-    "effect", [CrspRoughness(0.0, False), CrspRoughness(0.0, True), RocfallRoughness(0.0)],
-    ids=["crsp", "platrock", "rocfall"],
+    "effect",
+    [CrspRoughness(0.0, False), CrspRoughness(0.0, True), RocfallRoughness(0.0), SpreadRoughness(0.0, 0.0)],
+    ids=["crsp", "platrock", "rocfall", "spread"],
 )  # fmt: skip
 def test_no_roughness_leaves_every_bit_as_it_is_without_the_effect(engine, effect):
     assert same_bits(flown(engine, effect), flown(engine, None))
@@ -189,3 +200,59 @@ def test_without_deviation_rocks_keep_to_their_fall_line_and_with_it_they_spread
     ends = [fly(over, flight_with(MODELS["constant"], surface(), effects=chain), x).deposits for chain in chains]
     assert np.abs(ends[0].x[:, 1] - x[:, 1]).max() < 1e-9
     assert np.abs(ends[1].x[:, 1] - x[:, 1]).max() > 0.5
+
+
+def test_without_a_lateral_part_every_bit_is_that_of_rocfalls_law():
+    assert same_bits(flown("reference", SpreadRoughness(0.14, 0.0)), flown("reference", EFFECTS["rocfall"]))
+
+
+SLOPE, R_N, R_T, BOUNCES, FIRST = 30.0, 0.7, 0.9, 4, (6.0, 0.0, -8.0)
+"""Of a plane, and of rocks that hit it first with a velocity (m/s) along it, across it and into it."""
+
+
+def spread_by_hand(back_sd, lateral_sd, rocks, seed=1):
+    """Lateral places (rocks,) m of the last of BOUNCES impacts on a plane, by numpy in the plane's own axes.
+
+    A tilt that the rock would not hit, or that would send it into the plane, is dropped.
+    """
+    rng, g = np.random.default_rng(seed), 9.81
+    gravity = g * np.array([math.sin(math.radians(SLOPE)), 0.0, -math.cos(math.radians(SLOPE))])
+    v, side = np.tile(FIRST, (rocks, 1)), np.zeros(rocks)
+    for _ in range(BOUNCES - 1):
+        back, aside = rng.normal(0.0, back_sd, rocks), rng.normal(0.0, lateral_sd, rocks)
+        t = v[:, :2] / np.linalg.norm(v[:, :2], axis=1)[:, None]
+        ahead = -np.cos(aside) * np.sin(back)
+        felt = np.stack([
+            ahead * t[:, 0] - np.sin(aside) * t[:, 1], ahead * t[:, 1] + np.sin(aside) * t[:, 0],
+            np.cos(aside) * np.cos(back),
+        ], 1)  # fmt: skip
+        into = (v * felt).sum(1)
+        after = -(R_N + R_T) * into[:, None] * felt + R_T * v
+        smooth = (into >= 0.0) | (after[:, 2] < 0.0)
+        after[smooth] = v[smooth] * (R_T, R_T, -R_N)
+        flight = 2.0 * after[:, 2] / -gravity[2]
+        side += after[:, 1] * flight
+        v = after + gravity * flight[:, None]
+    return side
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_lateral_spread_on_a_plane_grows_with_the_lateral_part_as_worked_out_by_hand(engine):
+    """1,000 rocks against 200,000; none leans to a side. Without a lateral part all stay on their line."""
+    descent, normal = down_the_slope(SLOPE)
+    over, rocks = engine_over(engine, incline(SLOPE, down=400.0, half_width=300.0)), 1000
+    v = FIRST[0] * descent + FIRST[2] * normal
+    spreads = []
+    for lateral in (0.0, 2.0, 5.0, 10.0):
+        effect = SpreadRoughness(math.radians(4.0), math.radians(lateral))
+        physics = flight_with(MODELS["constant"], surface(R_N, R_T), effects=chain_of([effect]), max_impacts=BOUNCES)
+        ends = fly(over, physics, np.tile(1e-9 * normal, (rocks, 1)), v).impacts
+        last = np.flatnonzero(np.append(np.diff(ends.row) > 0, True))
+        assert len(ends.row) == BOUNCES * rocks
+        expected = spread_by_hand(math.radians(4.0), math.radians(lateral), 200_000)
+        side = ends.x[last, 1]
+        spreads.append(side.std())
+        assert side.std() == pytest.approx(expected.std(), rel=SIX_SIGMA / math.sqrt(2 * rocks), abs=1e-9)
+        assert abs(side.mean()) <= SIX_SIGMA * side.std() / math.sqrt(rocks) + 1e-9
+        assert abs(np.median(side)) <= SIX_SIGMA * 1.3 * side.std() / math.sqrt(rocks) + 1e-9
+    assert np.all(np.diff(spreads) > 0.5)

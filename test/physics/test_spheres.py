@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from obstacles_made import fence, with_effects
-from rolling_spheres import SPHERE, clearance, places_of, roll, spheres
+from rolling_spheres import clearance, places_of, roll, spheres
 from scenes_of_facets import (
     ENGINES,
     box,
@@ -361,8 +361,7 @@ def test_without_a_ground_model_a_sphere_stops_by_its_speed_alone(engine):
 @BOTH
 def test_a_ball_that_loses_nothing_bounces_as_high_as_it_fell(engine):
     over = engine_over(engine, floor(30.0))
-    model = CoulombSphere(0.0, 0.0, 1.0)
+    model = CoulombSphere(0.0, 0.0)
     flights = roll(over, spheres(ground(1.0), model, max_impacts=20), 0.5, (1.0, 2.0, 3.5))
     assert flights.deposits.outcome[0] == Outcome.MAX_IMPACTS
     assert flights.impacts.t[1] - flights.impacts.t[0] == pytest.approx(2.0 * math.sqrt(6.0 / G), rel=1e-9)
-    assert SPHERE.damping == 1.0
