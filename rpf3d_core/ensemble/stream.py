@@ -1,17 +1,19 @@
 """Fly any number of rocks in bounded memory: block after block is drawn, flown, handed on and forgotten."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.effects.hooks import breaks, links_of
 from rpf3d_core.ensemble.batch import Batch, only
 from rpf3d_core.ensemble.batches import Advance, Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
 from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
 """Rocks in a block at most: where each has 200 impacts, some hundreds of megabytes while these are put in order."""
@@ -26,6 +28,17 @@ class Shown:
 
     rocks: IntArray | None
     paths: IntArray
+
+
+def warm_pieces(engine: Engine, flight: Flight) -> float:
+    """Compile what making the pieces of broken rocks needs, where rocks may break; return the seconds it took."""
+    began = time.perf_counter()
+    effects = links_of(flight.models.effects)
+    if isinstance(engine, Compiled) and any(breaks.has_rule(type(effect)) for effect in effects):
+        from rpf3d_core.ensemble.pieces import Breaking
+
+        Breaking(flight).warm()
+    return time.perf_counter() - began
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
@@ -119,7 +132,7 @@ class Stream:
             return
         from rpf3d_core.ensemble.pieces import Breaking  # where no scene names it, it is not imported
 
-        breaking = Breaking(self.flight)
+        breaking = Breaking(self.flight, isinstance(self.engine, Compiled))
         while breaking.goes_on:
             pieces, dust = breaking.pieces_of(releases, batch.broken)
             self.dust += dust
