@@ -101,7 +101,7 @@ def test_harder_impacts_never_give_fewer_pieces(volume):
 
 
 def test_the_surface_of_pieces_follows_the_energy():
-    """The sum of 6 V^(2/3) over all that fly, and over what is too small to, taken from the law's power, is A_0 + A_new."""
+    """6 V^(2/3) of all that fly, and of what is too small to, by the power that those that fly show, is A_0 + A_new."""
     volume, speeds = 1.0, np.array([1.0, 2.0, 4.0, 6.0, 8.0])
     pieces, _, mass = pieces_at(speeds, volume, 1e-6)
     for some, speed in zip(pieces, speeds, strict=True):
