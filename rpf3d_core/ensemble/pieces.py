@@ -6,6 +6,7 @@ plus SOURCES times its own: no other rock, piece or not, has that, as long as th
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,14 +16,16 @@ from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.effects.fragment_sizes import Cascade, cascade_of, count_from, share_at
 from rpf3d_core.effects.fragmentation import Fragmentation, surface_created, unbroken, volume_of
 from rpf3d_core.effects.hooks import chain_of, links_of
-from rpf3d_core.ensemble.broken import DUST_UNITS, NONE_BROKEN, SOURCES, Broken
-from rpf3d_core.ensemble.releases import IntArray, Releases
+from rpf3d_core.ensemble.broken import DUST_UNITS, NONE_BROKEN, SOURCES, Broken, rows_of_broken
+from rpf3d_core.ensemble.releases import FloatArray, IntArray, Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
+PIECES = 65_536
+"""Pieces that are in memory at a time, about: one rock may have more."""
 
 
 class Breaking:
@@ -45,18 +48,24 @@ class Breaking:
         """Whether rocks that fly now may break."""
         return self._left > 0
 
-    def pieces_of(self, releases: Releases, broken: Broken) -> tuple[Releases, int]:
-        """Return the next generation, of rocks or pieces that flew, and its dust in DUST_UNITS."""
+    def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
+        """Yield the next generation, of rocks or pieces that flew, with its dust in DUST_UNITS: some parents at a time.
+
+        The parts have about PIECES pieces, whatever the number of parents; together they are in order of these.
+        """
         self._left -= 1
         if not self._left:
             whole = chain_of([unbroken(effect) for effect in self._links])
             self.flight = replace(self.flight, models=self.flight.models._replace(effects=whole))
         seed = self.flight.settings.seed
-        return pieces_of(self._effect, seed, releases, broken, self._numbered, self._compiled)
+        _, counts = _sized(self._effect, releases, broken, self._compiled)
+        for begin, end in _parts(counts, PIECES):
+            some = rows_of_broken(broken, slice(begin, end))
+            yield pieces_of(self._effect, seed, releases, some, self._numbered, self._compiled)
 
     def warm(self) -> None:
         """Compile what making pieces needs."""
-        nothing = Releases(*(np.empty(0, dtype=np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
+        nothing = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
         pieces_of(self._effect, self.flight.settings.seed, nothing, NONE_BROKEN, {}, self._compiled)
 
 
@@ -74,21 +83,37 @@ def pieces_of(
         A family has more pieces than there are numbers for.
     """
     source, rock, mass, radius = (getattr(releases, name)[broken.rows] for name in ("source", "rock", "mass", "radius"))
-    cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
-    loops: Any = _size_all, _make_all
-    size, make = loops if compiled else (each.py_func for each in loops)
-    size(effect, mass, radius, broken.v, broken.n, cascades, counts)
+    cascades, counts = _sized(effect, releases, broken, compiled)
     parent = np.repeat(np.arange(len(mass)), counts)
     rank = np.arange(1, len(parent) + 1) - np.repeat(np.cumsum(counts) - counts, counts)
     piece = _last_numbers(source, rock, counts, numbered)[parent] + rank
     v, shares = np.empty((len(parent), 3)), np.empty(len(parent))
     key = source[parent] + SOURCES * piece, rock[parent]
-    make(effect, seed, (parent, rank), key, (cascades, broken.v, broken.n), v, shares)
+    make: Any = _make_all
+    (make if compiled else make.py_func)(effect, seed, (parent, rank), key, (cascades, broken.v, broken.n), v, shares)
     left = np.maximum(1.0 - np.bincount(parent, weights=shares, minlength=len(mass)), 0.0)
     dust = sum(map(round, (mass * left * DUST_UNITS).tolist()))
     sizes = mass[parent] * shares, radius[parent] * np.cbrt(shares)
     made = Releases(source[parent], rock[parent], broken.x[parent], v, *sizes, piece, broken.t[parent])
     return made, dust
+
+
+def _sized(
+    effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
+) -> tuple[FloatArray, IntArray]:  # fmt: skip
+    """Return exponents and largest shares (N, 2), and numbers of pieces (N,), of N rocks that broke."""
+    mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
+    cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
+    size: Any = _size_all
+    (size if compiled else size.py_func)(effect, mass, radius, broken.v, broken.n, cascades, counts)
+    return cascades, counts
+
+
+def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
+    """Return the stretches of N parents that have about `most` pieces each; counts (N,) of each parent."""
+    part = (np.cumsum(counts) - counts) // most
+    begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
+    return list(zip(begins, [*begins[1:], len(counts)], strict=True))
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:

@@ -42,5 +42,5 @@ class FragmentationSpec(Offer):
         5.0, "a number from 0 to 45 (degrees), of a piece's way off the ground", "deg", GIS, "CC", ge=0, le=45
     )
     generations: Count = parameter(
-        3, "a whole number from 1 to 5, how often a rock and its pieces may break in turn", "-", "", "D", ge=1, le=5
+        3, "a whole number from 1 to 5, how often a rock and its pieces may break in turn", "-", "none", "D", ge=1, le=5
     )

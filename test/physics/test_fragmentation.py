@@ -136,6 +136,16 @@ def test_engines_threads_and_blocks_leave_the_same_families():
         assert families(parts) == families(one)
 
 
+def test_pieces_that_fly_a_few_parents_at_a_time_are_the_same(monkeypatch):
+    """Memory holds about PIECES of them."""
+    engine = engine_over("compiled", GROUND)
+    whole, one = stream(engine, breaking())
+    monkeypatch.setattr("rpf3d_core.ensemble.pieces.PIECES", 7)
+    parts, other = stream(engine, breaking())
+    assert families(one) == families(other) and whole.dust == parts.dust
+    assert whole.pieces > 70
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("effect", [breaking(math.inf), breaking(0.2, surface_factor=0.0)], ids=["tough", "no-surface"])
 def test_rocks_too_tough_to_break_leave_every_bit_as_it_was(engine, effect):
