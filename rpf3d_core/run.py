@@ -11,7 +11,7 @@ from rpf3d_core.choices import Rocks, Round, chosen_scene, rounds_of
 from rpf3d_core.compiling_beside import ALONE, Beside, compiling_beside
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
 from rpf3d_core.ensemble.fly import Progress
-from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of
+from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of, warm_pieces
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
@@ -243,7 +243,7 @@ def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, be
     before = 0.0 if beside.has_done(rehearse_ground_below) else warm_flights(*flying)
     beside.wait(rehearse_ground_below)
     _check_all(prepared, rocks)
-    return before + warm(*flying) + tallies.warm(beside.wait)
+    return before + warm(*flying) + warm_pieces(prepared.engine, flight) + tallies.warm(beside.wait)
 
 
 @contextmanager

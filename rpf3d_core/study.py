@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 from rpf3d_core.choices import Round, chosen_scene
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.joined import joined
-from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of
+from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of, warm_pieces
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.partial import PackedTally, add_packed, packed_tallies
@@ -135,6 +135,7 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
         check_releases(prepared, releases_in_ranges(prepared, ranges))
     totals, tallies, flight = empty_totals(prepared), empty_tallies(prepared), prepared.flight
     compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
+    compile_s += warm_pieces(prepared.engine, flight)
     stream = Stream(
         prepared.engine, flight, shown_of(sum(last) - sum(first), shown, paths), tallies,
         lambda deposits, _: totals.add(deposits), None, threads,

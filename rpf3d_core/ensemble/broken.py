@@ -49,6 +49,17 @@ def broken_of(batch: "Batch") -> Broken:
     return Broken(batch.rows[which], pieces[:, 0], pieces[:, 1:4], pieces[:, 4:7], batch.impacts[struck, 4:7])
 
 
+def rows_of_broken(broken: Broken, which: slice) -> Broken:
+    """Return some of N rocks that broke."""
+    return Broken(*(getattr(broken, name)[which] for name in ("rows", "t", "x", "v", "n")))
+
+
+def in_turn(parts: Sequence[Broken]) -> Broken:
+    """Return all of them, one after another, with rows that count through."""
+    columns = [np.concatenate([getattr(part, name) for part in parts]) for name in ("t", "x", "v", "n")]
+    return Broken(np.arange(len(columns[0])), *columns)
+
+
 def joined_broken(parts: Sequence[Broken]) -> Broken:
     """All of them, in order of their rows."""
     rows = np.concatenate([part.rows for part in parts])

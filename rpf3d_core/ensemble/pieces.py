@@ -5,30 +5,39 @@ pieces come to be: generation by generation, by parent, by the power law. Its dr
 plus SOURCES times its own: no other rock, piece or not, has that, as long as there are fewer than SOURCES sources.
 """
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from rpf3d_core.effects.fragmentation import Fragmentation, new_surface_ratio, shares_of, unbroken, volume_of
+from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.effects.fragment_sizes import Cascade, cascade_of, count_from, share_at
+from rpf3d_core.effects.fragmentation import Fragmentation, surface_created, unbroken, volume_of
 from rpf3d_core.effects.hooks import chain_of, links_of
-from rpf3d_core.ensemble.broken import DUST_UNITS, SOURCES, Broken
-from rpf3d_core.ensemble.releases import FloatArray, Releases
+from rpf3d_core.ensemble.broken import DUST_UNITS, NONE_BROKEN, SOURCES, Broken, rows_of_broken
+from rpf3d_core.ensemble.releases import FloatArray, IntArray, Releases
+from rpf3d_core.errors import InputError
 from rpf3d_core.materials.streams import Purpose, uniform_at
-from rpf3d_core.values import Rock
+from rpf3d_core.values import Rock, Vec
+from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
+PIECES = 65_536
+"""Pieces that are in memory at a time, about: one rock may have more."""
 
 
 class Breaking:
     """Pieces of the rocks of one block, generation by generation.
 
     flight : what governs the pieces that were made last: those of the last generation break no more
+    compiled : whether numba makes them
     """
 
-    def __init__(self, flight: Any) -> None:
+    def __init__(self, flight: Any, compiled: bool = True) -> None:
         """Take the effect from what flies (`batches.Flight`)."""
-        self.flight = flight
+        self.flight, self._compiled = flight, compiled
         self._links = links_of(flight.models.effects)
         self._effect = next(effect for effect in self._links if isinstance(effect, Fragmentation))
         self._left = self._effect.generations
@@ -39,64 +48,140 @@ class Breaking:
         """Whether rocks that fly now may break."""
         return self._left > 0
 
-    def pieces_of(self, releases: Releases, broken: Broken) -> tuple[Releases, int]:
-        """The next generation, of rocks or pieces that flew, and its dust in DUST_UNITS."""
+    def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
+        """Yield the next generation, of rocks or pieces that flew, with its dust in DUST_UNITS: some parents at a time.
+
+        The parts have about PIECES pieces, whatever the number of parents; together they are in order of these.
+        """
         self._left -= 1
         if not self._left:
             whole = chain_of([unbroken(effect) for effect in self._links])
             self.flight = replace(self.flight, models=self.flight.models._replace(effects=whole))
-        return pieces_of(self._effect, self.flight.settings.seed, releases, broken, self._numbered)
+        seed = self.flight.settings.seed
+        _, counts = _sized(self._effect, releases, broken, self._compiled)
+        for begin, end in _parts(counts, PIECES):
+            some = rows_of_broken(broken, slice(begin, end))
+            yield pieces_of(self._effect, seed, releases, some, self._numbered, self._compiled)
+
+    def warm(self) -> None:
+        """Compile what making pieces needs."""
+        nothing = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
+        pieces_of(self._effect, self.flight.settings.seed, nothing, NONE_BROKEN, {}, self._compiled)
 
 
 def pieces_of(
-    effect: Fragmentation, seed: int, releases: Releases, broken: Broken, numbered: dict[Any, int]
-) -> tuple[Releases, int]:
-    """The pieces of rocks that broke, and the mass of what is too small to fly, in DUST_UNITS.
+    effect: Fragmentation, seed: int, releases: Releases, broken: Broken, numbered: dict[Any, int],
+    compiled: bool = True,
+) -> tuple[Releases, int]:  # fmt: skip
+    """Return the pieces of N rocks that broke, and the mass of what is too small to fly, in DUST_UNITS.
 
     releases : of the rocks, or pieces, that flew; numbered : the last number given in each family, which is carried on
+
+    Raises
+    ------
+    InputError
+        A family has more pieces than there are numbers for.
     """
-    made: list[tuple[Any, ...]] = []
-    dust = 0
-    for i, row in enumerate(broken.rows):
-        rock = Rock(float(releases.mass[row]), float(releases.radius[row]))
-        source, number = int(releases.source[row]), int(releases.rock[row])
-        v, n = broken.v[i], broken.n[i]
-        ratio = new_surface_ratio(effect, rock, max(float(v @ n), 0.0))
-        shares, lost = shares_of(ratio, effect.least_volume / volume_of(rock))
-        dust += round(rock.mass * lost * DUST_UNITS)
-        for share in shares:
-            piece = numbered[source, number] = numbered.get((source, number), 0) + 1
-            draws = [uniform_at(seed, source + SOURCES * piece, number, purpose, 0) for purpose in (TILT, TURN)]
-            size = (rock.mass * share, rock.radius * share ** (1.0 / 3.0))
-            made.append((source, number, broken.x[i], thrown(effect, v, n, *draws), *size, piece, broken.t[i]))
-    return _released(made), dust
+    source, rock, mass, radius = (getattr(releases, name)[broken.rows] for name in ("source", "rock", "mass", "radius"))
+    cascades, counts = _sized(effect, releases, broken, compiled)
+    parent = np.repeat(np.arange(len(mass)), counts)
+    rank = np.arange(1, len(parent) + 1) - np.repeat(np.cumsum(counts) - counts, counts)
+    piece = _last_numbers(source, rock, counts, numbered)[parent] + rank
+    v, shares = np.empty((len(parent), 3)), np.empty(len(parent))
+    key = source[parent] + SOURCES * piece, rock[parent]
+    make: Any = _make_all
+    (make if compiled else make.py_func)(effect, seed, (parent, rank), key, (cascades, broken.v, broken.n), v, shares)
+    left = np.maximum(1.0 - np.bincount(parent, weights=shares, minlength=len(mass)), 0.0)
+    dust = sum(map(round, (mass * left * DUST_UNITS).tolist()))
+    sizes = mass[parent] * shares, radius[parent] * np.cbrt(shares)
+    made = Releases(source[parent], rock[parent], broken.x[parent], v, *sizes, piece, broken.t[parent])
+    return made, dust
 
 
-def _released(made: list[tuple[Any, ...]]) -> Releases:
-    """Releases of rows (source, rock, x, v, mass, radius, piece, t)."""
-    columns: list[Any] = list(zip(*made, strict=True)) or [()] * 8
-    source, rock, piece = (np.array(columns[k], dtype=np.int64) for k in (0, 1, 6))
-    x, v = (np.array(columns[k], dtype=float).reshape(-1, 3) for k in (2, 3))
-    mass, radius, t = (np.array(columns[k], dtype=float) for k in (4, 5, 7))
-    return Releases(source, rock, x, v, mass, radius, piece, t)
+def _sized(
+    effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
+) -> tuple[FloatArray, IntArray]:  # fmt: skip
+    """Return exponents and largest shares (N, 2), and numbers of pieces (N,), of N rocks that broke."""
+    mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
+    cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
+    size: Any = _size_all
+    (size if compiled else size.py_func)(effect, mass, radius, broken.v, broken.n, cascades, counts)
+    return cascades, counts
 
 
-def thrown(effect: Fragmentation, v: FloatArray, n: FloatArray, tilt: float, turn: float) -> FloatArray:
-    """The velocity (3,) of a piece of a rock that left the ground of unit normal n with v.
+def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
+    """Return the stretches of N parents that have about `most` pieces each; counts (N,) of each parent."""
+    part = (np.cumsum(counts) - counts) // most
+    begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
+    return list(zip(begins, [*begins[1:], len(counts)], strict=True))
+
+
+def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
+    """Return the last number (N,) in its family before the pieces of each of N rocks get theirs."""
+    last = []
+    for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
+        last.append(numbered.get((place, number), 0))
+        numbered[place, number] = last[-1] + count
+    if max(numbered.values(), default=0) >= SOURCES:
+        raise InputError(
+            f"effects.fragmentation: one rock breaks into more than {SOURCES - 1:,} pieces in all; give a greater "
+            "least_volume, fewer generations or a greater least_ratio"
+        )
+    return np.array(last, dtype=np.int64)
+
+
+@loop
+def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cascades: Any, counts: Any) -> None:
+    """Fill exponents and largest shares, cascades (N, 2), and numbers of pieces, counts (N,), of N rocks that broke."""
+    for i in range(len(mass)):
+        rock = Rock(mass[i], radius[i])
+        off = v[i, 0] * n[i, 0] + v[i, 1] * n[i, 1] + v[i, 2] * n[i, 2]
+        cascade = cascade_of(surface_created(effect, rock, max(off, 0.0)))
+        cascades[i, 0], cascades[i, 1] = cascade.exponent, cascade.largest
+        counts[i] = count_from(cascade, effect.least_volume / volume_of(rock))
+
+
+@loop
+def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
+    """Fill velocities v (P, 3) and shares (P,) of P pieces.
+
+    which : row of the parent, and rank by size; key : words of the draws; parents : cascades, velocities and normals
+    """
+    parent, rank = which
+    source, rock = key
+    cascades, before, normal = parents
+    for k in range(len(shares)):
+        i = parent[k]
+        a, b = int(source[k]), int(rock[k])
+        tilt, turn = uniform_at(seed, a, b, TILT, 0), uniform_at(seed, a, b, TURN, 0)
+        off = (normal[i, 0], normal[i, 1], normal[i, 2])
+        way = thrown(effect, (before[i, 0], before[i, 1], before[i, 2]), off, tilt, turn)
+        v[k, 0], v[k, 1], v[k, 2] = way
+        shares[k] = share_at(Cascade(cascades[i, 0], cascades[i, 1]), rank[k])
+
+
+@kernel
+def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
+    """Return the velocity of a piece of a rock that left the ground of unit normal n with v.
 
     Its direction is spread evenly over a cone about v, and raised where it is nearer to the ground than allowed.
     tilt, turn : in [0, 1)
     """
-    speed = float(np.linalg.norm(v))
-    axis = v / speed if speed > 0.0 else n
-    aside = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0))
-    aside /= np.linalg.norm(aside)
-    cosine = 1.0 - tilt * (1.0 - np.cos(effect.cone))
-    sine, angle = np.sqrt(max(1.0 - cosine * cosine, 0.0)), 2.0 * np.pi * turn
-    way = cosine * axis + sine * (np.cos(angle) * aside + np.sin(angle) * np.cross(axis, aside))
-    along = way - (way @ n) * n
-    if way @ n < np.sin(effect.least_angle):
-        flat = np.linalg.norm(along)
-        along = along / flat if flat > 0.0 else aside
-        way = np.cos(effect.least_angle) * along + np.sin(effect.least_angle) * n
-    return np.asarray(effect.speed_kept * speed * way)
+    speed = norm(v)
+    axis = scale(1.0 / speed, v) if speed > 0.0 else n
+    aside = _unit(cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0)))
+    cosine = 1.0 - tilt * (1.0 - math.cos(effect.cone))
+    sine, angle = math.sqrt(max(1.0 - cosine * cosine, 0.0)), 2.0 * math.pi * turn
+    across = add(scale(math.cos(angle), aside), scale(math.sin(angle), cross(axis, aside)))
+    way = add(scale(cosine, axis), scale(sine, across))
+    if dot(way, n) < math.sin(effect.least_angle):
+        flat = along(way, n)
+        flat = _unit(flat) if dot(flat, flat) > 0.0 else aside
+        way = add(scale(math.cos(effect.least_angle), flat), scale(math.sin(effect.least_angle), n))
+    return scale(effect.speed_kept * speed, way)
+
+
+@kernel
+def _unit(a: Vec) -> Vec:
+    """Return a over its length, which is above 0."""
+    return scale(1.0 / norm(a), a)

@@ -4,12 +4,14 @@ Up to `EXACT` values are kept as they are. Beyond that each is rounded to 11 sig
 different ones an octave: percentiles are then told to 0.05 %. The smallest and the largest are never rounded.
 """
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 
 EXACT = 100_000
 """Values up to which nothing is rounded."""
@@ -59,6 +61,28 @@ class Sample:
         low, high = (values[np.searchsorted(ends, edge(rank), side="right")] for edge in (np.floor, np.ceil))
         cuts: list[float] = (low + (high - low) * (rank - np.floor(rank))).tolist()
         return cuts
+
+    def interval(self, wanted: int) -> tuple[float | None, float | None]:
+        """Return the 95 % interval of a percentile, without an assumption on the distribution; None: no bound.
+
+        Bounds are values of the sample: those whose share below agrees with `wanted` by the score test, whose other use
+        is Wilson's interval. Too few values bound a high percentile from one side, or from none.
+
+        Sources
+        -------
+        Conover 1999, Practical Nonparametric Statistics, 3rd ed., section 3.2: intervals of quantiles by ranks.
+        """
+        share, values = wanted / 100.0, self.count
+        half = NORMAL_QUANTILE_95 * math.sqrt(values * share * (1.0 - share))
+        low, high = math.floor(values * share - half), math.ceil(values * share + half) + 1
+        return self._ranked(low), self._ranked(high)
+
+    def _ranked(self, rank: int) -> float | None:
+        """Return the value of a rank from 1 on; None where there is none."""
+        if not 1 <= rank <= self.count:
+            return None
+        values, counts = self.sorted()
+        return float(values[np.searchsorted(np.cumsum(counts), rank)])
 
     def mean(self) -> float:
         """Mean of at least one value."""

@@ -1,20 +1,25 @@
 """Fly any number of rocks in bounded memory: block after block is drawn, flown, handed on and forgotten."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.effects.hooks import breaks, links_of
 from rpf3d_core.ensemble.batch import Batch, only
 from rpf3d_core.ensemble.batches import Advance, Flight, Keep, Watch, fly_batches
+from rpf3d_core.ensemble.broken import NONE_BROKEN, Broken, in_turn
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
 from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
 """Rocks in a block at most: where each has 200 impacts, some hundreds of megabytes while these are put in order."""
+
+NO_RELEASES = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
 
 Sink = Callable[[Deposits, Impacts], None]
 """Takes the rocks of one block, in order; rows of the impacts count from the block's first rock."""
@@ -26,6 +31,17 @@ class Shown:
 
     rocks: IntArray | None
     paths: IntArray
+
+
+def warm_pieces(engine: Engine, flight: Flight) -> float:
+    """Compile what making the pieces of broken rocks needs, where rocks may break; return the seconds it took."""
+    began = time.perf_counter()
+    effects = links_of(flight.models.effects)
+    if isinstance(engine, Compiled) and any(breaks.has_rule(type(effect)) for effect in effects):
+        from rpf3d_core.ensemble.pieces import Breaking
+
+        Breaking(flight).warm()
+    return time.perf_counter() - began
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
@@ -119,18 +135,23 @@ class Stream:
             return
         from rpf3d_core.ensemble.pieces import Breaking  # where no scene names it, it is not imported
 
-        breaking = Breaking(self.flight)
-        while breaking.goes_on:
-            pieces, dust = breaking.pieces_of(releases, batch.broken)
-            self.dust += dust
-            if not len(pieces.x):
-                return
-            shown = np.full(len(pieces.x), self.shown.rocks is None)
-            keep = Keep(shown, shown | self.impacts)
-            batch = fly_batches(self.engine, breaking.flight, pieces, keep, self.watch, self.threads)
-            self._hand_on(batch, pieces, shown)
-            self.pieces += len(pieces.x)
-            releases = pieces
+        breaking, broken = Breaking(self.flight, isinstance(self.engine, Compiled)), batch.broken
+        while breaking.goes_on and len(broken.rows):
+            parts = [(NO_RELEASES, NONE_BROKEN)]
+            for pieces, dust in breaking.pieces_of(releases, broken):
+                self.dust += dust
+                parts.append(self._fly_some(pieces, breaking.flight))
+            releases = _joined([part for part, _ in parts])
+            broken = in_turn([part for _, part in parts])
+
+    def _fly_some(self, pieces: Releases, flight: Flight) -> tuple[Releases, Broken]:
+        """Fly pieces to their end; the releases of those that broke, and how they did."""
+        shown = np.full(len(pieces.x), self.shown.rocks is None)
+        keep = Keep(shown, shown | self.impacts)
+        batch = fly_batches(self.engine, flight, pieces, keep, self.watch, self.threads)
+        self._hand_on(batch, pieces, shown)
+        self.pieces += len(pieces.x)
+        return taken(pieces, batch.broken.rows), batch.broken
 
     def _hand_on(self, batch: Batch, releases: Releases, chosen: NDArray[np.bool_]) -> None:
         if self.sink:
@@ -150,13 +171,18 @@ class Stream:
 
     def flights(self, compile_s: float, fly_s: float) -> Flights:
         """The flights of the rocks that are kept to be shown."""
-        releases = Releases(*(np.concatenate(parts) for parts in zip(*map(_columns, self._releases), strict=True)))
+        releases = _joined(self._releases)
         return flights_of(self._batches, releases, self.engine.name, compile_s, fly_s)
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
     """The releases of some rows (N,)."""
     return Releases(*(column[rows] for column in _columns(releases)))
+
+
+def _joined(parts: Sequence[Releases]) -> Releases:
+    """Return several releases as one, in turn."""
+    return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
 
 
 def _columns(releases: Releases) -> tuple[np.ndarray, ...]:

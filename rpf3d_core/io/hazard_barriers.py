@@ -5,24 +5,39 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
 from rpf3d_core.hazard.benches import three_figures
 
-DID = ("caught", "broken_through", "flown_over")
+FIRST = ("first_caught", "first_broken_through", "first_flown_over")
+ROCKS = (*FIRST, "caught")
+EVENTS = ("caught_events", "broken_through_events", "flown_over_events")
+P95 = 95
+"""The percentile that has an interval: what nets are designed for."""
 HEADER = [
     "name", "height_m", "capacity_j", "came_rocks",
-    *(f"{did}_{part}" for did in DID for part in ("rocks", "share", "low", "high")),
-    "energy_j_p95", "energy_j_max", "height_over_ground_m_p95", "height_over_ground_m_max", "over_panel_m_max",
+    *(f"{did}_{part}" for did in ROCKS for part in ("rocks", "share", "low", "high")),
+    *EVENTS,
+    *(f"first_{what}_{part}" for what in ("energy_j", "height_over_ground_m")
+      for part in ("p95", "p95_low", "p95_high", "max")),
+    "first_over_panel_m_max",
 ]  # fmt: skip
-"""Shares are of the rocks that came; `low` and `high` are the ends of their 95 % Wilson intervals."""
+"""Shares are of the rocks that came; `low` and `high` are the ends of 95 % intervals: Wilson's of shares, and p95's."""
 
-TEXT_HEADER = ("barrier", "came", "caught", "broken", "over", "p95 (kJ)", "p95 (m)")
+TEXT_HEADER = (
+    "barrier", "came", "first caught", "first broken", "first over", "caught in the end", "p95 (kJ)", "p95 (m)",
+)  # fmt: skip
 """Of the printed table; `text_rows` has its columns."""
-TEXT_NOTE = "rocks that came to each barrier; p95 of their energies, and of how high over the ground they crossed it"
+TEXT_NOTE = (
+    "rocks that came to each barrier, by what they did when they first came; p95 of their energies then, and of how "
+    "high over the ground they crossed it"
+)
 MEANING = (
-    "each rock counts once: caught, else broken through, else flown over; shares are of those that came; every rock "
-    "finds a barrier whole, for rocks are independent of each other"
+    "first_caught, first_broken_through and first_flown_over: each rock that came counts once, by its first arrival; "
+    "caught: rocks that the barrier caught in the end, also of those that had passed it before; events: how often each "
+    "happened, a rock may come several times; first_energy_j, first_height_over_ground_m and first_over_panel_m are of "
+    "first arrivals; every rock finds a barrier whole, because rocks are independent of each other"
 )
 
 
@@ -45,24 +60,32 @@ def text_rows(barriers: Sequence[BarrierFigures]) -> list[tuple[str, ...]]:
 
 
 def _facts(figures: BarrierFigures) -> dict[str, Any]:
+    counted = figures.counted
     return {
         "height_m": figures.height,
         "capacity_j": figures.capacity,
         "came": figures.came,
-        **{did: share_of(getattr(figures, did), figures.came) for did in DID},
-        "energy_j": figures.counted.energy.summary(PERCENTILES),
-        "height_over_ground_m": figures.counted.height.summary(PERCENTILES),
-        "over_panel_m": figures.counted.over.summary(PERCENTILES),
+        **{did: share_of(getattr(figures, did), figures.came) for did in ROCKS},
+        **{did: getattr(figures, did) for did in EVENTS},
+        "first_energy_j": _distribution(counted.energy),
+        "first_height_over_ground_m": _distribution(counted.height),
+        "first_over_panel_m": _distribution(counted.over),
     }
+
+
+def _distribution(sample: Sample) -> dict[str, Any]:
+    """Percentiles, and the 95 % interval of p95; an end that few rocks leave open is None."""
+    return {**sample.summary(PERCENTILES), "p95_interval_95": list(sample.interval(P95))}
 
 
 def _line(figures: BarrierFigures) -> list[Any]:
     facts = _facts(figures)
-    shares = [value for did in DID for value in _columns(facts[did])]
-    energy, height = facts["energy_j"], facts["height_over_ground_m"]
+    shares = [value for did in ROCKS for value in _columns(facts[did])]
+    designs = [facts["first_energy_j"], facts["first_height_over_ground_m"]]
     return [
-        figures.name, figures.height, figures.capacity, figures.came, *shares, energy["p95"], energy["max"],
-        height["p95"], height["max"], facts["over_panel_m"]["max"],
+        figures.name, figures.height, figures.capacity, figures.came, *shares, *(facts[did] for did in EVENTS),
+        *(value for one in designs for value in (one["p95"], *one["p95_interval_95"], one["max"])),
+        facts["first_over_panel_m"]["max"],
     ]  # fmt: skip
 
 
@@ -72,8 +95,8 @@ def _columns(share: dict[str, Any]) -> list[Any]:
 
 def _text_row(figures: BarrierFigures) -> tuple[str, ...]:
     facts = _facts(figures)
-    energy, height = facts["energy_j"]["p95"], facts["height_over_ground_m"]["p95"]
-    counts = (figures.came, figures.caught, figures.broken_through, figures.flown_over)
+    energy, height = facts["first_energy_j"]["p95"], facts["first_height_over_ground_m"]["p95"]
+    counts = (figures.came, *(getattr(figures, did) for did in ROCKS))
     return (
         figures.name, *(f"{count:,}" for count in counts),
         "-" if energy is None else three_figures(energy / 1000.0), "-" if height is None else three_figures(height),

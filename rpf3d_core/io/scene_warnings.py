@@ -29,6 +29,11 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     forest = scene.effects.forest
     if forest is not None and forest.stems_per_ha and forest.dbh_mean_cm < LEAST_STEM:
         yield f"`effects.forest.dbh_mean_cm` is {forest.dbh_mean_cm:g} cm; is it in metres?"
+    if scene.effects.fragmentation is not None:
+        yield (
+            "`effects.fragmentation` is unconfirmed: neither its least_ratio nor the sizes of its pieces were compared "
+            "with measured fragments; compare them with those of your site"
+        )
     yield from _rolling(scene)
     if scene.rebound.name == "coulomb_limited" and scene.ground.name == "none":
         yield (

@@ -1,0 +1,216 @@
+"""What each rock of a batch did at each barrier, in the order in which it did it: caught, broken through, flown over.
+
+A contact with a panel has a row of its own among the impacts. A flight over a panel leaves no mark on the path, so the
+arcs that were written down are crossed with the panels again.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc, velocity
+from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of
+from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
+from rpf3d_core.simulation.record import FIRST_OBSTACLE
+from rpf3d_core.values import Mode, Outcome
+from rpf3d_core.vectors import dot
+
+NEVER, OVER, THROUGH, HELD = range(4)
+"""What a rock does when it comes to a barrier; NEVER where it has not come."""
+FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAILED)
+
+
+class Passages(NamedTuple):
+    """What a batch of N rocks did at B barriers.
+
+    did, t, energy, height (N, B) : at the first arrival: NEVER ... HELD, s, J, m over the ground
+    held (N, B) : 1 where the barrier caught the rock in the end
+    events (B, 4) : how often each of NEVER ... HELD happened, whichever rock it was
+    """
+
+    did: Any
+    t: Any
+    energy: Any
+    height: Any
+    held: Any
+    events: Any
+
+
+class Crossed(NamedTuple):
+    """Room to tell crossings of K pieces of panels at B barriers apart: one at a joint is found from both sides of it.
+
+    piece (K,) : the piece of path that a piece of panel was last compared with
+    t, barrier (K,) : of the crossings of one piece of path; last (B,) : when the latest on earlier pieces of it was, s
+    """
+
+    piece: Any
+    t: Any
+    barrier: Any
+    last: Any
+
+
+class Passing(NamedTuple):
+    """A rock that flies: its row in the batch, kg, m."""
+
+    row: int
+    mass: float
+    radius: float
+
+
+def empty_passages(rocks: int, barriers: int) -> Passages:
+    """Return passages of N rocks that have not come to any of B barriers yet."""
+    shape = rocks, barriers
+    did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
+    return Passages(
+        did, np.full(shape, np.inf), np.zeros(shape), np.zeros(shape), held, np.zeros((barriers, 4), np.int64)
+    )
+
+
+def empty_crossed(panels: int, barriers: int) -> Crossed:
+    """Return room for crossings of K pieces of panels at B barriers."""
+    number = np.full(panels, -1, dtype=np.int64)
+    return Crossed(number, np.empty(panels), number.copy(), np.full(barriers, -np.inf))
+
+
+@loop
+def find_passages(
+    barriers: Barriers, gravity: float, written: Any, mass: Any, radius: Any, crossed: Crossed, found: Passages
+) -> None:
+    """Fill in what each of N rocks did.
+
+    written : counts, impacts, facets, pieces, modes and first of a `Batch`
+    """
+    counts, impacts, facets, pieces, modes, first = written
+    for r in range(len(mass)):
+        if counts[r, 0] == FAILED:
+            continue
+        rock = Passing(r, mass[r], radius[r])
+        for q in range(first[r, 0], first[r + 1, 0]):
+            last = counts[r, 0] == CAUGHT and q + 1 == first[r + 1, 0]
+            _contact(barriers, impacts, facets, q, HELD if last else THROUGH, rock, found)
+        for b in range(len(crossed.last)):
+            crossed.last[b] = -math.inf
+        for p in range(first[r, 1], first[r + 1, 1] - 1):
+            _cross(barriers, gravity, pieces, modes[p] == FLIGHT, p, rock, crossed, found)
+
+
+@kernel
+def _contact(barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: Passing, found: Passages) -> None:
+    """Note row q of the impacts where it is a contact with a barrier."""
+    panel = barriers.panel
+    k = FIRST_OBSTACLE - facets[q] - barriers.first
+    if facets[q] >= 0 or k < 0 or k >= len(panel.x):
+        return
+    b = panel.barrier[k]
+    height = impacts[q, 3] - _foot(barriers, k, impacts[q, 1], impacts[q, 2]) + panel.top[b] * rock.radius
+    energy = 0.5 * rock.mass * impacts[q, 7] * impacts[q, 7]
+    _note(found, rock.row, b, did, impacts[q, 0], energy, height)
+
+
+@kernel
+def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
+    """Return the height (m) of the foot of piece k at a place in plan (m)."""
+    panel = barriers.panel
+    dx, dy = panel.dx[k], panel.dy[k]
+    along = ((x - panel.x[k]) * dx + (y - panel.y[k]) * dy) / (dx * dx + dy * dy)
+    return panel.z[k] + along * panel.dz[k]  # type: ignore[no-any-return]
+
+
+@kernel
+def _note(found: Passages, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
+    """Count what rock r did at barrier b after t seconds, and keep it if nothing that it did there was earlier."""
+    found.events[b, did] += 1
+    if did == HELD:
+        found.held[r, b] = 1
+    if t < found.t[r, b]:
+        found.did[r, b], found.t[r, b], found.energy[r, b], found.height[r, b] = did, t, energy, height
+
+
+@kernel
+def _cross(
+    barriers: Barriers, gravity: float, pieces: Any, flies: bool, p: int, rock: Passing, crossed: Crossed,
+    found: Passages,
+) -> None:  # fmt: skip
+    """Note where piece p of a path passes barriers without a contact: above them, or where they hold nothing."""
+    duration = pieces[p + 1, 0] - pieces[p, 0]
+    if not duration > 0.0:
+        return
+    x, v = (pieces[p, 1], pieces[p, 2], pieces[p, 3]), (pieces[p, 4], pieces[p, 5], pieces[p, 6])
+    if flies:
+        arc, until = Arc(x, v, gravity), duration
+    else:  # a chord, gone in a unit of time
+        arc = Arc(x, (pieces[p + 1, 1] - x[0], pieces[p + 1, 2] - x[1], pieces[p + 1, 3] - x[2]), 0.0)
+        until = 1.0
+    cells, number = barriers.cells, 0
+    i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
+    while True:
+        leave_i = leaves_at(i, cells.nx, cells.x, cells.cell, arc.x[0], arc.v[0])
+        leave_j = leaves_at(j, cells.ny, cells.y, cells.cell, arc.x[1], arc.v[1])
+        for entry in range(cells.starts[j * cells.nx + i], cells.starts[j * cells.nx + i + 1]):
+            k = cells.ids[entry]
+            if crossed.piece[k] != p:
+                crossed.piece[k] = p
+                number = _pass(barriers, k, arc, until, (pieces, p, flies), rock, number, crossed, found)
+        if min(leave_i, leave_j) >= until:
+            break
+        if leave_i <= leave_j:
+            i += 1 if arc.v[0] > 0.0 else -1
+        else:
+            j += 1 if arc.v[1] > 0.0 else -1
+    for n in range(number):
+        crossed.last[crossed.barrier[n]] = max(crossed.last[crossed.barrier[n]], crossed.t[n])
+
+
+@kernel
+def _pass(
+    barriers: Barriers, k: int, arc: Arc, until: float, path: Any, rock: Passing, number: int, crossed: Crossed,
+    found: Passages,
+) -> int:  # fmt: skip
+    """Note that an arc passes piece k of the panels without a contact; how many crossings there are now.
+
+    path : the pieces of path, the number of the one that the arc is, and whether it is flown; number : of crossings
+    """
+    crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
+    if crossing.t == math.inf:
+        return number
+    b = barriers.panel.barrier[k]
+    high = crossing.height + barriers.panel.top[b] * rock.radius
+    did = _passes_as(barriers, b, crossing.height, high)
+    pieces, p, flies = path
+    duration = pieces[p + 1, 0] - pieces[p, 0]
+    t = pieces[p, 0] + crossing.t / until * duration
+    way = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]) * until
+    if did == NEVER or _is_known(crossed, number, b, t, CORNER * duration / way):
+        return number
+    crossed.t[number], crossed.barrier[number] = t, b
+    if flies:
+        going = velocity(arc, crossing.t)
+        speed2 = dot(going, going)
+    else:
+        start, end = (pieces[p, 4], pieces[p, 5], pieces[p, 6]), (pieces[p, 7], pieces[p, 8], pieces[p, 9])
+        speed2 = dot(start, start) + crossing.t * (dot(end, end) - dot(start, start))
+    _note(found, rock.row, b, did, t, 0.5 * rock.mass * speed2, high)
+    return number + 1
+
+
+@kernel
+def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
+    """Return what a crossing is that may have no row among the impacts; NEVER where it has one, or is below the foot.
+
+    height, high : m over the foot, of the rock's centre and of what counts
+    """
+    panel = barriers.panel
+    if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):
+        return OVER
+    return THROUGH if panel.capacity[b] == 0.0 and height >= -BELOW else NEVER
+
+
+@kernel
+def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
+    """Return whether a crossing of barrier b after t seconds is one that was found already, within an instant (s)."""
+    known = abs(t - crossed.last[b]) <= instant
+    for n in range(number):
+        known = known or (crossed.barrier[n] == b and abs(t - crossed.t[n]) <= instant)
+    return bool(known)
