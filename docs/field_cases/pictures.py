@@ -88,23 +88,23 @@ def _stops_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
 
 def _tschamut(ends: Mapping[str, Ends]) -> Figure:
     figure, (plan, runouts) = _figure(2, 11.0)
-    field = tschamut.runs()
+    field, seen = tschamut.runs(), tschamut.runs().seen().runout
     _contours(plan)
     for i in field.distinct():
-        plan.plot(*zip(field.release[i], field.end[i], strict=True), color="0.8", lw=0.8)
-    plan.plot(*field.release.T, "r*", label="release")
-    plan.plot(*field.end.T, "k^", ms=5, label="field")
+        plan.plot(*zip(field.release[i, :2], field.end[i, :2], strict=True), color="0.8", lw=0.8)
+    plan.plot(*field.release[:, :2].T, "r*", label="release")
+    plan.plot(*field.end[:, :2].T, "k^", ms=5, label="field")
     longest = 0.0
     for label, flown in ends.items():
         model, values = label.split(", ")
-        simulated = field.runout + tschamut.errors_of(flown)
+        simulated = seen + tschamut.errors_of(flown)
         longest = max(longest, float(simulated.max()))
         mark = {HOEK: "x", "STONE": "+", CALIBRATED: "o"}[values]
-        runouts.plot(field.runout, simulated, mark, color=MODEL_COLOURS[model], label=label, fillstyle="none")
+        runouts.plot(seen, simulated, mark, color=MODEL_COLOURS[model], label=label, fillstyle="none")
         if values == CALIBRATED:
-            plan.plot(*tschamut.mean_ends(flown).T, "o", color=MODEL_COLOURS[model], fillstyle="none",
+            plan.plot(*tschamut.mean_ends(flown)[:, :2].T, "o", color=MODEL_COLOURS[model], fillstyle="none",
                       label=f"{label}, mean of each run")  # fmt: skip
-    limit = 1.05 * max(longest, float(field.runout.max()))
+    limit = 1.05 * max(longest, float(seen.max()))
     runouts.plot([0, limit], [0, limit], "k-", lw=0.8)
     runouts.set(xlabel="runout seen (m)", ylabel="mean runout simulated (m)", title="18 runs",
                 ylim=(0, limit), xlim=(0, 125))  # fmt: skip
