@@ -10,6 +10,7 @@ from rpf3d_core.builders.rebounds import angle_table, cholesky, mass_scaled
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.io.scene_rebounds import AngleTableSpec, MassScaledSpec
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
+from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
 from rpf3d_core.kinetics.rebounds.pfeiffer_bowen import PfeifferBowen
 from rpf3d_core.kinetics.rebounds.stochastic_matrix import StochasticMatrix
 from rpf3d_core.kinetics.rebounds.thesis_literal import ThesisLiteral
@@ -44,6 +45,7 @@ def matrix_of(spread: float = SPREAD, mean: Any = MEAN) -> StochasticMatrix:
 
 MODELS = {
     "constant": ConstantRestitution(),
+    "coulomb_limited": CoulombLimited(),
     "pfeiffer_bowen": PfeifferBowen(9.144, 6.096, 76.2),
     "velocity_scaled": VelocityScaled(9.144),
     "mass_scaled": mass_scaled(MassScaledSpec(K=9.144), NO_TERRAIN, NO_TERRAIN),

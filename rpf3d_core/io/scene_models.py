@@ -17,6 +17,7 @@ from rpf3d_core.io.scene_offers import Confirmed, Offer
 from rpf3d_core.io.scene_own import OWN, OwnSpec, is_own
 from rpf3d_core.io.scene_rebounds import (
     AngleTableSpec,
+    CoulombLimitedSpec,
     MassScaledSpec,
     PfeifferBowenSpec,
     StochasticMatrixSpec,
@@ -76,6 +77,7 @@ class ReboundSpec(OneOf):
     """What an impact does to a rock."""
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
+    coulomb_limited: CoulombLimitedSpec | None = Field(None, description="a mapping without keys")
     thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
     pfeiffer_bowen: PfeifferBowenSpec | None = Field(None, description="a mapping with K, A and B")
     velocity_scaled: VelocityScaledSpec | None = Field(None, description="a mapping with K")

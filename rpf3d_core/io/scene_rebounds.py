@@ -24,6 +24,18 @@ ROUNDING = 1e-9
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
 
+class CoulombLimitedSpec(Offer):
+    """R_n and R_t of the material, but along the ground an impact takes no more than Coulomb friction allows.
+
+    The loss of speed along the ground is at most the tangent of friction_angle_deg times the change of speed across the
+    ground: mu (1 + R_n) |v_n|. Where R_t takes less than that, the rebound is that of `constant`.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.coulomb_limited:CoulombLimited"
+    SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3, with Coulomb's bound on the tangential impulse"
+    CONFIRMED: ClassVar[Confirmed] = "D"
+
+
 class ThesisLiteralSpec(Offer):
     """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
 

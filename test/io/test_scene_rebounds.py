@@ -40,6 +40,7 @@ def models_with(folder: Path, text: str):
         ("rebound: {pfeiffer_bowen: {A: 5}}", "PfeifferBowen", (9.144, 5.0, 76.2)),
         ("rebound: velocity_scaled", "VelocityScaled", (9.144,)),
         ("rebound: {velocity_scaled: {K: 12}}", "VelocityScaled", (12.0,)),
+        ("rebound: coulomb_limited", "CoulombLimited", ()),
         ("rebound: mass_scaled", "MassScaled", (1000.0, math.inf)),
         ("rebound: {mass_scaled: {C: 500, K: 9}}", "MassScaled", (500.0, 9.0)),
         ("rebound: v_half", "VHalf", (10.0,)),
@@ -124,8 +125,8 @@ MATRIX = "rebound: {{stochastic_matrix: {{mean: {}, covariance: {}}}}}"
         (MATRIX.format("[[1, 0]]", ZEROS), "`rebound.stochastic_matrix.mean[0]` is [1, 0], but must be a part of thr"),
         (TABLE.format("[[0, 1]]"), "`rebound.angle_table.rows[0]` is [0, 1], but must be a part of a list of [ang"),
         ("effects: {berm: {height: 2}}", "`effects.berm` is not a key of a scene; it belongs in `terrain.berms`"),
-        ("rebound: {v_half: {}, constant: {}}", "`rebound` must have exactly one of constant, thesis_literal, "),
-        ("rebound: v_haf", "`rebound` is 'v_haf', but must be constant, thesis_literal, pfeiffer_bowen"),
+        ("rebound: {v_half: {}, constant: {}}", "`rebound` must have exactly one of constant, coulomb_limited, "),
+        ("rebound: v_haf", "`rebound` is 'v_haf', but must be constant, coulomb_limited, thesis_literal, "),
         ("effects: {roughness: {}}", "`effects.roughness` must have exactly one of amplitude, angle_sd_deg, but"),
         ("effects: {roughness: }", "`effects.roughness` must have exactly one of amplitude, angle_sd_deg, but"),
         (

@@ -67,12 +67,15 @@ def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(model):
 
 
 @pytest.mark.parametrize("resting", ["none", "sliding"])
-@pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
-def test_on_level_ground_every_rock_comes_to_rest(model, resting):
+@pytest.mark.parametrize("name", MODELS)
+def test_on_level_ground_every_rock_comes_to_rest(name, resting):
+    """Under `ground: none` a bounce that keeps the speed along the ground leaves the rock with it."""
     over = engine_over("reference", floor(400.0))
     ground = surface(0.5, 0.8, 35.0, 0.8)
-    ends = fly(over, flight_with(model, ground, resting), np.tile((0.1, 0.3, 3.0), (20, 1)), (6.0, 1.0, 0.0)).deposits
-    assert set(ends.outcome) == {Outcome.STOPPED}
+    physics = flight_with(MODELS[name], ground, resting)
+    ends = fly(over, physics, np.tile((0.1, 0.3, 3.0), (20, 1)), (6.0, 1.0, 0.0)).deposits
+    keeps = name == "coulomb_limited" and resting == "none"
+    assert set(ends.outcome) == {Outcome.UNRESOLVED_CONTACT if keeps else Outcome.STOPPED}
 
 
 def test_a_model_that_is_not_named_is_not_imported():

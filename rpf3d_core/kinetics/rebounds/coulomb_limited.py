@@ -1,0 +1,201 @@
+"""Constant restitution whose loss along the ground is no more than Coulomb friction allows.
+
+With v_n and v_t the velocities into and along the ground:
+
+    normal     v_n' = -R_n v_n
+    along      |v_t'| = max(R_t |v_t|, |v_t| - mu (1 + R_n) |v_n|) in the direction of v_t
+
+R_n, R_t and mu, the tangent of the friction angle, are the material's. An impact changes the speed across the ground by
+(1 + R_n) |v_n|, so its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times that along the
+ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such bound: as bounces get smaller, it
+takes the same share of the speed along the ground by ever smaller impulses. Kinetic energy never rises.
+
+The bounces on a plane. A rock leaves the plane with the speed w along the normal and the velocity u along the plane.
+Bounce k takes T_k = T R_n^k, T = 2 w / g_n, and the impact after it leaves the share
+
+    s_k = max(R_t, 1 - c T_k / |u_k + g_t T_k|),    c = mu (1 + R_n) g_n / 2,
+
+so u_{k+1} = s_k (u_k + g_t T_k). All velocities are a_k u_0 + b_k g_t with a_{k+1} = s_k a_k and
+b_{k+1} = s_k (b_k + T_k); a_k and b_k are never negative, so the sums of the displacements grow in both directions.
+Two regimes have closed forms, for the bounces from any one on:
+
+    friction for good   |u| is large against the change that is still to come, (|g_t| + c) T / (1 - R_n): each impact
+                        takes c T_k in a direction that no longer turns
+    R_t for good        R_t <= R_n and |u| / T is so small that friction never limits: the constant model's series
+
+Other bounces are summed one after the other.
+"""
+
+from typing import NamedTuple
+
+from rpf3d_core.arc import gravity_along
+from rpf3d_core.compiling import kernel
+from rpf3d_core.kinetics.rebound import Rest, at_once, endless, lumped, rebound, rest_of_bounces
+from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.library import Surface
+from rpf3d_core.values import Motion, Vec
+from rpf3d_core.vectors import add, dot, norm, scale, without
+
+STEADY = 1e-6
+"""Change of the speed along the ground still to come, as a share of it, below which the closed form goes on.
+
+The closed form leaves out the square of this share: 1e-12 of the speed.
+"""
+
+SPENT = 1e-12
+"""Share of the time of the first bounce below which the next ones are left out; their length is its square."""
+
+MOST_BOUNCES = 2000
+"""Bounces summed one after the other at most; enough for R_n up to 0.986."""
+
+
+class CoulombLimited(NamedTuple):
+    """R_n, R_t and the friction angle of the material."""
+
+
+class Dying(NamedTuple):
+    """Bounces on a plane that have been summed: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
+
+    a (-), b (s), A (s), B (s^2); T : s that the next bounce takes
+    """
+
+    a: float
+    b: float
+    A: float
+    B: float
+    T: float
+
+
+class Plane(NamedTuple):
+    """What bounces on one plane have in common.
+
+    r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2 of gravity along the plane
+    pull : |g_t| (m/s^2); c : m/s^2, friction takes c T of the speed along the plane after a bounce of T seconds
+    """
+
+    r: float
+    q: float
+    u: Vec
+    g_t: Vec
+    pull: float
+    c: float
+
+
+@rebound.rule(CoulombLimited)
+def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+    """A lumped mass whose loss along the ground is the smaller of that of R_t and that of Coulomb friction."""
+    most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
+    return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
+
+
+@kernel
+def share_kept(R_t: float, speed: float, most: float) -> float:
+    """Share (-) of the speed along the ground (m/s) that an impact leaves: R_t, or more where it takes `most` (m/s)."""
+    return R_t if speed * (1.0 - R_t) <= most else 1.0 - most / speed
+
+
+@rest_of_bounces.rule(CoulombLimited)
+def coulomb_limited_rest(
+    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+) -> Rest:
+    """The sum of the bounces on a plane, as at the top of this file; off by less than 1e-10 of the largest speed.
+
+    Where R_n is above 0.986 and neither regime is reached within MOST_BOUNCES, the bounces are flown.
+    """
+    r, q = surface.R_n, surface.R_t
+    if r >= 1.0:
+        return endless(motion)
+    g_n, g_t = gravity * n[2], gravity_along(n, gravity)
+    T = 2.0 * max(dot(motion.v, n), 0.0) / g_n
+    if T == 0.0:
+        return at_once(motion, n)
+    c = 0.5 * surface.mu * (1.0 + r) * g_n if q < 1.0 else 0.0
+    plane = Plane(r, q, without(motion.v, n), g_t, norm(g_t), c)
+    before = one_by_one(plane, Dying(1.0, 0.0, 0.0, 0.0, T))
+    if not (_settled(plane, before) or before.T <= SPENT * T):
+        return endless(motion)
+    end = _summed(plane, before)
+    return Rest(scale(end.A, plane.u), scale(end.B, g_t), _speed(plane, end), T / (1.0 - r), True)
+
+
+@kernel
+def one_by_one(plane: Plane, first: Dying) -> Dying:
+    """The bounces up to one of the regimes that have a closed form, or as many as are looked at."""
+    state = first
+    for _ in range(MOST_BOUNCES):
+        if _settled(plane, state) or state.T <= SPENT * first.T:
+            return state
+        state = _next(plane, state)
+    return state
+
+
+@kernel
+def _settled(plane: Plane, state: Dying) -> bool:
+    """Whether a closed form goes on from here."""
+    speed = norm(_speed(plane, state))
+    return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
+
+
+@kernel
+def _speed(plane: Plane, state: Dying) -> Vec:
+    """Velocity (3,) m/s along the plane."""
+    return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
+
+
+@kernel
+def _next(plane: Plane, state: Dying) -> Dying:
+    """One bounce more, and the impact after it."""
+    T = state.T
+    flown = Dying(state.a, state.b + T, state.A + state.a * T, state.B + (state.b + 0.5 * T) * T, plane.r * T)
+    kept = share_kept(plane.q, norm(_speed(plane, flown)), plane.c * T)
+    return Dying(kept * flown.a, kept * flown.b, flown.A, flown.B, flown.T)
+
+
+@kernel
+def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
+    """Whether friction takes c T_k at each impact from here on, from a speed (m/s) that hardly changes any more."""
+    change = (plane.pull + plane.c) * T / (1.0 - plane.r)
+    steady = change <= STEADY * speed and plane.c * T <= (1.0 - plane.q) * (speed - change)
+    return plane.c == 0.0 or steady
+
+
+@kernel
+def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
+    """Whether R_t takes less than friction would at each impact from here on.
+
+    x_k = |u_k + g_t T_k| / T_k, which must be at most c / (1 - R_t), is at most |u| / T + |g_t| and goes
+    x_{k+1} <= (R_t / R_n) x_k + |g_t|, so it exceeds neither its first value nor |g_t| R_n / (R_n - R_t).
+    """
+    lost = 1.0 - plane.q
+    first = lost * (speed + plane.pull * T) <= plane.c * T
+    return first and plane.q <= plane.r and lost * plane.pull * plane.r <= plane.c * (plane.r - plane.q)
+
+
+@kernel
+def _summed(plane: Plane, state: Dying) -> Dying:
+    """All bounces, with those from here on in one of the two regimes; in neither, what is left is left out.
+
+    With t = T / (1 - R_n) the time that they take.
+    Friction for good, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
+    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t for good: as `sum_of_bounces`.
+    """
+    r, T, speed = plane.r, state.T, norm(_speed(plane, state))
+    t = T / (1.0 - r)
+    if _limited_for_good(plane, speed, T):
+        slowing = plane.c / speed if speed > 0.0 else 0.0
+        lost = slowing * T * T * r / ((1.0 - r) * (1.0 - r * r))
+        return _joined(state, Dying(1.0 - slowing * t, t, t - lost, 0.5 * t * t, 0.0))
+    if not _constant_for_good(plane, speed, T):
+        return state
+    q = plane.q
+    weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
+    return _joined(state, Dying(0.0, 0.0, T / (1.0 - r * q), weight * T * T, 0.0))
+
+
+@kernel
+def _joined(first: Dying, then: Dying) -> Dying:
+    """Bounces after bounces: those of `then` start with the velocity that `first` has ended with."""
+    return Dying(
+        then.a * first.a, then.a * first.b + then.b, first.A + then.A * first.a, first.B + then.A * first.b + then.B,
+        then.T,
+    )  # fmt: skip
