@@ -1,7 +1,7 @@
 """Chant Sura: single impacts on an alpine meadow, speeds before and after.
 
 EnviDat doi:10.16904/envidat.174, eleven contacts of five runs; Caviezel et al. 2019, ESurf 7:199, six impacts of
-780 kg. Neither tells the slope of the ground that a rock met, nor spin.
+780 kg. Neither gives the slope of the ground that a rock met, nor spin.
 """
 
 import csv
@@ -40,9 +40,9 @@ SPIN = 27.0
 
 
 class Impact(NamedTuple):
-    """One impact: its run, the rock, velocities (3,) m/s before and after, the ground's normal where it is told.
+    """One impact: its run, the rock, velocities (3,) m/s before and after, the ground's normal where it is known.
 
-    after : None where only its speed is told
+    after : None where only its speed is known
     """
 
     name: str
@@ -123,7 +123,7 @@ def surface(values: Values) -> Surface:
 
 
 def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, spin: float = 0.0) -> Vec:
-    """Velocity (3,) m/s after an impact; slope_deg of the ground, which dips where the rock is heading, if not told.
+    """Velocity (3,) m/s after an impact; slope_deg of the ground, which dips where the rock is heading, if unknown.
 
     spin : rad/s forwards, as of a rock that rolls ahead
     """

@@ -41,7 +41,7 @@ class Site:
         check_releases(self.prepared, self.releases)
 
     def fly(self, keys: Keys) -> Ends:
-        """Fly all rocks with some keys of the scene written anew."""
+        """Fly all rocks with some keys of the scene replaced."""
         scene = with_keys(self.prepared.scene, keys)
         flight = scene_flight(scene, self.prepared.terrain)
         flown = fly_ensemble(self.prepared.engine, flight, self.releases, record=False, paths=0).deposits
@@ -50,7 +50,7 @@ class Site:
 
 
 def with_keys(scene: Scene, keys: Keys) -> Scene:
-    """A scene with some of its keys written anew, checked as a scene file is."""
+    """Return a scene with some of its keys replaced, checked as a scene file is."""
     parts = {name: type(scene).model_fields[name] for name in keys}
     written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in parts}
     return Scene.model_validate({**written, **keys})

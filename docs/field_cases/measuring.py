@@ -20,7 +20,7 @@ SENSITIVITY_STEPS = {
 }
 """A step of a parameter about its calibrated value: no more than two people who look at the same ground differ by."""
 LARGEST = {"friction_angle_deg": 89.0}
-"""What a parameter is at most; 1 where not told."""
+"""Upper bounds of parameters; 1 where left out."""
 SIDE_STEPS = (-2, -1, 0, 1, 2)
 R_N_CURVES = (0.25, 0.40, 0.55)
 Say = Callable[[str], None]

@@ -26,7 +26,7 @@ class Values(NamedTuple):
     R_t: float
     friction_angle_deg: float
     rolling_friction: float
-    """For models that roll only: STONE's, of the same ground, for no other library has one."""
+    """Used by models that roll: STONE's value of the same ground, because no other library has one."""
 
 
 PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {

@@ -80,7 +80,7 @@ def test_rocks_that_stop_where_they_land_spread_as_their_releases_do(quarry: Pat
 
 
 def test_releases_that_are_moved_aside_move_the_end_points_seen_from_the_drop_point(quarry: Path) -> None:
-    moved = DROPS + [0.0, 0.0, 6.0]
+    moved = DROPS + np.array([0.0, 0.0, 6.0])
     np.savetxt(quarry / "moved.xyz", moved)
     (quarry / "scene.yaml").write_text(SCENE.replace("positions_P1.xyz", "moved.xyz"))
     found, _ = authume.simulated(STOPS_AT_ONCE)
@@ -178,7 +178,7 @@ def test_the_meadows_field_flown_as_a_simulation_has_the_fields_figures(
     assert found["correlation"] == pytest.approx(1.0)
 
 
-# --- both go through one function --------------------------------------------------------------------------------------
+# --- both sides go through one function -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["quarry", "meadow"])
