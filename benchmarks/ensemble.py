@@ -48,6 +48,8 @@ MEMORY = 1e9  # bytes that bins may take
 SCENE = """
 terrain: {files: [{path: pit.stl}]}
 materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
+rebound: constant
+ground: none
 sources:
   - {name: west, line: [[-606.7, -200, 0], [-606.7, 200, 0]], velocity: [2, 0, 0], above_ground: 0.5, rocks: 100000}
 hazard: {cell: 1}

@@ -48,6 +48,7 @@ terrain: {{pit: {{triangles: 2000}}}}
 materials: {{default: {{normal_restitution: 0.5, tangential_restitution: 0.8}}}}
 rock: {{density: 2700, diameter: 1.0}}
 sources: [{{name: messages, points: [[0, 0, 0]]}}]
+rebound: constant
 ground: none
 target: {{most_rocks: {most}}}
 hazard: {{cell: 5}}

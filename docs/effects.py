@@ -56,7 +56,7 @@ it. A scene names one rebound model, one ground model and any number of effects;
 simulated, not compiled, not imported and draws no random number.**
 
 ```yaml
-rebound: constant                # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
+rebound: coulomb_limited         # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
 ground: sliding
 effects: {roughness: {angle_sd_deg: 8}}
 ```

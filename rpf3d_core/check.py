@@ -27,6 +27,7 @@ from rpf3d_core.io.coverage import covered_share
 from rpf3d_core.io.scene_model import Scene
 from rpf3d_core.io.scene_sources import source_outline
 from rpf3d_core.io.scene_warnings import warnings_of
+from rpf3d_core.io.zone_materials import without_friction
 from rpf3d_core.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
 from rpf3d_core.terrain.facets import Terrain
@@ -138,6 +139,7 @@ class Check:
     """The report on a scene; `fit` tells whether it can be run.
 
     warnings : sentences on what is allowed and hardly meant
+    assumed_friction : names of the materials that take the default friction angle
     """
 
     scene: Scene
@@ -147,6 +149,7 @@ class Check:
     sources: list[SourceHeight]
     warnings: list[str]
     cost: Cost | None
+    assumed_friction: tuple[str, ...] = ()
 
     @property
     def fit(self) -> bool:
@@ -173,7 +176,8 @@ def check_scene(scene: Scene) -> Check:
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
     maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
     warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
-    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None)
+    assumed = without_friction(scene, prepared.terrain.zones)
+    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None, assumed)
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 
 

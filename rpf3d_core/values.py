@@ -56,9 +56,9 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
         "it sink); raise max_impacts to follow it further"
     ),
     Outcome.UNRESOLVED_CONTACT: (
-        "was faster than stop_speed when its bounces had died out and the scene names no ground model that carries it "
-        "on (`ground: sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that "
-        "should have freed it"
+        "was faster than stop_speed when its bounces had died out, and `ground: none` carries no rock on (`ground: "
+        "sliding` does, of a sphere `ground: sphere`), or it was wedged between facets at a speed that should have "
+        "freed it"
     ),
     Outcome.FAILED: (
         "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "

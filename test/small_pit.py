@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from terrain_files import with_models
+
 SCENE = """\
 terrain:
   pit: {{triangles: 6000, waste_benches: 6, ore_benches: 0, floor_radius: 120, crest_altitude: 72, spills: {spills}}}
@@ -21,8 +23,8 @@ EAST = '{"type": "Polygon", "coordinates": [[[0, -300], [300, -300], [300, 300],
 def scene_file(
     folder: Path, name: str = "pit.yaml", R_n: float = 0.5, R_t: float = 0.8, more: str = "", spills: int = 20
 ) -> Path:
-    """Write the scene, and the area of interest that it names."""
+    """Write the scene, and the area of interest that it names; models are the thesis' unless `more` names others."""
     (folder / "east.geojson").write_text(EAST)
     path = folder / name
-    path.write_text(SCENE.format(R_n=R_n, R_t=R_t, more=more, spills=spills))
+    path.write_text(with_models(SCENE.format(R_n=R_n, R_t=R_t, more=more, spills=spills)))
     return path

@@ -19,6 +19,15 @@ sources:
 """
 """A scene over slope.stl, up to its sources."""
 
+
+def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
+    """A scene that names its models: those of the thesis, where the text names none."""
+    named = "".join(
+        f"{key}: {name}\n" for key, name in (("rebound", rebound), ("ground", ground)) if f"\n{key}:" not in f"\n{text}"
+    )
+    return text.rstrip("\n") + "\n" + named
+
+
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 

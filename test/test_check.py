@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import python, rpf3d
-from terrain_files import SLOPE, grid, write_binary_stl
+from terrain_files import SLOPE, grid, with_models, write_binary_stl
 
 from rpf3d_core import cli
 from rpf3d_core.check import COMPILE_S, PILOT_ROCKS, check_scene
@@ -31,7 +31,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def checked(folder: Path, text: str):  # type: ignore[no-untyped-def]
-    (folder / "scene.yaml").write_text(text)
+    (folder / "scene.yaml").write_text(with_models(text))
     return check_scene(read_scene(folder / "scene.yaml"))
 
 
@@ -91,7 +91,7 @@ def test_fewer_spheres_than_points_go_to_the_compiled_engine_for_each_takes_long
 
 def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhere_else(folder: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
-    (folder / "scene.yaml").write_text(SLOPE + ABOVE)
+    (folder / "scene.yaml").write_text(with_models(SLOPE + ABOVE))
     home = folder / "home"
     asked = ("check", "scene.yaml", "--engine", "compiled")
     told = []
@@ -103,7 +103,7 @@ def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhe
         assert python(simulate, XDG_CACHE_HOME=str(home)).returncode == 0
     assert f"and up to {COMPILE_S:.0f} s to compile, the first time" in told[0]
     assert "with the compiled engine (from a pilot" in told[1] and "compile," not in told[1]
-    (folder / "scene.yaml").write_text(SLOPE + ABOVE + "ground: sliding\n")
+    (folder / "scene.yaml").write_text(with_models(SLOPE + ABOVE, ground="sliding"))
     done = rpf3d(*asked, cwd=folder, XDG_CACHE_HOME=str(home))
     assert "the first time" in done.stdout, "other models have not been compiled yet"
 

@@ -17,6 +17,7 @@ from rpf3d_core.terrain.pit_parameters import Pit
 SCENE = f"""\
 {SLOPE}  - {{name: top, points: [[1.3, 1.2, 9]], rocks: 3}}
 ground: sliding
+rebound: constant
 """
 RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",

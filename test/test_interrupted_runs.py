@@ -24,6 +24,7 @@ SCENE = f"""\
 {SLOPE}  - {{name: top, points: [[8.3, 7.2, 9]], rocks: 3, spread: [0.5, 0.5, 0.5]}}
   - {{name: other, points: [[9.3, 7.2, 9]], rocks: 1, spread: [0.5, 0.5, 0.5]}}
 ground: sliding
+rebound: constant
 """
 DEMO = Path(__file__).parents[1] / "config" / "scenes" / "demo.yaml"
 INTERRUPTED = 130

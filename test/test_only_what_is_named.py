@@ -24,6 +24,8 @@ import sys, rpf3d_core
 rpf3d_core.simulate(sys.argv[1], rocks=2, engine="reference")
 print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
 """
+DEFAULT = ["rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
+"""What of them every scene has that names nothing: the default rebound."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.builders.")
 """Where models and effects live that a scene may or may not name."""
 EFFECTS, ROCKS, KEYS = 2, 9, 10
@@ -40,7 +42,7 @@ def test_a_scene_that_names_nothing_imports_nothing_of_it(tmp_path: Path) -> Non
     command = [sys.executable, "-c", IMPORTED, str(scene_with(tmp_path))]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
     ours = [name for name in done.stdout.split() if name.startswith(HOMES)]
-    assert "rpf3d_core.simulation.march" in done.stdout.split() and ours == ["rpf3d_core.effects.hooks"]
+    assert "rpf3d_core.simulation.march" in done.stdout.split() and ours == DEFAULT
 
 
 def test_a_scene_that_names_nothing_compiles_nothing_of_it(tmp_path: Path) -> None:
@@ -48,7 +50,7 @@ def test_a_scene_that_names_nothing_compiles_nothing_of_it(tmp_path: Path) -> No
     import rpf3d_core
 
     rpf3d_core.simulate(scene_with(tmp_path), engine="compiled")
-    plain = [kinds for kinds in map(list, engines._follow_all.signatures) if "Constant" in str(kinds[0])]
+    plain = [kinds for kinds in map(list, engines._follow_all.signatures) if "CoulombLimited" in str(kinds[0])]
     assert any(str(kinds[EFFECTS]) == str(kinds[ROCKS]) == str(kinds[KEYS]) == "none" for kinds in plain)
 
 
@@ -58,6 +60,6 @@ def test_no_two_purposes_draw_from_one_stream() -> None:
 
 def test_a_check_says_which_ground_model_would_help(tmp_path: Path) -> None:
     slippery = SCENE.replace("tangential_restitution: 0.8", "tangential_restitution: 1.0")
-    (tmp_path / "scene.yaml").write_text(slippery)
+    (tmp_path / "scene.yaml").write_text(slippery + "rebound: constant\nground: none\n")
     warnings = check_scene(read_scene(tmp_path / "scene.yaml")).warnings
     assert any("name `ground: sliding`" in warning for warning in warnings)

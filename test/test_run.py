@@ -28,6 +28,8 @@ sources:
   - {name: a, points: [[1.3, 1.2, 9]], rocks: 6}
   - {name: b, points: [[2.3, 1.2, 9], [3.3, 2.2, 9]], rocks: 3}
 stop_speed: 0.4
+rebound: constant
+ground: none
 """
 ROUNDING = 1e-12
 """Relative; a handful of operations in double precision."""

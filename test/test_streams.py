@@ -27,6 +27,7 @@ SCENE = f"""\
 {SLOPE}  - {{name: top, points: [[8.3, 7.2, 9]], rocks: 3, spread: [0.5, 0.5, 0.5], velocity: [1, 0.3, 0]}}
   - {{name: other, points: [[9.3, 7.2, 9]], rocks: 1, spread: [0.5, 0.5, 0.5]}}
 ground: sliding
+rebound: constant
 """
 AREA = '{"type": "Polygon", "coordinates": [[[7, 7], [11, 7], [11, 9], [7, 9], [7, 7]]]}'
 AREAS = "areas_of_interest: [{name: middle, polygons: middle.json}]\n"

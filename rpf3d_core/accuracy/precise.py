@@ -5,7 +5,7 @@ told by the differences' size: it could only be one within that distance. Decima
 an impact takes no more than sums, products and one square root.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from decimal import Decimal, localcontext
 from itertools import takewhile
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.kinetics.rebound import ConstantRestitution
+from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
 from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.prepared import Prepared
@@ -25,6 +26,8 @@ ROCKS = 50
 """Rocks that are followed again."""
 
 Point = tuple[Decimal, Decimal, Decimal]
+Rebound = Callable[[Surface, Point, Point], Point]
+"""The velocity after an impact from the ground, the velocity before it and a normal of any length."""
 
 
 class Struck(NamedTuple):
@@ -48,12 +51,12 @@ class Off(NamedTuple):
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[Off]:
     """How far the first impacts of some rocks are off, then the second, and so on.
 
-    Nothing for another rebound model, or where effects act: they are not followed here.
+    Nothing for rebound models other than those of `FOLLOWED`, or where effects act: they are not followed here.
 
     flights : with all impacts and paths
     """
     models = prepared.flight.models
-    if not isinstance(models.rebound, ConstantRestitution) or models.effects is not None:
+    if type(models.rebound) not in FOLLOWED or models.effects is not None:
         return []
     rows = np.unique(np.linspace(0, len(flights.deposits.rock) - 1, rocks).astype(int))
     gaps = [gap for row in rows for gap in _gaps(prepared, flights, int(row))]
@@ -77,8 +80,9 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, flo
     surfaces = _surfaces(prepared, flights, row, facets)
     times = flights.impacts.t[struck].tolist()
     exact = impacts_in_digits(
-        prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times
-    )
+        prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times,
+        FOLLOWED[type(prepared.flight.models.rebound)],
+    )  # fmt: skip
     places = flights.impacts.x[struck].tolist()
     return [
         (number, *_gap(impact, place, time))
@@ -104,32 +108,40 @@ def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[i
 
 def impacts_in_digits(
     facets: Facets, surfaces: Sequence[Surface], gravity: float, x: Sequence[float], v: Sequence[float],
-    struck: Sequence[int], times: Sequence[float],
+    struck: Sequence[int], times: Sequence[float], rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
     """The impacts of a rock from x (3,) m with v (3,) m/s on facets one after another, in DIGITS digits.
 
     Numbers are taken as they are in the machine: a coefficient of 0.1 is the double nearest to it.
 
     surfaces, times : of each impact, the ground and the recorded time (s), which tells a parabola's two roots apart
+    rebound : None for that of constant restitution
     """
+    bounce = constant if rebound is None else rebound
     with localcontext(prec=DIGITS):
         found, last, g = [], Struck(Decimal(0), _decimals(x), _decimals(v)), Decimal(gravity)
         for f, surface, recorded in zip(struck, surfaces, times, strict=False):
             corners = np.asarray(facets.corners)[f].reshape(3, 3).tolist()
-            last = _next_impact(last, corners, surface, g, Decimal(recorded))
+            flown = _flown_onto(last, corners, g, Decimal(recorded))
+            last = flown.struck._replace(v=bounce(surface, flown.struck.v, flown.n))
             found.append(last)
     return found
 
 
-def _next_impact(
-    last: Struck, corners: Sequence[Sequence[float]], surface: Surface, g: Decimal, recorded: Decimal
-) -> Struck:  # fmt: skip
-    """The impact on a facet of three corners (3, 3) m after the last one, near to its recorded time (s)."""
+class Landed(NamedTuple):
+    """A rock at an impact, with the velocity before it; n : a normal of its facet, of any length."""
+
+    struck: Struck
+    n: Point
+
+
+def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
+    """Where a rock meets a facet of three corners (3, 3) m after its last impact, near to the recorded time (s)."""
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
     x = at[0] + v[0] * fall, at[1] + v[1] * fall, at[2] + (v[2] - g * fall / 2) * fall
-    return Struck(last.t + fall, x, _rebound(surface, (v[0], v[1], v[2] - g * fall), n))
+    return Landed(Struck(last.t + fall, x, (v[0], v[1], v[2] - g * fall)), n)
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
@@ -140,12 +152,29 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
     return min(((-b - root) / (2 * a), (-b + root) / (2 * a)), key=lambda t: abs(t - near))
 
 
-def _rebound(surface: Surface, v: Point, n: Point) -> Point:
-    """Equations 3-1 to 3-3 of the thesis as vectors (`kinetics.rebound.constant_restitution`); n of any length."""
-    share = _dot(v, n) / _dot(n, n)
-    R_n, R_t = Decimal(float(surface.R_n)), Decimal(float(surface.R_t))
-    x, y, z = (R_t * (a - share * b) - R_n * share * b for a, b in zip(v, n, strict=True))
+def constant(surface: Surface, v: Point, n: Point) -> Point:
+    """Equations 3-1 to 3-3 of the thesis as vectors (`kinetics.rebound.constant_restitution`)."""
+    return _lumped(surface, v, n, Decimal(float(surface.R_t)))
+
+
+def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
+    """The same, with no more loss along the ground than friction allows (`kinetics.rebounds.coulomb_limited`)."""
+    R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))
+    into2 = _dot(v, n) ** 2 / _dot(n, n)
+    speed = max(_dot(v, v) - into2, Decimal(0)).sqrt()
+    kept = max(R_t * speed, speed - mu * (1 + R_n) * into2.sqrt())
+    return _lumped(surface, v, n, kept / speed if speed > 0 else R_t)
+
+
+def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
+    """The velocity after an impact that leaves a share of the speed along the ground."""
+    into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
+    x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z
+
+
+FOLLOWED: dict[type, Rebound] = {ConstantRestitution: constant, CoulombLimited: coulomb_limited}
+"""Rebound models that are followed, with what they do in DIGITS digits."""
 
 
 def _decimals(values: Sequence[float]) -> Point:

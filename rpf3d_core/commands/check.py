@@ -26,6 +26,8 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 def _print_check(report: "Check") -> None:
     """What was found out about a scene, a line each."""
+    from rpf3d_core.io.zone_materials import words_on_friction
+
     named = report.scene
     lines = [line.split("  ", 1) for line in report.faults.describe()]
     lines += [[f"source {source.name}", source.describe()] for source in report.sources]
@@ -33,6 +35,8 @@ def _print_check(report: "Check") -> None:
     lines += [["effects", ", ".join(named.effects.named) or "none named"]]
     models = f"rebound {named.rebound.name}, ground {named.ground.name}, stop_speed {named.stop_speed:g} m/s"
     lines += [["models", f"{models}, method {named.method.describe()}"]]
+    if report.assumed_friction:
+        lines += [["friction", words_on_friction(report.assumed_friction)]]
     lines += [["hazard maps", report.maps.describe()]]
     if report.cost:
         lines += [["cost", _describe_cost(report.cost)]]

@@ -13,7 +13,7 @@ from rpf3d_core.commands.options import EngineOption, RocksOption, SceneFile, nu
 from rpf3d_core.commands.progress import interruptible, progress
 from rpf3d_core.commands.screen import GAP, end_interrupted, print_warnings, rocks_in_words, screen
 from rpf3d_core.errors import InputError
-from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import Outcome
 
 if TYPE_CHECKING:
     from rpf3d_core.choices import Rocks
@@ -94,13 +94,18 @@ def _print_run(result: "Run", write_s: float) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """A table of outcomes, each with its sentence."""
+    """A table of outcomes, each with its sentence, and the materials whose friction is the default."""
+    from rpf3d_core.io.outcome_sentences import sentence_of
+    from rpf3d_core.io.zone_materials import without_friction, words_on_friction
+
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
     for outcome in Outcome:
         if rocks := run.totals.outcomes[outcome]:
             share = f"{100 * rocks / run.totals.rocks:.1f} %"
-            table.add_row(outcome.name.lower(), f"{rocks:,}", share, OUTCOME_SENTENCES[outcome])
+            table.add_row(outcome.name.lower(), f"{rocks:,}", share, sentence_of(outcome, run.scene))
     screen.print(table)
+    if assumed := without_friction(run.scene, run.terrain.zones):
+        screen.print(words_on_friction(assumed), highlight=False, soft_wrap=True)
 
 
 def _print_benches(run: "Run") -> None:

@@ -21,6 +21,10 @@ class RollingStoneSpec(Offer):
     SOURCE: ClassVar[str] = "Guzzetti et al. 2002, Comput. Geosci. 28:1079, as implemented in r.stone"
     CONFIRMED: ClassVar[Confirmed] = "CC"
     MATERIAL_KEYS: ClassVar[tuple[str, ...]] = ("rolling_friction",)
+    STOPPED: ClassVar[str | None] = (
+        "was slower than the stop_speed of `ground: rolling_stone`, which does not ask whether friction holds it "
+        "there, so it may rest on any slope"
+    )
 
     stop_speed: float = parameter(
         3.0, "a number >= 0 (m/s), below which a rock on the ground has stopped on any slope", "m/s",

@@ -15,15 +15,16 @@ from rpf3d_core.io.scene_draws import Coefficient, FrictionAngle, Share
 from rpf3d_core.io.scene_hazard import HazardSpec
 from rpf3d_core.io.scene_method import MethodSpec, method_values
 from rpf3d_core.io.scene_models import (
-    ConstantSpec,
     EffectsSpec,
     GroundSpec,
-    NoGroundSpec,
     ReboundSpec,
+    SlidingSpec,
     chosen_model,
     named_effects,
 )
+from rpf3d_core.io.scene_rebounds import CoulombLimitedSpec
 from rpf3d_core.io.scene_releases import RockSpec, SourceSpec
+from rpf3d_core.io.scene_sphere import SPHERE, SPHERE_GROUND
 from rpf3d_core.io.scene_terrain import TerrainSpec, ZoneSpec
 from rpf3d_core.io.scene_values import (
     MOST_ROCKS,
@@ -55,6 +56,10 @@ def _pointing_somewhere(along: tuple[float, float, float]) -> tuple[float, float
     if along == (0.0, 0.0, 0.0):
         raise refuse("is [0, 0, 0], which is no direction")
     return along
+
+
+def _names_only(value: Any, name: str) -> bool:
+    return isinstance(value, Mapping) and set(value) == {name}
 
 
 class Material(Part):
@@ -135,12 +140,13 @@ class Scene(Part):
         default_factory=TargetSpec, description="a mapping with half_width, p95_energy and most_rocks"
     )
     rebound: Annotated[ReboundSpec, BeforeValidator(chosen_model(ReboundSpec))] = Field(
-        default_factory=lambda: ReboundSpec(constant=ConstantSpec()),
+        default_factory=lambda: ReboundSpec(coulomb_limited=CoulombLimitedSpec()),
         description="the name of a rebound model, or a mapping of it to its parameters",
     )
     ground: Annotated[GroundSpec, BeforeValidator(chosen_model(GroundSpec))] = Field(
-        default_factory=lambda: GroundSpec(none=NoGroundSpec()),
-        description="the name of a ground model, or a mapping of it to its parameters",
+        default_factory=lambda: GroundSpec(sliding=SlidingSpec()),
+        description="the name of a ground model, or a mapping of it to its parameters; left out, `sphere` goes with "
+        "`rebound: coulomb_sphere`",
     )
     stop_speed: Number = Field(0.5, ge=0, description="a number >= 0 (m/s)")
     gravity: Number = Field(STANDARD_GRAVITY, gt=0, description="a number above 0 (m/s2)")
@@ -166,6 +172,15 @@ class Scene(Part):
     )
     observed: ObservedSpec | None = Field(None, description="a mapping with points_file, along and sections")
     data_hint: Name | None = Field(None, description="a sentence that tells what to do when a file is missing")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _ground_of_a_sphere(cls, values: Any) -> Any:
+        """A sphere slides and rolls by the ground model that belongs to it, unless the scene names another."""
+        if not isinstance(values, Mapping) or "ground" in values:
+            return values
+        rebound = values.get("rebound")
+        return {**values, "ground": SPHERE_GROUND} if rebound == SPHERE or _names_only(rebound, SPHERE) else values
 
     @model_validator(mode="after")
     def _materials_for_models(self) -> Self:

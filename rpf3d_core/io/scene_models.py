@@ -39,9 +39,16 @@ class ConstantSpec(Offer):
 
 
 class NoGroundSpec(Offer):
-    """A rock slower than stop_speed when its bounces have died out has stopped; a faster one is left unresolved."""
+    """A rock slower than stop_speed when its bounces have died out has stopped; a faster one is left unresolved.
+
+    Friction is not asked: a rock may rest on any slope.
+    """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:NoGround"
+    STOPPED: ClassVar[str | None] = (
+        "was slower than stop_speed when its bounces had died out; `ground: none` does not ask whether friction holds "
+        "it there, so it may rest on any slope (`ground: sliding` asks)"
+    )
     SOURCE: ClassVar[str] = "thesis, section 3.5"
     CONFIRMED: ClassVar[Confirmed] = "C"
 
@@ -52,6 +59,11 @@ class SlidingSpec(Offer):
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:Sliding"
     SOURCE: ClassVar[str] = "Coulomb friction"
     CONFIRMED: ClassVar[Confirmed] = "D"
+
+    @property
+    def asks_friction(self) -> bool:
+        """It does."""
+        return True
 
 
 class OneOf(Part):

@@ -24,6 +24,7 @@ class Offer(Part):
     STEPS : whether contacts may be found in fixed steps
     BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
     OBSTACLES : module and function that tells what its obstacles are called, from (name, offer, its parameters)
+    STOPPED : of a ground model, the sentence on rocks that stopped where it is not that of all others
     SOURCE : where it is published; CONFIRMED : how far that is confirmed
     """
 
@@ -34,8 +35,14 @@ class Offer(Part):
     STEPS: ClassVar[bool] = True
     BUILDER: ClassVar[str | None] = None
     OBSTACLES: ClassVar[str | None] = None
+    STOPPED: ClassVar[str | None] = None
     SOURCE: ClassVar[str]
     CONFIRMED: ClassVar[Confirmed]
+
+    @property
+    def asks_friction(self) -> bool:
+        """Whether the result depends on the friction angle of the materials."""
+        return False
 
     def physics(self) -> type:
         """The class of the parameters, imported with its rules."""

@@ -35,6 +35,11 @@ class CoulombLimitedSpec(Offer):
     SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3, with Coulomb's bound on the tangential impulse"
     CONFIRMED: ClassVar[Confirmed] = "D"
 
+    @property
+    def asks_friction(self) -> bool:
+        """It does."""
+        return True
+
 
 class ThesisLiteralSpec(Offer):
     """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""

@@ -30,6 +30,11 @@ class CoulombSphereSpec(Offer):
         "for calibration; 1 is none", "D", ge=0, le=1, strict=True, allow_inf_nan=False,
     )  # fmt: skip
 
+    @property
+    def asks_friction(self) -> bool:
+        """It does unless impacts have a friction of their own."""
+        return self.impact_friction is None
+
 
 class SphereGroundSpec(Offer):
     """A sphere that skids with the material's friction angle until it rolls; with the rebound `coulomb_sphere` only."""
@@ -39,3 +44,8 @@ class SphereGroundSpec(Offer):
     SOURCE: ClassVar[str] = "rigid-body mechanics; rolling friction as of Azzoni et al. 1995"
     CONFIRMED: ClassVar[Confirmed] = "D"
     REBOUNDS: ClassVar[tuple[str, ...] | None] = (SPHERE,)
+
+    @property
+    def asks_friction(self) -> bool:
+        """It does."""
+        return True

@@ -26,6 +26,12 @@ def warnings_of(scene: Scene) -> Iterator[str]:
     if forest is not None and forest.stems_per_ha and forest.dbh_mean_cm < LEAST_STEM:
         yield f"`effects.forest.dbh_mean_cm` is {forest.dbh_mean_cm:g} cm; is it in metres?"
     yield from _rolling(scene)
+    if scene.rebound.name == "coulomb_limited" and scene.ground.name == "none":
+        yield (
+            "`rebound: coulomb_limited` leaves a rock its speed along the ground when its bounces die out, and "
+            "`ground: none` carries no rock on: it ends as unresolved_contact if it is faster than stop_speed; name "
+            "`ground: sliding`"
+        )
     if "target" in scene.model_fields_set and scene.rocks != "auto":
         yield "`target` has no effect, for `rocks` is not auto"
 

@@ -20,11 +20,13 @@ from rpf3d_core.io.areas import REACHED_BY
 from rpf3d_core.io.findings import Findings
 from rpf3d_core.io.hazard_zones import zones_section
 from rpf3d_core.io.observed import compare
+from rpf3d_core.io.outcome_sentences import sentence_of
 from rpf3d_core.io.scene import releases_digest, scene_digest
 from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.io.zone_materials import without_friction
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
-from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import Outcome
 
 PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely", "rerun-sdk")
 """Whose versions are recorded."""
@@ -43,7 +45,10 @@ def summary(findings: Findings) -> dict[str, Any]:
     facts = {
         "program": "rpf3d",
         "versions": versions(),
-        "scene": {"file": scene.path.name, **_digests(scene), **_settings(scene)},
+        "scene": {
+            "file": scene.path.name, **_digests(scene), **_settings(scene),
+            "materials_with_default_friction": list(without_friction(scene, terrain.zones)),
+        },
         "terrain": _terrain(scene, terrain, findings.faults),
         **_counts(findings),
         **_speed(findings),
@@ -130,7 +135,7 @@ def _counts(findings: Findings) -> dict[str, Any]:
         "partial": totals.rocks < findings.planned,
         "rocks_planned": findings.planned,
         "outcomes": {
-            outcome.name.lower(): {**share_of(count, totals.rocks), "sentence": OUTCOME_SENTENCES[outcome]}
+            outcome.name.lower(): {**share_of(count, totals.rocks), "sentence": sentence_of(outcome, findings.scene)}
             for outcome in Outcome
             if (count := totals.outcomes[outcome])
         },

@@ -19,17 +19,45 @@ def material_of(scene: Scene, zone: str) -> Material:
     SceneError
         If nothing in the scene's materials fits the zone.
     """
-    if zone in scene.materials:
-        return scene.materials[zone]
-    for pattern, material in scene.materials.items():
-        if fnmatchcase(zone, pattern):
-            return material
-    if "default" in scene.materials:
-        return scene.materials["default"]
+    return scene.materials[name_of_material(scene, zone)]
+
+
+def name_of_material(scene: Scene, zone: str) -> str:
+    """The name, in the scene, of the material of a zone.
+
+    Raises
+    ------
+    SceneError
+        As `material_of`.
+    """
+    fitting = (pattern for pattern in scene.materials if fnmatchcase(zone, pattern))
+    name = zone if zone in scene.materials else next(fitting, "default")
+    if name in scene.materials:
+        return name
     known = ", ".join(scene.materials)
     raise SceneError(
         f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
     )
+
+
+def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
+    """Names of the materials that take the default friction angle: zones have them, and the scene's models ask for it.
+
+    Raises
+    ------
+    SceneError
+        As `material_of`.
+    """
+    if not (scene.rebound.offer.asks_friction or scene.ground.offer.asks_friction):
+        return ()
+    names = dict.fromkeys(name_of_material(scene, zone) for zone in zones)
+    return tuple(name for name in names if "friction_angle_deg" not in scene.materials[name].model_fields_set)
+
+
+def words_on_friction(materials: Sequence[str]) -> str:
+    """A sentence on materials that take the default friction angle."""
+    default = Material.model_fields["friction_angle_deg"].default
+    return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
 
 
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:

@@ -143,7 +143,7 @@ def write_recording(
     log_moving_rocks(recording, flights, rows, scene.gravity)
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
-    log_outcomes(recording, names, terrain, flights.deposits)
+    log_outcomes(recording, names, terrain, flights.deposits, _sentences(summary or {}))
     close_recording(recording, path)
 
 
@@ -234,11 +234,19 @@ def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: M
     recording.log("document", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 
-def log_outcomes(recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits) -> None:
+def _sentences(summary: Mapping[str, Any]) -> dict[Outcome, str]:
+    """The sentence of each outcome: the one of the summary, where it has one."""
+    told = {name: entry["sentence"] for name, entry in summary.get("outcomes", {}).items() if "sentence" in entry}
+    return OUTCOME_SENTENCES | {Outcome[name.upper()]: sentence for name, sentence in told.items()}
+
+
+def log_outcomes(
+    recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits, sentences: Mapping[Outcome, str]
+) -> None:
     """A line of the log for each rock, at the time of its end: outcome, sentence, zone and figures."""
     rr = import_rerun()
     order = np.argsort(deposits.t[:LOGGED_ROCKS], kind="stable")
-    lines = [outcome_line(names, terrain, deposits, int(row)) for row in order]
+    lines = [outcome_line(names, terrain, deposits, int(row), sentences) for row in order]
     levels = ["INFO" if deposits.outcome[row] in DEPOSITED else "WARN" for row in order]
     times = deposits.t[order]
     if len(deposits.t) > LOGGED_ROCKS:
@@ -269,12 +277,14 @@ def frame_line(frame: Frame) -> str:
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
 
 
-def outcome_line(names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int) -> str:
+def outcome_line(
+    names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
+) -> str:
     """One rock's outcome with its sentence, where, when and how fast."""
     outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
     where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
     return (
-        f"{rock_name(names, deposits, row)}: {outcome.name.lower()}, {OUTCOME_SENTENCES[outcome]}{where}; "
+        f"{rock_name(names, deposits, row)}: {outcome.name.lower()}, {sentences[outcome]}{where}; "
         f"{deposits.t[row]:.1f} s, {deposits.path[row]:.1f} m, {deposits.impacts[row]} impacts, "
         f"fastest {deposits.max_speed[row]:.1f} m/s"
     )

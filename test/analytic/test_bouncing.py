@@ -122,6 +122,7 @@ SCENE = """\
 terrain: {{files: [{{path: {mesh}}}]}}
 materials: {{default: {{normal_restitution: {Rn}, tangential_restitution: {Rt}}}}}
 sources: [{{name: top, points: [[{x!r}, {y!r}, {z!r}]]}}]
+rebound: constant
 ground: none
 engine: {engine}
 """

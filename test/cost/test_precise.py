@@ -181,6 +181,18 @@ def test_drawn_ground_is_that_which_each_impact_found(tmp_path: Path, draw: str)
     assert len(off) > 3 and max(one.place_max for one in off[:4]) < EXACT_TO
 
 
+@pytest.mark.parametrize("R_t", [0.2, 0.95])
+def test_coulomb_limited_impacts_are_those_of_events(R_t: float) -> None:
+    """Friction limits them with R_t 0.2, not with 0.95; constant restitution is metres off in the first case."""
+    ground = surface(0.5, R_t, 20.0)
+    engine, physics = engine_over("compiled", incline(30.0)), flight(ground, "none", "coulomb_limited")
+    flights = fly(engine, physics, (0.3, 0.2, 4.0), (3.0, 1.0, 0.0))
+    off = off_exact(Case(engine, physics), flights)
+    assert len(off) > 3 and max(one.place_max for one in off[:4]) < EXACT_TO
+    constant = Case(engine, flight(ground, "none"))
+    assert (off_exact(constant, flights)[1].place_max > 0.1) == (R_t == 0.2)
+
+
 def test_another_rebound_model_is_not_followed() -> None:
     engine, physics = engine_over("reference", floor()), flight(surface(), rebound="thesis_literal")
     assert off_exact(Case(engine, physics), fly(engine, physics, (0.0, 0.0, 3.0))) == []

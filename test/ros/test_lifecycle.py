@@ -23,8 +23,8 @@ from rpf3d_ros.result_messages import facts_of
 
 NODE = "rpf3d_simulator"
 QUIET = {
-    "autostart": "false", "engine": "reference", "ground": "sliding", "first_rocks": 1, "target.most_rocks": 1,
-    "position_spread": 0.0, "velocity_spread": 0.0,
+    "autostart": "false", "engine": "reference", "rebound": "constant", "ground": "sliding", "first_rocks": 1,
+    "target.most_rocks": 1, "position_spread": 0.0, "velocity_spread": 0.0,
 }  # fmt: skip
 ENDS_WITHIN = 2.0
 """Seconds that the node has, on a machine that does nothing else."""

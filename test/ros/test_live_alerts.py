@@ -43,8 +43,8 @@ areas:
     evacuate: {reach_probability: 0.5}
 """
 FLIGHT = {
-    "engine": "auto", "ground": "sliding", "first_rocks": 200, "target.most_rocks": 400, "position_spread": 0.1,
-    "velocity_spread": 0.0,
+    "engine": "auto", "rebound": "constant", "ground": "sliding", "first_rocks": 200, "target.most_rocks": 400,
+    "position_spread": 0.1, "velocity_spread": 0.0,
 }  # fmt: skip
 
 

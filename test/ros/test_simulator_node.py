@@ -37,7 +37,10 @@ ABANDONED_WITHIN = 8.0
 ONE_EACH = {"first_rocks": 1, "target.most_rocks": 1, "position_spread": 0.0, "velocity_spread": 0.0}
 """One rock a source, and it starts where the source was seen."""
 
-QUIET_PARAMETERS = {"engine": "reference", "ground": "sliding", "materials.default.normal_restitution": 0.5, **ONE_EACH}
+QUIET_PARAMETERS = {
+    "engine": "reference", "rebound": "constant", "ground": "sliding", "materials.default.normal_restitution": 0.5,
+    **ONE_EACH,
+}  # fmt: skip
 STAMPS = iter(range(1, 1000))
 
 
