@@ -80,8 +80,9 @@ DEFAULT = """## Constant or Coulomb-limited: which is the better default?
 `coulomb_limited` is the better default, but not in everything.
 
 - **Better**: on the halves that were kept out, clearly at Tschamut; with the books' values, in three cases of four;
-  on the six impacts at Chant Sura. Its friction angles repeat from half to half, and ground can have them. No impact
-  takes more speed along the ground than friction can, so the end of bouncing does not stop a rock at once.
+  on the six impacts at Chant Sura with values fitted to the eleven (with the books' values the two are about equal).
+  Its friction angles repeat from half to half, and ground can have them. No impact takes more speed along the ground
+  than friction can, so the end of bouncing does not stop a rock at once.
 - **Worse**: lateral spread, at Authume and at Tschamut; the fit to all blocks at Authume; values carried between
   Authume and Tschamut. Where it is wrong with values from elsewhere, it can be wrong by much more.
 - **No difference**: lateral positions of the halves that were kept out; speeds after the eleven contacts.
@@ -112,9 +113,9 @@ maps are too narrow. For no model does one half of the blocks predict the other 
 """
 
 TSCHAMUT_FAILS = """\
-**Where it fails.** All models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error of a few
-metres hides that. The runouts of the calibrated models have a standard deviation of 4 to 7 m over all runs, those of
-the field of 22 m.
+**Where it fails.** All models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error of a
+few metres hides that. The runouts of the calibrated models have a standard deviation of 4 to 7 m over all runs, those
+of the field of 22 m.
 """
 
 AUTHUME = """## Authume quarry, profile P1
