@@ -113,8 +113,8 @@ maps are too narrow. For no model does one half of the blocks predict the other 
 """
 
 TSCHAMUT_FAILS = """\
-**Where it fails.** All models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error of a
-few metres hides that. The runouts of the calibrated models have a standard deviation of 4 to 7 m over all runs, those
+**Where it fails.** All calibrated models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error
+of a few metres hides that. Their runouts have a standard deviation of 4 to 7 m over all runs, those
 of the field of 22 m.
 """
 
