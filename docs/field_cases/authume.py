@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from field_cases.figures import bootstrap, distance, distance_of_halves
+from field_cases.basis import Axes, EndPoints, mean_and_sd, measured_from
+from field_cases.figures import bootstrap, distance, distance_of_halves, distance_of_resamples
 from field_cases.flying import Ends, Keys, Site
 from field_cases.rows import Row, row_named
 from field_cases.search import Found, search
@@ -26,7 +27,10 @@ SCENE = ROOT / "config" / "scenes" / "authume_p1.yaml"
 SECTIONS = {"upper": (-np.inf, 30.0), "ledge": (30.0, 45.0), "floor": (45.0, np.inf)}
 PERCENTILES = (5, 25, 50, 75, 95)
 DATUM = 2.87
-"""The field's end points lie so far above the mesh (m); simulated ones are lifted by it for the reach angle alone."""
+"""The field's end points lie so far above the mesh (m). Simulated ones are lifted by it, which moves their reach angle
+alone."""
+AXES = Axes(*np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
+"""x runs along profile P1, z across it, y upwards."""
 
 MEAN_X, MEAN_X_ROOM = 44.1, 5.0
 LEDGE, FLOOR, SHARE_ROOM = 51.0, 44.0, 15.0
@@ -62,47 +66,67 @@ def halves() -> tuple[list[int], list[int]]:
 
 
 def field() -> dict[str, Any]:
-    """The field's figures, with intervals."""
-    ends, start = end_points(), drop()
-    x, side = ends[:, 0], ends[:, 2] - start[2]
-    found = figures_of(x, side, _reach_angle(ends, start))
-    found["rocks"] = len(x)
-    found["mean_interval"] = bootstrap(x, lambda s: float(s.mean()))
-    found["sd_interval"] = bootstrap(x, lambda s: float(s.std(ddof=1)))
-    found["percentile_intervals"] = {
-        f"p{p}": bootstrap(x, lambda s, p=p: float(np.percentile(s, p))) for p in PERCENTILES
+    """Return the field's figures, with intervals."""
+    ends = end_points()
+    x, across = ends[:, 0], seen(ends).across
+    return {
+        **figures_of(ends),
+        "rocks": len(x),
+        "mean_interval": bootstrap(x, lambda s: float(s.mean())),
+        "sd_interval": bootstrap(x, lambda s: float(s.std(ddof=1))),
+        "percentile_intervals": {
+            f"p{p}": bootstrap(x, lambda s, p=p: float(np.percentile(s, p))) for p in PERCENTILES
+        },
+        "side_sd_interval": bootstrap(across, lambda s: float(s.std(ddof=1))),
+        "section_intervals": {n: wilson_interval(_between(x, *edges), len(x)) for n, edges in SECTIONS.items()},
+        "x": _apart(x),
+        "side": _apart(across),
+    }  # fmt: skip
+
+
+def _apart(values: FloatArray) -> dict[str, float]:
+    """Return how far the field's values (N,) are from themselves, by chance alone."""
+    return {
+        "random_halves": distance_of_halves(values),
+        "these_halves": distance(*(values[half] for half in halves())),
+        "resampled": distance_of_resamples(values),
     }
-    found["side_sd_interval"] = bootstrap(side, lambda s: float(s.std(ddof=1)))
-    found["section_intervals"] = {n: wilson_interval(_between(x, *edges), len(x)) for n, edges in SECTIONS.items()}
-    found["distance_of_halves"] = distance_of_halves(x)
-    found["distance_of_these"] = distance(*(x[half] for half in halves()))
-    return found
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """A model's figures beside the field's, and where its rocks ended."""
-    ends = site(ROCKS, REPORT_SEED).fly(keys)
-    lifted = ends.end + np.array([0.0, DATUM, 0.0])
-    found = figures_of(ends.end[:, 0], ends.end[:, 2] - ends.release[:, 2], _reach_angle(lifted, ends.release))
-    field = end_points()[:, 0]
-    found["errors"] = [distance(ends.end[:, 0], field[some]) for some in (range(len(field)), *halves())]
-    found["left"] = float(1.0 - ends.stopped.mean())
+    """Return a model's figures, and where its rocks ended."""
+    flown = site(ROCKS, REPORT_SEED).fly(keys)
+    ends, field = in_field_datum(flown.end), end_points()
+    some = (range(len(field)), *halves())
+    found = figures_of(ends)
+    found["errors"] = [distance(ends[:, 0], field[blocks, 0]) for blocks in some]
+    found["side_errors"] = [distance(seen(ends).across, seen(field).across[blocks]) for blocks in some]
+    found["left"] = float(1.0 - flown.stopped.mean())
     found["checks"] = checks(found)
-    return found, ends
+    return found, flown
 
 
-def figures_of(x: FloatArray, side: FloatArray, angle: FloatArray) -> dict[str, Any]:
-    """Figures of ends: x along the profile (N,) m, side across it (N,) m, reach angle (N,) degrees."""
+def in_field_datum(ends: FloatArray) -> FloatArray:
+    """Return simulated end points (N, 3) m, lifted by the shift of the field's vertical datum."""
+    return ends + DATUM * AXES.up
+
+
+def seen(ends: FloatArray) -> EndPoints:
+    """Return end points (N, 3) m of field or simulation, in the field's datum, as seen from the mean drop point."""
+    return measured_from(drop(), ends, AXES)
+
+
+def figures_of(ends: FloatArray) -> dict[str, Any]:
+    """Return the figures of end points (N, 3) m of field or simulation, in the field's datum."""
+    x, found = ends[:, 0], seen(ends)
+    pairs = {"": x, "side_": found.across, "runout_": found.runout, "angle_": found.reach_angle}
+    figures = {f"{name}{key}": value for name, values in pairs.items()
+               for key, value in zip(("mean", "sd"), mean_and_sd(values), strict=True)}  # fmt: skip
     return {
-        "mean": float(x.mean()),
-        "sd": float(x.std(ddof=1)),
+        **figures,
         "farthest": float(x.max()),
         "percentiles": {f"p{p}": float(np.percentile(x, p)) for p in PERCENTILES},
         "sections": {name: _between(x, *edges) / len(x) for name, edges in SECTIONS.items()},
-        "side_mean": float(side.mean()),
-        "side_sd": float(side.std(ddof=1)),
-        "angle_mean": float(angle.mean()),
-        "angle_sd": float(angle.std(ddof=1)),
     }
 
 
@@ -138,9 +162,3 @@ def sensitivity(row: Row, about: Mapping[str, float], name: str, values: tuple[f
 
 def _between(x: FloatArray, low: float, high: float) -> int:
     return int(((x >= low) & (x < high)).sum())
-
-
-def _reach_angle(ends: FloatArray, start: FloatArray) -> FloatArray:
-    """Slope (N,) degrees of the line from the start to each end (N, 3)."""
-    way = ends - start
-    return np.degrees(np.arctan2(-way[:, 1], np.hypot(way[:, 0], way[:, 2])))

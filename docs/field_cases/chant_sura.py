@@ -1,7 +1,7 @@
 """Chant Sura: single impacts on an alpine meadow, speeds before and after.
 
 EnviDat doi:10.16904/envidat.174, eleven contacts of five runs; Caviezel et al. 2019, ESurf 7:199, six impacts of
-780 kg. Neither tells the slope of the ground that a rock met, nor spin.
+780 kg. Neither gives the slope of the ground that a rock met, nor spin.
 """
 
 import csv
@@ -40,9 +40,9 @@ SPIN = 27.0
 
 
 class Impact(NamedTuple):
-    """One impact: its run, the rock, velocities (3,) m/s before and after, the ground's normal where it is told.
+    """One impact: its run, the rock, velocities (3,) m/s before and after, the ground's normal where it is known.
 
-    after : None where only its speed is told
+    after : None where only its speed is known
     """
 
     name: str
@@ -123,7 +123,7 @@ def surface(values: Values) -> Surface:
 
 
 def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, spin: float = 0.0) -> Vec:
-    """Velocity (3,) m/s after an impact; slope_deg of the ground, which dips where the rock is heading, if not told.
+    """Velocity (3,) m/s after an impact; slope_deg of the ground, which dips where the rock is heading, if unknown.
 
     spin : rad/s forwards, as of a rock that rolls ahead
     """
@@ -148,14 +148,15 @@ def of_contacts(
 def of_published(model: object, ground: Surface, spin: float = 0.0) -> dict[str, Any]:
     """Errors over the six published impacts, and the energy ratio of each."""
     after = [predicted(model, ground, impact, 0.0, spin) for impact in published()]
-    return {"ratios": [round(float(r), 3) for r in ratios(after, published())], **speed_errors(after, published())}
+    ratio = ratios(speeds(after), published())
+    return {"ratios": [round(float(r), 3) for r in ratio], **speed_errors(after, published())}
 
 
 def speed_errors(after: list[Vec], impacts: tuple[Impact, ...]) -> dict[str, float]:
     """Mean error of speed (m/s), its root mean square, and mean error and mean absolute error of the energy ratio."""
-    speed = np.array([math.hypot(*v) for v in after])
+    speed = speeds(after)
     off = speed - [impact.speed_after for impact in impacts]
-    ratio = ratios(after, impacts) - measured_ratios(impacts)
+    ratio = ratios(speed, impacts) - measured_ratios(impacts)
     return {
         "speed_mean": float(off.mean()),
         "speed_rms": float(np.sqrt(np.mean(off**2))),
@@ -164,14 +165,19 @@ def speed_errors(after: list[Vec], impacts: tuple[Impact, ...]) -> dict[str, flo
     }
 
 
-def ratios(after: list[Vec], impacts: tuple[Impact, ...]) -> FloatArray:
-    """Translational energy after over before (I,) (-)."""
-    return np.array([math.hypot(*v) ** 2 / math.hypot(*i.before) ** 2 for v, i in zip(after, impacts, strict=True)])
+def speeds(velocities: list[Vec]) -> FloatArray:
+    """Return the speed (I,) m/s of each velocity."""
+    return np.array([math.hypot(*v) for v in velocities])
+
+
+def ratios(speed_after: FloatArray, impacts: tuple[Impact, ...]) -> FloatArray:
+    """Return translational energy after over before (I,) (-), from predicted or measured speeds (I,) m/s."""
+    return (speed_after / speeds([impact.before for impact in impacts])) ** 2
 
 
 def measured_ratios(impacts: tuple[Impact, ...]) -> FloatArray:
-    """The same, as measured."""
-    return np.array([impact.speed_after**2 / math.hypot(*impact.before) ** 2 for impact in impacts])
+    """Return the measured translational energy after over before (I,) (-)."""
+    return ratios(np.array([impact.speed_after for impact in impacts]), impacts)
 
 
 def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
@@ -201,7 +207,7 @@ def calibrated_speeds(model_name: str, parameters: Mapping[str, float]) -> list[
     row = row_named(model_name)
     ground = calibrated_surface(PUBLISHED["chant_sura"][HOEK]["default"], parameters)
     model, slope = model_for(row, parameters), parameters[SLOPE.name]
-    return [math.hypot(*predicted(model, ground, impact, slope)) for impact in contacts()]
+    return speeds([predicted(model, ground, impact, slope) for impact in contacts()]).tolist()
 
 
 def kept_out(row: Row) -> dict[str, float]:

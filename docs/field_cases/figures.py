@@ -36,3 +36,13 @@ def distance_of_halves(values: FloatArray) -> float:
     draws, first = np.random.default_rng(SEED), len(values) // 2
     orders = [draws.permutation(values) for _ in range(RESAMPLES)]
     return float(np.mean([distance(order[:first], order[first:]) for order in orders]))
+
+
+def distance_of_resamples(values: FloatArray) -> float:
+    """Return the distance that 95 % of bootstrap samples of values (N,) stay below, measured from the values.
+
+    A model that is nearer to the values cannot be rejected by them.
+    """
+    values, draws = np.asarray(values, dtype=float), np.random.default_rng(SEED)
+    picked = values[draws.integers(0, len(values), (RESAMPLES, len(values)))]
+    return float(np.percentile([distance(values, sample) for sample in picked], 95.0))

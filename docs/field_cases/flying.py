@@ -22,11 +22,12 @@ Keys = Mapping[str, Any]
 class Ends:
     """Where N rocks ended, in the input's coordinates.
 
-    source : (N,) the number of each rock's source; release, end : (N, 3) m; stopped : (N,) whether it came to rest
+    source : (N,) the number of each rock's source; end : (N, 3) m; stopped : (N,) whether the rock stopped
+
+    Releases are left out on purpose: distances are measured from the field's start (`basis.py`).
     """
 
     source: IntArray
-    release: FloatArray
     end: FloatArray
     stopped: FloatArray
 
@@ -40,19 +41,16 @@ class Site:
         check_releases(self.prepared, self.releases)
 
     def fly(self, keys: Keys) -> Ends:
-        """Fly all rocks with some keys of the scene written anew."""
+        """Fly all rocks with some keys of the scene replaced."""
         scene = with_keys(self.prepared.scene, keys)
         flight = scene_flight(scene, self.prepared.terrain)
         flown = fly_ensemble(self.prepared.engine, flight, self.releases, record=False, paths=0).deposits
-        frame = self.prepared.terrain.frame
-        return Ends(
-            flown.source, frame.points_to_input(flown.release), frame.points_to_input(flown.x),
-            flown.outcome == Outcome.STOPPED,
-        )  # fmt: skip
+        end = self.prepared.terrain.frame.points_to_input(flown.x)
+        return Ends(flown.source, end, flown.outcome == Outcome.STOPPED)
 
 
 def with_keys(scene: Scene, keys: Keys) -> Scene:
-    """A scene with some of its keys written anew, checked as a scene file is."""
+    """Return a scene with some of its keys replaced, checked as a scene file is."""
     parts = {name: type(scene).model_fields[name] for name in keys}
     written = {name: getattr(scene, name) for name in type(scene).model_fields if name not in parts}
     return Scene.model_validate({**written, **keys})

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from field_cases import authume, chant_sura, tschamut
 from field_cases.flying import Ends
-from field_cases.rows import HOEK, PUBLISHED, SOURCES, Row, material, rows
+from field_cases.rows import CONSTANT, COULOMB_LIMITED, HOEK, PUBLISHED, SOURCES, Row, material, rows
 from field_cases.search import Found, Free
 from rpf3d_core.errors import InputError
 
@@ -20,7 +20,7 @@ SENSITIVITY_STEPS = {
 }
 """A step of a parameter about its calibrated value: no more than two people who look at the same ground differ by."""
 LARGEST = {"friction_angle_deg": 89.0}
-"""What a parameter is at most; 1 where not told."""
+"""Upper bounds of parameters; 1 where left out."""
 SIDE_STEPS = (-2, -1, 0, 1, 2)
 R_N_CURVES = (0.25, 0.40, 0.55)
 Say = Callable[[str], None]
@@ -77,9 +77,10 @@ def _flown(name: str, site: Any, field: dict[str, Any], ends: dict[str, Ends], s
 
 
 def _half(row: Row, site: Any, found: Found) -> dict[str, Any]:
-    """What half of the data calibrates: its errors on all of it, on the first half and on the second."""
+    """Return what half of the data calibrates: its errors on all data, on the first half and on the second half."""
     figures, _ = site.simulated(row.keys(found.parameters))
-    return {**_calibration(row.free, found), "errors": figures["errors"]}
+    errors = {name: figures[name] for name in ("errors", "side_errors", "side_sd") if name in figures}
+    return {**_calibration(row.free, found), **errors}
 
 
 def _calibration(free: tuple[Free, ...], found: Found) -> dict[str, Any]:
@@ -134,8 +135,8 @@ def _surface_of(parameters: Mapping[str, float]) -> Any:
 
 
 def _sensitivities(calibrations: Mapping[str, Any]) -> dict[str, Any]:
-    """Mean x at Authume about each model's calibrated values and, of constant restitution, over R_t."""
-    found: dict[str, Any] = {}
+    """Return mean x at Authume about each model's calibrated values and, of the point models, over R_t."""
+    found: dict[str, Any] = {"curves": {}}
     for row in rows():
         about, of_row = calibrations[row.name]["parameters"], {}
         for one in row.free:
@@ -144,14 +145,14 @@ def _sensitivities(calibrations: Mapping[str, Any]) -> dict[str, Any]:
             values = tuple(min(max(round(about[one.name] + k * step, 3), 0.0), most) for k in SIDE_STEPS)
             of_row[one.name] = {"values": values, "mean": authume.sensitivity(row, about, one.name, values)}
         found[row.name] = of_row
-    constant = rows()[0]
-    about = calibrations[constant.name]["parameters"]
-    found["curves"] = {
-        f"{R_n:.2f}": authume.sensitivity(
-            constant, {**about, "normal_restitution": R_n}, "tangential_restitution", authume.STEPS_OF_R_T
-        )
-        for R_n in R_N_CURVES
-    }
+    for row in (CONSTANT, COULOMB_LIMITED):
+        about = calibrations[row.name]["parameters"]
+        found["curves"][row.name] = {
+            f"{R_n:.2f}": authume.sensitivity(
+                row, {**about, "normal_restitution": R_n}, "tangential_restitution", authume.STEPS_OF_R_T
+            )
+            for R_n in R_N_CURVES
+        }
     return found
 
 
@@ -166,7 +167,8 @@ def _transfers(results: Mapping[str, Any]) -> list[dict[str, Any]]:
             impacts = chant_sura.of_published(chant_sura.model_for(row, parameters), _surface_of(parameters))
             lines.append({
                 "model": row.name, "from": site, "authume": quarry["mean"] - authume.MEAN_X,
-                "authume_distance": quarry["errors"][0], "tschamut": meadow["error_mean"],
+                "authume_distance": quarry["errors"][0], "authume_side_sd": quarry["side_sd"],
+                "tschamut": meadow["error_mean"], "tschamut_absolute": meadow["error_absolute"],
                 "chant_sura": impacts["ratio_mean"], "chant_sura_absolute": impacts["ratio_absolute"],
             })  # fmt: skip
     return lines

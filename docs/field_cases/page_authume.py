@@ -3,12 +3,25 @@
 from collections.abc import Sequence
 
 from field_cases import authume
-from field_cases.page_tables import Results, halves_table, interval_of, label, listed, searched, table
-from field_cases.prose import AUTHUME, AUTHUME_FAILS, CURVES
+from field_cases.page_tables import (
+    Results,
+    halves_table,
+    interval_of,
+    label,
+    listed,
+    mean_and_sd_of,
+    searched,
+    table,
+    wrapped,
+)
+from field_cases.prose import AUTHUME, AUTHUME_FAILS, CURVES, SENSITIVITY
+from field_cases.rows import CONSTANT
+
+HALVES = ("all 41", "first half, 21", "second half, 20")
 
 
 def section(results: Results) -> str:
-    """What was measured at Authume."""
+    """Return the section of what was measured at Authume."""
     field, lines = results["field"], results["lines"]
     return "\n".join([
         AUTHUME,
@@ -16,17 +29,30 @@ def section(results: Results) -> str:
         "![Authume](pictures/validation_authume.png)\n",
         _stops(field, lines),
         _shares(field, lines),
-        "How far x of ends lies from the field's (Wasserstein's distance, m: how far the mean rock is to be moved); "
-        f"two random halves of the blocks are {field['distance_of_halves']:.1f} m from each other, these two "
-        f"{field['distance_of_these']:.1f} m.\n",
-        halves_table(results, ("all 41", "first half, 21", "second half, 20")),
+        _distances(field),
+        "Distance of x (m):\n",
+        halves_table(results, HALVES),
+        "Distance of the lateral positions (m), which no search looks at:\n",
+        halves_table(results, HALVES, "side_errors"),
         _checks(lines),
         AUTHUME_FAILS,
-        "### What a few hundredths of a coefficient do\n"
-        "Mean x of ends (m) as one parameter takes five values about its calibrated one:\n",
+        SENSITIVITY,
         _sensitivity(results["sensitivity"]),
-        _curves(results["sensitivity"]["curves"]),
+        _curves(results["sensitivity"]["curves"], results["calibrations"]),
     ])  # fmt: skip
+
+
+def _distances(field: Results) -> str:
+    """Return what the distances mean, and which of them the field's few blocks cannot reject."""
+    x, side = field["x"], field["side"]
+    return wrapped(
+        "The tables below give Wasserstein's distance (m): how far the mean rock must be moved along an axis to make "
+        "the simulated distribution the field's. 95 % of bootstrap samples of the 41 blocks stay below "
+        f"{x['resampled']:.1f} m of the blocks in x and {side['resampled']:.1f} m across: the field cannot reject a "
+        f"model that is nearer. Two random halves of the blocks are {x['random_halves']:.1f} m from each other in x "
+        f"and {side['random_halves']:.1f} m across; the two halves of the tables {x['these_halves']:.1f} and "
+        f"{side['these_halves']:.1f} m."
+    )
 
 
 def _stops(field: Results, lines: Sequence[Results]) -> str:
@@ -50,9 +76,9 @@ def _shares(field: Results, lines: Sequence[Results]) -> str:
         ("**field**", *(f"{100 * share:.0f} ({interval_of([100 * v for v in intervals[name]], 0)})"
                         for name, share in field["sections"].items()),
          f"{field['side_mean']:+.1f}", f"{field['side_sd']:.1f} ({interval_of(field['side_sd_interval'])})",
-         f"{field['angle_mean']:.1f} ± {field['angle_sd']:.1f}", ""),
+         mean_and_sd_of(field, "angle"), ""),
         *((label(line), *(f"{100 * share:.0f}" for share in line["sections"].values()), f"{line['side_mean']:+.1f}",
-           f"{line['side_sd']:.1f}", f"{line['angle_mean']:.1f} ± {line['angle_sd']:.1f}", f"{100 * line['left']:.0f}")
+           f"{line['side_sd']:.1f}", mean_and_sd_of(line, "angle"), f"{100 * line['left']:.0f}")
           for line in lines),
     ]  # fmt: skip
     return table(head, rows)
@@ -74,14 +100,27 @@ def _sensitivity(sensitivity: Results) -> str:
     return table(("model", "parameter", "two steps down", "one", "calibrated", "one", "two steps up"), rows)
 
 
-def _curves(curves: Results) -> str:
-    rows = [(f"R_n {R_n}", *(f"{mean:.1f}" for mean in means)) for R_n, means in curves.items()]
-    said = "The constant model at its calibrated friction angle, mean x (m):\n\n"
+def _curves(curves: Results, calibrations: Results) -> str:
+    rows = [
+        (model, f"R_n {R_n}", *(f"{mean:.1f}" for mean in means))
+        for model, of_model in curves.items() for R_n, means in of_model.items()
+    ]  # fmt: skip
+    angles = listed([f"{calibrations[model]['parameters']['friction_angle_deg']:g} ({model})" for model in curves])
+    said = f"Mean x (m) over R_n and R_t, at the calibrated friction angles (degrees) of {angles}:\n\n"
+    return (
+        said
+        + table(("", "", *(f"R_t {R_t:g}" for R_t in authume.STEPS_OF_R_T)), rows)
+        + "\n"
+        + _reading(curves[CONSTANT.name])
+    )
+
+
+def _reading(curves: Results) -> str:
+    """Return what the constant model's curves mean."""
     here, there = (authume.STEPS_OF_R_T.index(R_t) for R_t in (0.86, 0.90))
     by_R_t = listed([f"{means[there] - means[here]:.1f} m (R_n {R_n})" for R_n, means in curves.items()])
     low, middle, high = (means[here] for means in curves.values())
-    reading = (
-        f"R_t from 0.86 to 0.90 moves the mean by {by_R_t}. R_n from 0.25 to 0.40, at R_t 0.86, moves it by "
-        f"{middle - low:.1f} m, and from 0.40 to 0.55 by {high - middle:.1f} m. "
+    return wrapped(
+        f"In the constant model R_t from 0.86 to 0.90 moves the mean by {by_R_t}. R_n from 0.25 to 0.40, at R_t 0.86, "
+        f"moves the mean by {middle - low:.1f} m, and from 0.40 to 0.55 by {high - middle:.1f} m. {CURVES}"
     )
-    return said + table(("", *(f"R_t {R_t:g}" for R_t in authume.STEPS_OF_R_T)), rows) + "\n" + reading + CURVES

@@ -1,11 +1,20 @@
 """Tables and words that the sections of docs/validation.md share."""
 
+import re
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from field_cases.measuring import CALIBRATED
 
 Results = Mapping[str, Any]
+WIDTH = 118
+"""Characters in a line of prose."""
+NAMES = {
+    "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
+    "rolling_friction": "rolling friction", "damping": "damping", "slope_deg": "slope (degrees)",
+}  # fmt: skip
+"""How the page writes what is calibrated."""
 
 
 def table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
@@ -14,16 +23,21 @@ def table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in (head, rule, *lines)) + "\n"
 
 
+def wrapped(text: str) -> str:
+    """Return paragraphs and bullets, a line break before each, with lines of at most WIDTH characters."""
+    blocks = re.split(r"\n(?=- |\n)", text.rstrip("\n"))
+    return "\n".join(
+        textwrap.fill(" ".join(block.split()), WIDTH, subsequent_indent="  " if block.startswith("- ") else "",
+                      break_long_words=False, break_on_hyphens=False) for block in blocks
+    ) + "\n"  # fmt: skip
+
+
 def searched(calibrations: Results, unit: str) -> str:
-    """What each search found."""
-    names = {
-        "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
-        "rolling_friction": "rolling friction", "damping": "damping", "slope_deg": "slope (degrees)",
-    }  # fmt: skip
+    """Return what each search found."""
     said = []
     for model, found in calibrations.items():
-        values = ", ".join(f"{names[name]} {value:g}" for name, value in found["parameters"].items())
-        edge = ", ".join(names[name] for name in found["at_edge"])
+        values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in found["parameters"].items())
+        edge = ", ".join(NAMES[name] for name in found["at_edge"])
         said.append(f"- calibrated, {model}: {values} ({found['error']:.2f} {unit}; {found['tried']} sets tried).")
         for which, half in zip(("first", "second"), found.get("halves", ()), strict=False):
             said[-1] += f" On the {which} half: {', '.join(f'{value:g}' for value in half['parameters'].values())}."
@@ -31,15 +45,20 @@ def searched(calibrations: Results, unit: str) -> str:
     return "\n".join(said) + "\n"
 
 
-def halves_table(results: Results, columns: Sequence[str]) -> str:
-    """Errors on all data and on its halves, with what is calibrated on a half; what was kept out is set in bold."""
-    rows = [[label(line), *(f"{error:.1f}" for error in line["errors"])] for line in results["lines"]]
+def halves_table(results: Results, columns: Sequence[str], key: str = "errors") -> str:
+    """Return a table of errors on all data and on its halves; those on a half that was kept out are in bold."""
+    rows = [[label(line), *(f"{error:.1f}" for error in line[key])] for line in results["lines"]]
     for model, found in results["calibrations"].items():
         for which, half in enumerate(found["halves"]):
-            cells = [f"{error:.1f}" for error in half["errors"]]
+            cells = [f"{error:.1f}" for error in half[key]]
             cells[2 - which] = f"**{cells[2 - which]}**"
             rows.append([f"{model}, calibrated on the {('first', 'second')[which]} half", *cells])
     return table(("kept out in bold", *columns), rows)
+
+
+def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:
+    """Return mean and standard deviation of a quantity as table cells hold them."""
+    return f"{figures[f'{name}_mean']:.{decimals}f} ± {figures[f'{name}_sd']:.{decimals}f}"
 
 
 def label(line: Results) -> str:

@@ -1,7 +1,9 @@
 """The section of docs/validation.md on Tschamut."""
 
+from collections.abc import Sequence
+
 from field_cases import tschamut
-from field_cases.page_tables import Results, halves_table, interval_of, label, searched, table
+from field_cases.page_tables import Results, halves_table, interval_of, label, mean_and_sd_of, searched, table
 from field_cases.prose import TSCHAMUT, TSCHAMUT_FAILS
 
 
@@ -17,12 +19,23 @@ def section(results: Results) -> str:
            f"{line['correlation']:+.2f}", f"{line['end_off']:.1f}", f"{100 * line['left']:.0f}")
           for line in results["lines"]),
     ]  # fmt: skip
-    said = (
-        f"{field['runs']} runs, {field['distinct']} distinct; runout {field['runout_mean']:.1f} ± "
-        f"{field['runout_sd']:.1f} m, reach angle {field['angle_mean']:.1f} ± {field['angle_sd']:.1f} degrees.\n"
-    )
+    said = f"The page holds {field['runs']} runs, {field['distinct']} of them distinct.\n"
     found = searched(results["calibrations"], "m mean absolute error")
     halves = "Mean absolute error of runout (m):\n\n"
     halves += halves_table(results, ("all 17 distinct runs", "first half, 9", "second half, 8"))
     picture = "![Tschamut](pictures/validation_tschamut.png)\n"
-    return "\n".join([TSCHAMUT, said, found, picture, table(head, rows), halves, TSCHAMUT_FAILS])
+    return "\n".join(
+        [TSCHAMUT, said, found, picture, table(head, rows), _ends(field, results["lines"]), halves, TSCHAMUT_FAILS]
+    )
+
+
+def _ends(field: Results, lines: Sequence[Results]) -> str:
+    """Return the table of where rocks end, over all runs."""
+    head = ("end points, seen from the field's release of the run", "runout (m)", "lateral mean (m)", "lateral sd (m)",
+            "reach angle (degrees)")  # fmt: skip
+    named = [("**field, 18 runs**", field), *((label(line), line) for line in lines)]
+    rows = [
+        (name, mean_and_sd_of(of, "runout"), f"{of['side_mean']:+.1f}", f"{of['side_sd']:.1f}",
+         mean_and_sd_of(of, "angle")) for name, of in named
+    ]  # fmt: skip
+    return table(head, rows)

@@ -12,13 +12,19 @@ from matplotlib.figure import Figure
 from field_cases import authume, chant_sura, tschamut
 from field_cases.flying import Ends
 from field_cases.measuring import CALIBRATED, Measured
-from field_cases.rows import HOEK
+from field_cases.rows import ALL_ROWS, HOEK, STONE
 from rpf3d_core.ensemble.flights import FloatArray
 
-MODEL_COLOURS = {"constant": "tab:blue", "rigid sphere": "tab:orange"}
-STYLES = {HOEK: ":", "STONE": "--", CALIBRATED: "-"}
+MODEL_COLOURS = {"constant": "tab:blue", "Coulomb-limited": "tab:green", "rigid sphere": "tab:orange"}
+MODEL_MARKS = {"constant": ("o", 10), "Coulomb-limited": ("s", 7), "rigid sphere": ("x", 5)}
+"""Marker and its size (points): models that predict the same stay visible on top of each other."""
+REBOUND_COLOURS = {row.rebound: MODEL_COLOURS[row.name] for row in ALL_ROWS}
+OTHER_COLOURS = ("tab:red", "tab:purple", "tab:brown", "tab:pink", "tab:gray", "tab:olive", "tab:cyan")
+STYLES = {HOEK: ":", STONE: "--", CALIBRATED: "-"}
 DRAWN = 1500
 """Rocks in a map at most."""
+ASIDE = 0.6
+"""Width that the models of one impact share, in distances of two impacts."""
 
 
 def draw_all(measured: Measured, folder: Path) -> None:
@@ -28,37 +34,54 @@ def draw_all(measured: Measured, folder: Path) -> None:
     _chant_sura(measured.results["chant_sura"]).savefig(folder / "validation_chant_sura.png", dpi=110)
 
 
-def _figure(columns: int, width: float) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(width, 4.4), layout="constrained")
+def _figure(rows: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    return figure, list(figure.subplots(1, columns))
+    return figure, list(figure.subplots(rows, columns).flat)
 
 
 def _authume(results: Mapping[str, Any], ends: Mapping[str, Ends]) -> Figure:
-    figure, (shares, plan, curves) = _figure(3, 15.0)
-    _shares_below(shares, ends)
+    figure, (along, aside, plan, curves) = _figure(2, 2, 13.0, 10.0)
+    field = authume.end_points()
+    _shares_below(along, field[:, 0], {label: flown.end[:, 0] for label, flown in ends.items()})
+    for x in (30.0, 45.0):
+        along.axvline(x, color="0.6", lw=0.8)
+    along.set(xlabel="x of end points (m)", title="along the profile", xlim=(0, 165))
+    calibrated = {label: authume.seen(flown.end).across for label, flown in ends.items() if CALIBRATED in label}
+    _shares_below(aside, authume.seen(field).across, calibrated)
+    aside.set(xlabel="z of end points less z of the mean drop point (m)", title="across the profile", xlim=(-15, 35))
     _stops_in_plan(plan, ends)
-    for R_n, means in results["sensitivity"]["curves"].items():
-        curves.plot(authume.STEPS_OF_R_T, means, "o-", label=f"R_n {R_n}")
-    angle = results["calibrations"]["constant"]["parameters"]["friction_angle_deg"]
-    curves.axhspan(*results["field"]["mean_interval"], color="0.85", label="field, 95 %")
-    curves.set(xlabel="R_t (-)", ylabel="mean x of ends (m)", title=f"constant, friction angle {angle:g} degrees")
-    curves.legend(fontsize=8)
+    _curves(curves, results)
+    figure.suptitle("Authume P1: where rocks end")
     return figure
 
 
-def _shares_below(axes: Axes, ends: Mapping[str, Ends]) -> None:
-    field = np.sort(authume.end_points()[:, 0])
+def _curves(axes: Axes, results: Mapping[str, Any]) -> None:
+    """Draw mean x over R_t and R_n of the two models of a point."""
+    for model, of_model in results["sensitivity"]["curves"].items():
+        mark, _ = MODEL_MARKS[model]
+        angle = results["calibrations"][model]["parameters"]["friction_angle_deg"]
+        for style, (R_n, means) in zip(STYLES.values(), of_model.items(), strict=True):
+            axes.plot(authume.STEPS_OF_R_T, means, mark + style, color=MODEL_COLOURS[model], fillstyle="none",
+                      label=f"{model}, R_n {R_n}, {angle:g} degrees")  # fmt: skip
+    axes.axhspan(*results["field"]["mean_interval"], color="0.85", label="field, 95 %")
+    axes.set(xlabel="R_t (-)", ylabel="mean x of end points (m)", title="what R_n and R_t do (legend: friction angle)",
+             ylim=(30, 130))  # fmt: skip
+    axes.legend(fontsize=8, ncols=2, loc="upper left")
+
+
+def _shares_below(axes: Axes, field: FloatArray, simulated: Mapping[str, FloatArray]) -> None:
+    """Draw shares of rocks below a position: the field's blocks (N,) m, and simulated rocks by model and values."""
+    field = np.sort(field)
     axes.fill_betweenx(_steps(len(field)), *_band(field), color="0.85", label="field, bootstrap 95 %", step="mid")
-    axes.plot(field, _steps(len(field)), "k-", lw=2, drawstyle="steps-post", label="field, 41 blocks")
-    for label, flown in ends.items():
-        model, values = label.split(", ")
-        x = np.sort(flown.end[:, 0])
-        axes.plot(x, _steps(len(x)), STYLES[values], color=MODEL_COLOURS[model], label=label)
-    for x in (30.0, 45.0):
-        axes.axvline(x, color="0.6", lw=0.8)
-    axes.set(xlabel="x of ends (m)", ylabel="share below (-)", title="Authume P1: where rocks end", xlim=(0, 180))
-    axes.legend(fontsize=7, loc="lower right")
+    axes.step([field[0], *field], np.arange(len(field) + 1) / len(field), "k-", lw=2, where="post",
+              label="field, 41 blocks")  # fmt: skip
+    for label, values in simulated.items():
+        model, source = label.split(", ")
+        x = np.sort(values)
+        axes.plot(x, _steps(len(x)), STYLES[source], color=MODEL_COLOURS[model], label=label)
+    axes.set(ylabel="share below (-)", ylim=(0, 1.02))
+    axes.legend(fontsize=8, loc="lower right")
 
 
 def _band(field: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -77,42 +100,51 @@ def _stops_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
         model, values = label.split(", ")
         if values == CALIBRATED:
             x, z = flown.end[:DRAWN, 0], flown.end[:DRAWN, 2]
-            axes.plot(x, z, ".", ms=4, alpha=0.3, color=MODEL_COLOURS[model], label=f"{label}, {len(x):,} of the rocks")
-    field = authume.end_points()
-    axes.plot(field[:, 0], field[:, 2], "k^", ms=5, label="field")
-    start = authume.drop()
-    axes.plot(start[0], start[2], "r*", ms=10, label="drop")
-    axes.set(xlabel="x (m)", ylabel="z (m)", title="in plan", aspect="equal", xlim=(-5, 75), ylim=(335, 400))
-    axes.legend(fontsize=7, loc="lower left", markerscale=1.5)
+            axes.plot(x, z, ".", ms=3, alpha=0.4, color=MODEL_COLOURS[model], label=f"{label}, {len(x):,} of the rocks")
+    field, start = authume.end_points(), authume.drop()
+    axes.plot(field[:, 0], field[:, 2], "k^", ms=6, fillstyle="none", label="field")
+    axes.plot(start[0], start[2], "r*", ms=10, label="mean drop point")
+    axes.set(xlabel="x (m)", ylabel="z (m)", title="in plan", aspect="equal", xlim=(-5, 75), ylim=(350, 400))
+    shown = axes.legend(fontsize=8, loc="upper left")
+    for handle in shown.legend_handles:
+        handle.set(alpha=1.0)
+        handle.set_markersize(7)
 
 
 def _tschamut(ends: Mapping[str, Ends]) -> Figure:
-    figure, (plan, runouts) = _figure(2, 11.0)
-    field = tschamut.runs()
-    _contours(plan)
-    for i in field.distinct():
-        plan.plot(*zip(field.release[i], field.end[i], strict=True), color="0.8", lw=0.8)
-    plan.plot(*field.release.T, "r*", label="release")
-    plan.plot(*field.end.T, "k^", ms=5, label="field")
-    longest = 0.0
+    figure, (plan, runouts) = _figure(1, 2, 13.0, 5.6)
+    _tschamut_in_plan(plan, {label: flown for label, flown in ends.items() if CALIBRATED in label})
+    seen = tschamut.runs().seen().runout
+    longest = float(seen.max())
     for label, flown in ends.items():
         model, values = label.split(", ")
-        simulated = field.runout + tschamut.errors_of(flown)
+        simulated = seen + tschamut.errors_of(flown)
         longest = max(longest, float(simulated.max()))
-        mark = {HOEK: "x", "STONE": "+", CALIBRATED: "o"}[values]
-        runouts.plot(field.runout, simulated, mark, color=MODEL_COLOURS[model], label=label, fillstyle="none")
-        if values == CALIBRATED:
-            plan.plot(*tschamut.mean_ends(flown).T, "o", color=MODEL_COLOURS[model], fillstyle="none",
-                      label=f"{label}, mean of each run")  # fmt: skip
-    limit = 1.05 * max(longest, float(field.runout.max()))
+        mark = {HOEK: "x", STONE: "+", CALIBRATED: "o"}[values]
+        runouts.plot(seen, simulated, mark, color=MODEL_COLOURS[model], label=label, fillstyle="none")
+    limit = 1.05 * longest
     runouts.plot([0, limit], [0, limit], "k-", lw=0.8)
-    runouts.set(xlabel="runout seen (m)", ylabel="mean runout simulated (m)", title="18 runs",
-                ylim=(0, limit), xlim=(0, 125))  # fmt: skip
-    runouts.legend(fontsize=7)
-    plan.set(xlabel="x (m)", ylabel="y (m)", title="Tschamut 2014, in plan", aspect="equal", xlim=(-10, 180),
-             ylim=(110, 275))  # fmt: skip
-    plan.legend(fontsize=7, loc="upper right")
+    runouts.set(xlabel="runout seen (m)", ylabel="mean runout simulated (m)", title="18 runs", aspect="equal",
+                ylim=(-3, limit), xlim=(0, limit))  # fmt: skip
+    runouts.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.02, 0.5))
     return figure
+
+
+def _tschamut_in_plan(axes: Axes, ends: Mapping[str, Ends]) -> None:
+    """Draw releases, the field's end points and each model's mean end point of each run."""
+    field = tschamut.runs()
+    _contours(axes)
+    for i in field.distinct():
+        axes.plot(*zip(field.release[i, :2], field.end[i, :2], strict=True), color="0.8", lw=0.8)
+    axes.plot(*field.release[:, :2].T, "r*", label="release")
+    axes.plot(*field.end[:, :2].T, "k^", ms=5, label="field")
+    for label, flown in ends.items():
+        model = label.split(", ")[0]
+        axes.plot(*tschamut.mean_ends(flown)[:, :2].T, MODEL_MARKS[model][0], color=MODEL_COLOURS[model],
+                  fillstyle="none", label=f"{label}, mean of each run")  # fmt: skip
+    axes.set(xlabel="x (m)", ylabel="y (m)", title="Tschamut 2014, in plan", aspect="equal", xlim=(-10, 180),
+             ylim=(95, 275))  # fmt: skip
+    axes.legend(fontsize=8, loc="lower right")
 
 
 def _contours(axes: Axes) -> None:
@@ -121,35 +153,46 @@ def _contours(axes: Axes) -> None:
     y, x = (tschamut.CELL * np.arange(n) for n in heights.shape)
     west, south = tschamut.CORNER
     lines = axes.contour(west + x, south + y, heights, np.arange(0.0, 200.0, 5.0), colors="tan", linewidths=0.5)
-    axes.clabel(lines, lines.levels[::4], fontsize=6)
+    axes.clabel(lines, lines.levels[::2], fontsize=6)
 
 
 def _chant_sura(results: Mapping[str, Any]) -> Figure:
-    figure, (published, contacts) = _figure(2, 12.0)
-    seen = results["field"]["published"]
-    names = [impact.name for impact in chant_sura.published()]
-    published.plot(names, seen, "k^", ms=8, label="field")
-    for line in results["lines"]:
-        if line["values"] == HOEK and line["model"] != "thesis_literal":  # on level ground it is the constant one
-            published.plot(names, line["published"]["ratios"], "_", ms=16, mew=1.5, label=f"{line['model']}, {HOEK}")
-    for model, found in results["calibrations"].items():
-        published.plot(names, found["published"]["ratios"], "o", fillstyle="none", color=MODEL_COLOURS[model],
-                       label=f"{model}, calibrated on the eleven")  # fmt: skip
-    published.axhline(1.0, color="0.6", lw=0.8)
-    published.set(xlabel="impact", ylabel="energy after / before (-)", title="six impacts of 780 kg", ylim=(0, 1.9))
-    published.legend(fontsize=7, ncols=2, loc="upper right")
+    figure, (published, contacts) = _figure(1, 2, 14.0, 5.6)
+    _energy_ratios(published, results)
     _speeds(contacts, results)
     return figure
 
 
-def _speeds(axes: Axes, results: Mapping[str, Any]) -> None:
-    """Speed after each of the eleven contacts, predicted by the calibrated models."""
-    impacts = chant_sura.contacts()
-    seen = [impact.speed_after for impact in impacts]
+def _energy_ratios(axes: Axes, results: Mapping[str, Any]) -> None:
+    """Draw the energy ratios of the six impacts: field, models with published values, calibrated models."""
+    names = [impact.name for impact in chant_sura.published()]
+    place = np.arange(len(names))
+    # On level ground the literal model of the thesis is the constant one.
+    lines = [line for line in results["lines"] if line["values"] == HOEK and line["model"] != "thesis_literal"]
+    for k, line in enumerate(lines):
+        aside = ASIDE * ((k + 0.5) / len(lines) - 0.5)
+        colour = REBOUND_COLOURS.get(line["model"], OTHER_COLOURS[k % len(OTHER_COLOURS)])
+        axes.plot(place + aside, line["published"]["ratios"], "_", ms=8, mew=2.5, color=colour,
+                  label=f"{line['model']}, {HOEK}")  # fmt: skip
     for model, found in results["calibrations"].items():
-        axes.plot(seen, chant_sura.calibrated_speeds(model, found["parameters"]), "o", color=MODEL_COLOURS[model],
-                  fillstyle="none", label=f"{model}, calibrated on these")  # fmt: skip
+        mark, size = MODEL_MARKS[model]
+        axes.plot(place, found["published"]["ratios"], mark, ms=size, fillstyle="none", color=MODEL_COLOURS[model],
+                  label=f"{model}, calibrated on the eleven")  # fmt: skip
+    axes.plot(place, results["field"]["published"], "k^", ms=8, label="field")
+    axes.axhline(1.0, color="0.6", lw=0.8)
+    axes.set_xticks(place, names)
+    axes.set(xlabel="impact", ylabel="energy after / before (-)", title="six impacts of 780 kg", ylim=(0, 2.0))
+    axes.legend(fontsize=8, ncols=2, loc="upper right")
+
+
+def _speeds(axes: Axes, results: Mapping[str, Any]) -> None:
+    """Draw the speed after each of the eleven contacts, predicted by the calibrated models."""
+    seen = [impact.speed_after for impact in chant_sura.contacts()]
+    for model, found in results["calibrations"].items():
+        mark, size = MODEL_MARKS[model]
+        axes.plot(seen, chant_sura.calibrated_speeds(model, found["parameters"]), mark, ms=size,
+                  color=MODEL_COLOURS[model], fillstyle="none", label=f"{model}, calibrated on these")  # fmt: skip
     axes.plot([0, 9], [0, 9], "k-", lw=0.8)
     axes.set(xlabel="speed after, measured (m/s)", ylabel="speed after, predicted (m/s)", title="eleven contacts",
              xlim=(0, 9), ylim=(0, 9), aspect="equal")  # fmt: skip
-    axes.legend(fontsize=7)
+    axes.legend(fontsize=8)

@@ -1,123 +1,183 @@
-"""What docs/validation.md says beside its figures. Those of the field are published; those of models are `page`'s."""
+"""The prose of docs/validation.md. Figures of the field are published; figures of models come from `page`."""
 
 HEAD = """# Validation: against rocks that fell
-Three sites with real rocks, each flown with the values of books (**uncalibrated**) and with values fitted to its own
-data (**calibrated**). `docs/validation.py` (`make validation`) calibrates, measures and writes this page; it needs
-the field data, which is not part of this project (last section).
+This page compares simulated rocks with rocks that fell at three sites. Each model is flown with values from books
+(**uncalibrated**) and with values fitted to the site's own data (**calibrated**). `make validation`
+(`docs/validation.py`) calibrates, measures and writes this page. The field data is not part of this project (last
+section).
 
-- **Uncalibrated**: coefficients that somebody published for ground of such a description, chosen without looking at
-  where the rocks stopped. There are two libraries, to show how far two books differ.
-- **Calibrated**: one set of parameters for the whole site, found by a grid and two finer grids about the best place
-  (`docs/field_cases/search.py`), every set flown with the same rocks (seed 1; 2,000 at Authume, 500 of the dearer
-  sphere, 900 at Tschamut). Figures below are of other rocks (seed 2; 10,000 and 9,000).
-- **Kept out**: the same search on either half of a site's data, judged by the other half. It tells whether single
-  blocks were fitted. It does not tell whether the values hold on another slope; that is *From site to site*.
-- Intervals are 95 %, of the *field's* few rocks: Wilson's of shares, bootstrap percentiles of everything else. Those
-  of 10,000 simulated rocks are a sixteenth of that and left out.
+- **Models**: `constant` and `coulomb_limited`, a point with `ground: sliding`; the rigid sphere, `coulomb_sphere`
+  with `ground: sphere`. Every scene of this page names its rebound and its ground.
+- **Uncalibrated**: published coefficients for ground of the same description, chosen without the end points. There
+  are two libraries, to show how far two books differ.
+- **Calibrated**: one set of parameters for the whole site. The search is a grid and two finer grids about the best
+  place, with half the step each (`docs/field_cases/search.py`). Every set flies the same rocks (seed 1): 2,000 at
+  Authume (500 of the sphere, which takes longer), 900 at Tschamut. The figures of this page are of other rocks (seed
+  2): 10,000 and 9,000.
+- **Kept out**: the same search on one half of a site's data, judged by the other half. This shows whether single
+  blocks were fitted. Whether the values hold on another slope is the question of *From site to site*.
+- **One basis**: field and simulation go through the same functions (`docs/field_cases/basis.py`). Both are measured
+  from the field's start: the mean drop point at Authume, the release of the run at Tschamut. The place where a
+  simulated rock was released enters no figure.
+- Intervals are 95 %, of the *field's* few rocks: Wilson's for shares, bootstrap percentiles for all else. Intervals
+  of 10,000 simulated rocks are a sixteenth as wide and left out.
 """
 
-NO_SPHERE = """The rigid sphere has no rows here: scenes of this version cannot name it. Where they can, it has.
+VERDICT = """Of the constant model:
+- **Values from books are no prediction.** At Authume one book stops every rock on the upper slope, {hoek:+.0f} m off
+  in the mean. The other is {stone:+.0f} m off, with more than twice the field's spread along the profile. At Tschamut
+  they are {hoek_meadow:+.0f} and {stone_meadow:+.0f} m off; another code, untuned, is -35 m off.
+- **Fitted, the model reaches what it is fitted to, and little else.** At Authume the mean is {off:+.1f} m off;
+  {ledge:.0f} % stop on the ledge and {floor:.0f} % on the floor. The standard deviation of x is {sd:.1f} m instead of
+  {field_sd:.1f} m. The lateral spread is {side:.1f} m, about two thirds of the field's {field_side:.1f} m and below
+  the field's interval ({low_side:.1f} to {high_side:.1f} m). The farthest 5 % begin at {p95:.0f} m instead of
+  {field_p95:.0f} m. A point with fixed coefficients has no shape that could send it elsewhere.
+- **The fitted values are not a property of the ground.** One half of the 41 blocks gives an R_n, an R_t and a
+  friction angle (degrees) of {first}, the other half {second}. No rock slope has such friction angles: sliding stands
+  in for rolling.
+- **At Tschamut the fit only looks good** ({meadow:+.0f} m, within the bar). The friction angle ends at the edge of
+  the search ({meadow_friction:g} degrees), very different R_n and R_t do as well, and the model does not tell long
+  runs from short ones (correlation {correlation:+.2f}): all rocks run onto the flat step at the foot of the proxy
+  terrain.
+- **The values do not carry over.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's {at_quarry:+.0f} m at
+  Authume. Values from single impacts are {impacts_quarry:+.0f} and {impacts_meadow:+.0f} m off. Calibrate on the
+  slope in question, on rocks that fell there, or use the result only to compare variants.
 """
 
-VERDICT = """Of the constant model, which every version has:
-- **Values of books are no prediction.** At Authume one book stops every rock on the upper slope, {hoek:+.0f} m off in
-  the mean, and the other is {stone:+.0f} m off with twice the field's spread and more. At Tschamut they are
-  {hoek_meadow:+.0f} and {stone_meadow:+.0f} m off; another code, untuned, -35 m.
-- **Fitted, it reaches what it is fitted to, and little else.** At Authume the mean is {off:+.1f} m off, {ledge:.0f} %
-  stop on the ledge and {floor:.0f} % on the floor. But rocks spread by {side:.1f} m to the sides, where the field's
-  did by {field_side:.1f} m, and the farthest 5 % begin at {p95:.0f} m, not at {field_p95:.0f} m: a point of mass with
-  fixed coefficients has no shape that could send it elsewhere.
-- **What is fitted is no property of the ground.** One half of the 41 blocks gives R_n, R_t and a friction angle of
-  {first}, the other half {second}. No rock slope has such friction angles: sliding stands in for rolling.
-- **At Tschamut the fit only looks good** ({fitted_meadow:+.0f} m, within the bar). The friction angle ends at the
-  edge of what was searched ({edge:g} degrees), very different R_n and R_t do as well, and the runs are not told apart
-  (correlation {correlation:+.2f}): all rocks run onto the flat step at the foot of the proxy terrain and stay there.
-- **It does not carry over.** Authume's values are {at_meadow:+.0f} m off at Tschamut, Tschamut's {at_quarry:+.0f} m
-  at Authume; what single impacts give is {impacts_quarry:+.0f} and {impacts_meadow:+.0f} m off. Calibrate on the
-  slope in question, on rocks that fell there, or take the result as a comparison of variants and no more.
+VERDICT_LIMITED = """Of the Coulomb-limited model:
+- **Values from books bring rocks farther than in the constant model.** At Authume Hoek's values are {hoek:+.0f} m off
+  in the mean, but leave half of the rocks on the upper slope and none on the ledge. STONE's values are {stone:+.0f} m
+  off, and most rocks do not stop on the terrain. At Tschamut the two books are {hoek_meadow:+.0f} and
+  {stone_meadow:+.0f} m off, beyond the 35 m of the other code.
+- **Fitted at Authume, the mean is right and the spread too small.** The mean is {off:+.1f} m off. The standard
+  deviation of x is {sd:.1f} m and the lateral spread {side:.1f} m, both smaller than in the constant model. The
+  distance of x is more than chance among 41 blocks explains. R_t ends at the edge of the search
+  ({tangential_restitution:g}): where friction limits the loss, R_t decides little. A search down to R_t 0 is not part
+  of this page.
+- **The friction angle decides, and it repeats.** It is {friction_angle_deg:g} degrees on all blocks and on either
+  half, and {meadow_friction:g} degrees at Tschamut: ground can have such angles. Four degrees more or less move the
+  mean at Authume by more than ten metres.
+- **At Tschamut it is better than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run, and
+  it tells long runs from short ones a little (correlation {correlation:+.2f}).
+- **The values do not carry over either.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's
+  {at_quarry:+.0f} m at Authume: both farther off than those of the constant model. Values from single impacts are
+  {impacts_quarry:+.0f} and {impacts_meadow:+.0f} m off.
 """
 
 VERDICT_SPHERE = """Of the rigid sphere:
-- **With values of books it runs away**: at Authume all rocks end on the floor or beyond the terrain, {book:+.0f} m
-  off in the mean. Books have no damping for it; calibrated it loses {lost:.0f} % of its speed along the ground and of
-  its spin at every impact, beside friction.
-- **Fitted, it is as good as the constant model at Authume**, and no better: mean {off:+.1f} m off, and its lateral
-  spread of {side:.1f} m is too small as well. A sphere has no shape either.
-- **At Tschamut it is better**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run, and it tells runs apart a
-  little (correlation {correlation:+.2f}).
-- **It does not carry over either**: Authume's values are {at_meadow:+.0f} m off at Tschamut, Tschamut's
+- **With values from books it runs away.** At Authume no rock stops on the terrain; the mean is {hoek:+.0f} m off.
+  Books have no damping for it; calibrated, it loses {lost:.0f} % of its speed along the ground and of its spin at
+  every impact, in addition to friction.
+- **Fitted, it is as good as the constant model at Authume**, and no better. The mean is {off:+.1f} m off, and the
+  lateral spread of {side:.1f} m is too small as well. A sphere has no shape either.
+- **At Tschamut it is better than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run
+  (correlation {correlation:+.2f}).
+- **The values do not carry over either.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's
   {at_quarry:+.0f} m at Authume.
 """
 
-CURVES = """(A lumped mass with another rule for the end of bouncing moved by 38 m in the first of these, at R_n 0.25:
-that rule decides as much as a coefficient does.)
+DEFAULT = """## Constant or Coulomb-limited: which is the better default?
+`coulomb_limited` is the better default, but not in everything.
+
+- **Better**: on the halves that were kept out, clearly at Tschamut; with the books' values, in three cases of four;
+  on the six impacts at Chant Sura with values fitted to the eleven (with the books' values the two are about equal).
+  Its friction angles repeat from half to half, and ground can have them. No impact takes more speed along the ground
+  than friction can, so the end of bouncing does not stop a rock at once.
+- **Worse**: lateral spread, at Authume and at Tschamut; the fit to all blocks at Authume; values carried between
+  Authume and Tschamut. Where it is wrong with values from elsewhere, it can be wrong by much more.
+- **No difference**: lateral positions of the halves that were kept out; speeds after the eleven contacts.
+
+Both are fitted with the same effort (next section). Neither is a prediction on a slope where it was not calibrated.
+The rows of the table are not independent of each other, so their number decides nothing.
 """
 
-AUTHUME_FAILS = """**Where it fails.** Everybody on the upper slope is missed (2 of 41 blocks stayed there), and so is
-everybody beyond 55 m (5 of 41), where the fitted constant model has nobody. Lateral spread is less than half of the
-field's, so hazard maps of such a model are too narrow. Neither half of the blocks foretells the other one as well as
-it fits itself.
+GRIDS = """## What is searched
+`constant` and `coulomb_limited` have the same grids, the same rocks and the same ground; only the rebound differs. In
+`coulomb_limited` the friction angle also limits what an impact takes. Single impacts (Chant Sura) calibrate R_n, R_t
+or damping, and the slope of the ground; the friction angle keeps its published value there, for both models.
 """
 
-TSCHAMUT_FAILS = """**Where it fails.** The two shortest runs (31 and 46 m) are overshot by tens of metres, the
-longest stop short: a mean error of a few metres hides both. On this terrain the data cannot tell one set of
-parameters from another.
+CURVES = """\
+Another program for a lumped mass, with another rule for the end of bouncing, moved by 38 m in the first of these
+steps, at R_n 0.25: that rule decides as much as a coefficient does.
+"""
+
+SENSITIVITY = """### What a few hundredths of a coefficient do
+Mean x of end points (m) as one parameter takes five values about its calibrated value:
+"""
+
+AUTHUME_FAILS = """\
+**Where it fails.** No calibrated model leaves a rock on the upper slope, where 2 of 41 blocks stopped, and no
+calibrated point passes 55 m, as 5 of 41 blocks did. All three spread too little across the profile, so their hazard
+maps are too narrow. For no model does one half of the blocks predict the other half as well as it fits itself.
+"""
+
+TSCHAMUT_FAILS = """\
+**Where it fails.** All calibrated models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error
+of a few metres hides that. Their runouts have a standard deviation of 4 to 7 m over all runs, those
+of the field of 22 m.
 """
 
 AUTHUME = """## Authume quarry, profile P1
 An open pit in France: 41 blocks of 178 to 1,751 kg, dropped by a power shovel, over 9,001 triangles in three zones
-(`config/scenes/authume_p1.yaml`). The field's end points lie 2.87 m above the mesh, a shift of the datum, so x and z
-are compared; for the reach angle alone simulated ends are lifted by as much. All rocks have the blocks' mean mass.
-The search looks at x of the ends only; lateral spread and reach angle are in no search, so those columns test every
-line.
+(`config/scenes/authume_p1.yaml`). Lateral positions (z), runouts and reach angles are measured from the mean drop
+point, in the field and in the simulation. Simulated rocks are dropped up to 1 m from each of the four drop points, so
+the spread of the drop points is part of both lateral spreads. The field's end points lie 2.87 m above the mesh, a
+shift of the datum: simulated end points are lifted by 2.87 m, which changes the reach angle alone. All rocks have the
+blocks' mean mass. The search looks at x of the end points only. Lateral spread and reach angle are in no search, so
+those columns test every row.
 """
 
 TSCHAMUT = """## Tschamut 2014
-18 runs of blocks of 40 to 79 kg on an alpine meadow; v034 repeats v033 to the last digit, so calibration takes 17.
-The terrain is a proxy in cells of 5 m, a plane with interpolated residuals and no survey, so only wide tolerances
-make sense: differences of some metres say nothing. Each run's rocks start about its release with its velocity, one
-block's size above the ground, with the mean mass of all. The bar to beat is another open code, untuned, on the survey
-of 2 m: its mean runout error is -35.0 m for a translating mass and +104.6 m for a spinning sphere.
+18 runs of blocks of 40 to 79 kg on an alpine meadow. Run v034 repeats v033 to the last digit, so the calibration
+takes 17 runs; means over all runs take 18. The terrain is a proxy in cells of 5 m, a plane with interpolated
+residuals and not a survey, so only wide tolerances make sense: differences of some metres say nothing. The rocks of a
+run start within 0.5 m of its release, with its velocity, one block's size above the ground and with the mean mass of
+all blocks. Runouts, lateral positions and reach angles are measured from the field's release of the run; lateral is
+across the direction from the mean release to the mean end point of the field. The bar to beat is another open code,
+untuned, on the survey of 2 m: its mean runout error is -35.0 m for a translating mass and +104.6 m for a spinning
+sphere.
 """
 
 CHANT_SURA = """## Chant Sura
-Single impacts on an alpine meadow, no trajectories: the speed after an impact from that before. Six of a 780 kg
-block, with speeds along and into the ground (the split comes from the height of the jump, not from a survey), and
-eleven contacts of five other runs of 210, 250 and 780 kg with velocities before and after, but without the slope of
-the ground, and six of them leave downwards, so it is no level floor. The slope is therefore taken as 0, 15 and 30
-degrees, dipping where the rock is heading, and is one more parameter of the calibration. Spin before the impact is
-not told: it is 0 and, for the six, 27 rad/s forwards as well, the mean of four that Lu et al. 2019 give for such a
-block. A lumped mass does not know the difference. Energy is translational.
+Single impacts on an alpine meadow, without trajectories: the speed after an impact from the velocity before. Six
+impacts are of a block of 780 kg, with speeds along and into the ground; the split comes from the height of the jump,
+not from a survey. Eleven contacts are of five other runs, of 210, 250 and 780 kg, with velocities before and after
+but without the slope of the ground. Six of the eleven leave downwards, so the ground is not level. The slope is
+therefore taken as 0, 15 and 30 degrees, dipping where the rock is heading, and is one more parameter of the
+calibration. The spin before an impact is unknown: it is 0 and, for the six, also 27 rad/s forwards, the mean of four
+values that Lu et al. 2019 give for such a block. A point has no spin. Energy is translational, before and after,
+measured and predicted.
 """
 
 CHANT_SURA_FAILS = """**Where it fails.**
 - One of the six has more translational energy after the impact than before (1.11). It is real: spin turned into
-  speed. A lumped mass cannot show it, and no sound model can that starts without spin.
+  speed. A point cannot show it, and no sound model can that starts without spin.
 - The six differ by a factor of five in their energy ratio, a model's answers by far less: a platy block lands on a
   face, an edge or a corner, and none of these models knows which.
-- What the eleven contacts calibrate says little of the six. The eleven are steep and slow, the six flat and fast, and
-  constant coefficients cannot be right for both.
+- What the eleven contacts calibrate says little about the six. The eleven are steep and slow, the six flat and fast.
+  Constant coefficients cannot be right for both.
 """
 
 TRANSFER = """## From site to site
-What is calibrated on all of one site's data, flown on all three; *its own site in italics*. What single impacts
-cannot calibrate (friction on the ground) is the published value of the site that is flown.
+What is calibrated on all of one site's data, flown at all three sites; *its own site in italics*. Where single
+impacts calibrate nothing (friction on the ground), the published value of the flown site is used.
 """
 
-NOT_VALIDATED = """## What this is not
-- Three sites, two of them meadows, 41 + 18 rocks and 17 impacts: intervals are wide, and one site's fit can look good
-  elsewhere by chance as well as bad.
-- End points and single impacts only. Bounce heights, speeds along the way and energies, which barriers are designed
-  by, are compared with nothing here.
-- All rocks of a site have one mass, and coefficients that do not vary from impact to impact. Distributions in the
-  scene (`normal_restitution: {mean: ...}`), `effects` and the field's own masses may do better; that is not measured
+NOT_VALIDATED = """## What this page does not show
+- There are three sites, two of them meadows, with 41 + 18 rocks and 17 impacts. Intervals are wide, and one site's
+  fit can look good elsewhere by chance as well as bad.
+- Only end points and single impacts are compared. Bounce heights, speeds along the way and energies, which barriers
+  are designed by, are not.
+- All rocks of a site have one mass, and their coefficients do not vary from impact to impact. Distributions in the
+  scene (`normal_restitution: {mean: ...}`), `effects` and the field's own masses may do better; they are not measured
   here.
-- Calibrated values are of this program: of its rules for the end of bouncing and for sliding (`docs/design.md`). In
-  another program, or with another model, they mean something else.
+- Calibrated values belong to this program: to its rules for the end of bouncing and for sliding (`docs/design.md`).
+  In another program, or with another model, they mean something else.
 """
 
 SOURCES_OF_DATA = """## Data
-Not part of this project; put the folders into `shared/data`, beside the project's own folder.
+The data is not part of this project. Put the folders into `shared/data`, next to the project's own folder.
 
 | site | data | literature |
 | --- | --- | --- |

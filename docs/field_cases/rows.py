@@ -26,7 +26,7 @@ class Values(NamedTuple):
     R_t: float
     friction_angle_deg: float
     rolling_friction: float
-    """For models that roll only: STONE's, of the same ground, for no other library has one."""
+    """Used by models that roll: STONE's value of the same ground, because no other library has one."""
 
 
 PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
@@ -95,24 +95,29 @@ class Row(NamedTuple):
         return {"rebound": self.rebound, "ground": self.ground, "materials": ground}
 
 
-ALL_ROWS = (
-    Row(
-        name="constant",
-        rebound="constant",
-        ground="sliding",
-        free=(
-            Free("normal_restitution", 0.10, 0.60, 6),
-            Free("tangential_restitution", 0.35, 0.95, 7),
-            Free("friction_angle_deg", 5.0, 40.0, 8, 1),
-        ),
-        of_rebound=(),
-        fixed={},
-        at_impacts=(
-            Free("normal_restitution", 0.05, 0.95, 10),
-            Free("tangential_restitution", 0.05, 0.95, 10),
-        ),
-        rocks=2000,
+CONSTANT = Row(
+    name="constant",
+    rebound="constant",
+    ground="sliding",
+    free=(
+        Free("normal_restitution", 0.10, 0.60, 6),
+        Free("tangential_restitution", 0.35, 0.95, 7),
+        Free("friction_angle_deg", 5.0, 40.0, 8, 1),
     ),
+    of_rebound=(),
+    fixed={},
+    at_impacts=(
+        Free("normal_restitution", 0.05, 0.95, 10),
+        Free("tangential_restitution", 0.05, 0.95, 10),
+    ),
+    rocks=2000,
+)
+COULOMB_LIMITED = CONSTANT._replace(name="Coulomb-limited", rebound="coulomb_limited")
+"""The constant model's grids, rocks and ground: the two differ in the rebound alone."""
+
+ALL_ROWS = (
+    CONSTANT,
+    COULOMB_LIMITED,
     Row(
         name="rigid sphere",
         rebound="coulomb_sphere",

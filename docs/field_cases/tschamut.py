@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from field_cases.authume import REPORT_SEED, ROOT, SEARCH_SEED
+from field_cases.basis import EndPoints, horizontal_axes, mean_and_sd, measured_from
 from field_cases.figures import bootstrap
 from field_cases.flying import Ends, Keys, Site
 from field_cases.rows import Row, row_named
 from field_cases.search import Found, search
 from rpf3d_core.choices import chosen_scene
-from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.io.scene_model import Scene
 
 DATA = ROOT.parent / "shared" / "data" / "tschamut2014"
@@ -35,20 +36,22 @@ SEARCH_ROCKS_A_RUN, ROCKS_A_RUN = 50, 500
 class Runs:
     """The field's runs, sorted by their names.
 
-    names : of R runs; release, end : (R, 2) m in plan; velocity : (R, 3) m/s; radius : (R,) m; drop : (R,) m
+    names : of R runs; release, end : (R, 3) m on the ground; velocity : (R, 3) m/s; radius : (R,) m; mass : (R,) kg
+    axes : from the mean release to the mean end point
     """
 
     def __init__(self) -> None:
         releases, ends = (_table(DATA / f"{name}.csv") for name in ("release_points", "observed_deposition"))
         self.names = sorted(releases)
-        self.release = _columns(releases, self.names, "x_m", "y_m")
+        self.release, self.end = (_columns(table, self.names, "x_m", "y_m", "ground_z_m") for table in (releases, ends))
         self.velocity = _columns(releases, self.names, "vx_mps", "vy_mps", "vz_mps")
         self.radius = _columns(releases, self.names, "radius_m")[:, 0]
-        self.end = _columns(ends, self.names, "x_m", "y_m")
         self.mass = _columns(releases, self.names, "mass_kg")[:, 0]
-        self.runout = np.linalg.norm(self.end - self.release, axis=1)
-        heights = _columns(releases, self.names, "z_m")[:, 0] - _columns(ends, self.names, "z_m")[:, 0]
-        self.angle = np.degrees(np.arctan2(heights, self.runout))
+        self.axes = horizontal_axes(self.release.mean(axis=0), self.end.mean(axis=0))
+
+    def seen(self) -> EndPoints:
+        """Return the field's end points, each as seen from the release of its run."""
+        return seen(np.arange(len(self.names)), self.end)
 
     def distinct(self) -> list[int]:
         """The runs that are not the copy of another: v034 repeats v033 to the last digit."""
@@ -74,7 +77,7 @@ def site(rocks_a_run: int, seed: int) -> Site:
     # A sphere rests on the ground where its centre is a radius above; on a slope its centre is a little higher.
     sources = [
         {
-            "name": name, "points": [[*map(float, field.release[i]), 0.0]],
+            "name": name, "points": [[*map(float, field.release[i, :2]), 0.0]],
             "above_ground": 2.0 * float(field.radius[i]), "velocity": [*map(float, field.velocity[i])],
             "spread": [SPREAD, SPREAD, 0.0], "rocks": rocks_a_run,
         }
@@ -86,6 +89,8 @@ def site(rocks_a_run: int, seed: int) -> Site:
         "materials": {"default": {"normal_restitution": 0.3, "tangential_restitution": 0.8}},
         "rock": {"mass": float(field.mass.mean()), "density": MEADOW_DENSITY},
         "sources": sources,
+        "rebound": "constant",
+        "ground": "sliding",
         "stop_speed": 0.5,
     })  # fmt: skip
     return Site(chosen_scene(scene, None, "compiled", seed))
@@ -96,25 +101,36 @@ def heights() -> FloatArray:
     return np.loadtxt(DATA / "terrain.asc", skiprows=6)[::-1]
 
 
+def seen(run: IntArray, ends: FloatArray) -> EndPoints:
+    """Return end points (N, 3) m of field or simulation, each as seen from where the field released its run (N,)."""
+    return measured_from(runs().release[run], ends, runs().axes)
+
+
+def figures_of(run: IntArray, ends: FloatArray) -> dict[str, float]:
+    """Return the figures of end points (N, 3) m of field or simulation, of runs (N,)."""
+    found = seen(run, ends)
+    pairs = {"side": found.across, "runout": found.runout, "angle": found.reach_angle}
+    return {f"{name}_{key}": value for name, values in pairs.items()
+            for key, value in zip(("mean", "sd"), mean_and_sd(values), strict=True)}  # fmt: skip
+
+
 def field_figures() -> dict[str, Any]:
-    """The field's figures."""
+    """Return the field's figures."""
     field = runs()
     return {
         "runs": len(field.names),
         "distinct": len(field.distinct()),
-        "runout_mean": float(field.runout.mean()),
-        "runout_sd": float(field.runout.std(ddof=1)),
-        "angle_mean": float(field.angle.mean()),
-        "angle_sd": float(field.angle.std(ddof=1)),
+        **figures_of(np.arange(len(field.names)), field.end),
     }
 
 
 def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
-    """Errors of a model, run by run, and where its rocks ended."""
+    """Return a model's errors, run by run, and where its rocks ended."""
     ends = site(ROCKS_A_RUN, REPORT_SEED).fly(keys)
     errors, field = errors_of(ends), runs()
-    far = np.linalg.norm(mean_ends(ends) - field.end, axis=1)
+    far = np.linalg.norm((mean_ends(ends) - field.end)[:, :2], axis=1)
     found = {
+        **figures_of(ends.source, ends.end),
         "error_mean": float(errors.mean()),
         "error_interval": bootstrap(errors, lambda s: float(s.mean())),
         "error_absolute": float(np.abs(errors).mean()),
@@ -127,19 +143,21 @@ def simulated(keys: Keys) -> tuple[dict[str, Any], Ends]:
 
 
 def errors_of(ends: Ends) -> FloatArray:
-    """Mean simulated less observed runout of each run (R,) m; a rock that left the terrain counts to where it left."""
-    way = np.linalg.norm((ends.end - ends.release)[:, :2], axis=1)
-    return _by_run(way) - runs().runout
+    """Return mean simulated less observed runout of each run (R,) m.
+
+    A rock that left the terrain counts as far as the rim.
+    """
+    return _by_run(seen(ends.source, ends.end).runout) - runs().seen().runout
 
 
 def mean_ends(ends: Ends) -> FloatArray:
-    """Mean end of each run's rocks (R, 2) m."""
-    return np.stack([_by_run(ends.end[:, k]) for k in range(2)], axis=1)
+    """Return the mean end point of each run's rocks (R, 3) m."""
+    return np.stack([_by_run(ends.end[:, k]) for k in range(3)], axis=1)
 
 
 def correlation(errors: FloatArray) -> float:
     """Of simulated and observed runout over the runs; 0 where the simulated ones do not differ."""
-    observed = runs().runout
+    observed = runs().seen().runout
     predicted = observed + errors
     return 0.0 if np.ptp(predicted) < 1e-9 else float(np.corrcoef(predicted, observed)[0, 1])
 

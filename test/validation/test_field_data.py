@@ -23,7 +23,8 @@ def test_authume_has_the_published_runout_spread_and_reach_angle() -> None:
     field = authume.field()
     assert (field["side_mean"], field["side_sd"]) == pytest.approx((5.39, 6.94), abs=HUNDREDTH)
     assert (field["angle_mean"], field["angle_sd"]) == pytest.approx((43.8, 3.8), abs=TENTH)
-    runout = np.linalg.norm((authume.end_points() - authume.drop())[:, [0, 2]], axis=1)
+    runout = authume.seen(authume.end_points()).runout
+    assert runout == pytest.approx(np.linalg.norm((authume.end_points() - authume.drop())[:, [0, 2]], axis=1))
     assert (runout.mean(), runout.std(ddof=1)) == pytest.approx((44.58, 11.68), abs=HUNDREDTH)
     assert runout.max() == pytest.approx(70.5, abs=TENTH)
 
@@ -67,7 +68,7 @@ def test_tschamuts_terrain_is_the_published_plane_with_residuals() -> None:
 @needs_tschamut
 def test_the_runouts_are_those_that_the_file_tells() -> None:
     told = np.array([float(line["observed_runout_m"]) for line in _lines()])
-    assert tschamut.runs().runout == pytest.approx(told, abs=1e-3)
+    assert tschamut.runs().seen().runout == pytest.approx(told, abs=1e-3)
 
 
 @needs_chant_sura

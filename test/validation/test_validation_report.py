@@ -13,6 +13,7 @@ from field_cases import authume, chant_sura, tschamut
 from field_cases.figures import bootstrap, distance, distance_of_halves
 from field_cases.measuring import CALIBRATED, rounded
 from field_cases.page import document
+from field_cases.page_default import quantities
 from field_cases.rows import ALL_ROWS, HOEK, PUBLISHED, STONE, Row, row_named, rows
 from field_cases.search import FINER, Free, search
 
@@ -66,7 +67,8 @@ def test_the_stated_figures_of_a_site_come_out_again(site: str, line: Mapping[st
     again = rounded(figures)
     stated = {name: value for name, value in line.items() if name not in ("model", "values")}
     assert set(again) == set(stated)
-    for name in ("mean", "sd", "side_sd", "angle_mean", "error_mean", "error_absolute", "end_off"):
+    for name in ("mean", "sd", "side_mean", "side_sd", "runout_mean", "angle_mean", "angle_sd", "error_mean",
+                 "error_absolute", "end_off"):  # fmt: skip
         assert again.get(name) == pytest.approx(stated.get(name), abs=OTHER_MACHINE), name
     for name, share in stated.get("sections", {}).items():
         assert again["sections"][name] == pytest.approx(share, abs=OTHER_SHARE)
@@ -97,9 +99,10 @@ def test_what_the_page_says_in_words_is_what_its_figures_say() -> None:
     quarry, meadow = ({x["values"]: x for x in RESULTS[site]["lines"] if x["model"] == "constant"} for site in SITES)
     field, fitted = RESULTS["authume"]["field"], quarry[CALIBRATED]
     assert quarry[HOEK]["sections"]["upper"] == 1.0 and quarry[STONE]["sd"] > 2.0 * field["sd"]
+    assert fitted["side_sd"] / field["side_sd"] == pytest.approx(2.0 / 3.0, abs=0.03), "about two thirds"
     assert all(meadow[book]["error_mean"] < tschamut.OTHER_CODE["translational"] for book in (HOEK, STONE))
     assert all(fitted["checks"].values()), "the fit reaches what it is fitted to"
-    assert fitted["side_sd"] < 0.5 * field["side_sd"] and fitted["farthest"] < 55.0
+    assert fitted["side_sd"] < field["side_sd_interval"][0] and fitted["farthest"] < 55.0
     assert fitted["sections"]["upper"] == 0.0
     halves = RESULTS["authume"]["calibrations"]["constant"]["halves"]
     assert all(half["parameters"]["friction_angle_deg"] < 15.0 for half in halves)
@@ -112,14 +115,75 @@ def test_what_the_page_says_in_words_is_what_its_figures_say() -> None:
     assert worst["chant_sura"]["authume"] < -15.0 and worst["authume"]["tschamut"] < -15.0
 
 
-@pytest.mark.skipif("rigid sphere" not in RESULTS["authume"]["calibrations"], reason="the sphere was not measured")
+def test_what_the_page_says_of_the_coulomb_limited_model_is_what_its_figures_say() -> None:
+    """Fails where new figures ask for new words: `VERDICT_LIMITED` and `DEFAULT` of docs/field_cases/prose.py."""
+    lines = {(site, line["model"], line["values"]): line for site, line in LINES}
+    of = {(site, values): line for (site, model, values), line in lines.items() if model == "Coulomb-limited"}
+    than = {key: lines[key[0], "constant", key[1]] for key in of}
+    fitted, field = of["authume", CALIBRATED], RESULTS["authume"]["field"]
+    assert all(of[key]["runout_mean"] > than[key]["runout_mean"] for key in of if key[1] != CALIBRATED)
+    assert of["authume", HOEK]["sections"]["upper"] == pytest.approx(0.5, abs=0.01)
+    assert of["authume", HOEK]["sections"]["ledge"] == 0.0 and of["authume", STONE]["left"] > 0.9
+    assert all(of["tschamut", book]["error_mean"] < tschamut.OTHER_CODE["translational"] for book in (HOEK, STONE))
+    assert all(fitted["checks"].values()) and fitted["farthest"] < 55.0 and fitted["sections"]["upper"] == 0.0
+    assert all(fitted[name] < than["authume", CALIBRATED][name] for name in ("sd", "side_sd"))
+    assert fitted["errors"][0] > field["x"]["resampled"] > than["authume", CALIBRATED]["errors"][0]
+    quarry, meadow = (RESULTS[site]["calibrations"]["Coulomb-limited"] for site in SITES)
+    assert "tangential_restitution" in quarry["at_edge"]
+    assert all(of_some["parameters"]["friction_angle_deg"] == 30.0 for of_some in (quarry, *quarry["halves"]))
+    assert all(20.0 < of_some["parameters"]["friction_angle_deg"] < 25.0 for of_some in (meadow, *meadow["halves"]))
+    about = RESULTS["authume"]["sensitivity"]["Coulomb-limited"]
+    assert np.abs(np.diff(np.array(about["friction_angle_deg"]["mean"])[[0, 2, 4]])).min() > 10.0
+    assert np.abs(np.array(about["tangential_restitution"]["mean"]) - fitted["mean"]).max() < 5.0
+
+
+def test_where_the_page_prefers_one_of_the_two_models_its_figures_do() -> None:
+    """Fails where new figures ask for new words: `DEFAULT` of docs/field_cases/prose.py."""
+    nearer = {(q.group, q.name): q.better() for q in quantities(RESULTS)}
+    constant, limited = "constant", "Coulomb-limited"
+
+    def preferred(group: str, *words: str) -> list[str]:
+        return [model for (of, name), model in nearer.items() if of == group and all(word in name for word in words)]
+
+    assert preferred("kept-out halves", "Tschamut") == [limited, limited]
+    assert sorted(preferred("kept-out halves", "distance of x")) == [limited, constant]
+    assert sorted(preferred("kept-out halves", "lateral")) == [limited, constant], "no difference"
+    assert preferred("books").count(limited) == 3 and len(preferred("books")) == 4
+    assert preferred("Chant Sura", "six") == [limited]
+    assert preferred("Authume, calibrated on all", "lateral") == [constant, constant]
+    assert preferred("Tschamut, calibrated on all", "lateral") == [constant]
+    assert set(preferred("Authume, calibrated on all")) == {constant}
+    carried = [
+        name for _, name in nearer if "values at" in name and "Chant Sura's" not in name and "lateral" not in name
+    ]
+    assert carried and all(nearer["from site to site", name] == constant for name in carried)
+    worst = {x["from"]: x["authume_distance"] for x in RESULTS["transfer"] if x["model"] == limited}
+    assert worst["tschamut"] > 50.0
+
+
+def test_the_two_models_of_a_point_are_calibrated_with_the_same_effort_on_the_same_ground() -> None:
+    constant, limited = row_named("constant"), row_named("Coulomb-limited")
+    assert limited._replace(name=constant.name, rebound=constant.rebound) == constant
+    parameters = {one.name: one.low for one in constant.free}
+    assert constant.keys(parameters)["ground"] == limited.keys(parameters)["ground"] == "sliding"
+    assert limited.keys(parameters)["rebound"] == {"coulomb_limited": {}}
+
+
+def test_every_scene_of_the_page_names_its_rebound_and_its_ground() -> None:
+    for row in ALL_ROWS:
+        found = [row.keys({one.name: one.low for one in row.free})]
+        found += [row.published(site, source) for site in SITES for source in (HOEK, STONE)]
+        assert all(keys["ground"] in ("sliding", "sphere") and keys["rebound"] for keys in found)
+
+
 def test_what_the_page_says_of_the_sphere_is_what_its_figures_say() -> None:
     sphere = [(site, line) for site, line in LINES if line["model"] == "rigid sphere"]
     quarry, meadow = ({line["values"]: line for where, line in sphere if where == site} for site in SITES)
     constant = next(x for x in LINES if x[0] == "tschamut" and x[1]["values"] == CALIBRATED)[1]
     assert quarry[HOEK]["sections"]["floor"] == quarry[STONE]["sections"]["floor"] == 1.0
     assert all(quarry[CALIBRATED]["checks"].values())
-    assert quarry[CALIBRATED]["side_sd"] < 0.5 * RESULTS["authume"]["field"]["side_sd"]
+    assert quarry[HOEK]["left"] == quarry[STONE]["left"] == 1.0
+    assert quarry[CALIBRATED]["side_sd"] < RESULTS["authume"]["field"]["side_sd_interval"][0]
     assert meadow[CALIBRATED]["error_absolute"] < constant["error_absolute"]
     assert constant["correlation"] < meadow[CALIBRATED]["correlation"] < 0.5
     worst = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "rigid sphere"}
@@ -145,7 +209,7 @@ def test_a_model_that_scenes_cannot_name_has_no_row() -> None:
 
 
 def test_parameters_go_to_the_rebound_model_or_to_the_ground() -> None:
-    row = ALL_ROWS[1]
+    row = row_named("rigid sphere")
     keys = row.keys({"normal_restitution": 0.3, "damping": 0.9, "rolling_friction": 0.2})
     assert keys["rebound"] == {"coulomb_sphere": {"damping": 0.9}} and keys["ground"] == "sphere"
     assert keys["materials"]["default"] == row.fixed | {"normal_restitution": 0.3, "rolling_friction": 0.2}

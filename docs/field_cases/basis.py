@@ -1,0 +1,55 @@
+"""End points measured on one basis: field and simulation go through `measured_from`.
+
+A start always belongs to the field: the mean drop point, or the release of a run. No function here takes the place
+where a simulated rock was released. Field blocks are known by their end points alone, so a spread of simulated rocks
+that is measured from their own releases leaves out the spread of the releases, which the field's spread contains.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray
+
+
+class Axes(NamedTuple):
+    """Unit vectors (3,) of a site in the input's coordinates: along its profile, across the profile, upwards."""
+
+    along: FloatArray
+    across: FloatArray
+    up: FloatArray
+
+
+class EndPoints(NamedTuple):
+    """N end points as seen from a start.
+
+    along, across : (N,) m, horizontal; runout : (N,) m, horizontal distance
+    reach_angle : (N,) degrees, slope of the line from the start to the end point
+    """
+
+    along: FloatArray
+    across: FloatArray
+    runout: FloatArray
+    reach_angle: FloatArray
+
+
+def measured_from(start: FloatArray, ends: FloatArray, axes: Axes) -> EndPoints:
+    """Return end points (N, 3) m as seen from a start (3,) m of the field, or from a start for each, (N, 3) m."""
+    way = ends - start
+    along, across, up = (way @ axis for axis in axes)
+    runout = np.hypot(along, across)
+    return EndPoints(along, across, runout, np.degrees(np.arctan2(-up, runout)))
+
+
+def horizontal_axes(start: FloatArray, end: FloatArray) -> Axes:
+    """Return the axes of a profile from a start (3,) m to an end (3,) m; z is up, across points to the left.
+
+    start and end must differ in plan.
+    """
+    x, y = (end - start)[:2] / np.linalg.norm((end - start)[:2])
+    return Axes(np.array([x, y, 0.0]), np.array([-y, x, 0.0]), np.array([0.0, 0.0, 1.0]))
+
+
+def mean_and_sd(values: FloatArray) -> tuple[float, float]:
+    """Return the mean and the sample standard deviation of values (N,)."""
+    return float(values.mean()), float(values.std(ddof=1))
