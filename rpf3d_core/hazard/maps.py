@@ -90,6 +90,7 @@ class HazardMaps:
     cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
     areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
     height (NaN). barriers : `hazard.barriers.BarrierFigures` of each, where the scene names some
+    lost : how many of the rocks were lost to holes of the terrain; each might have come to any cell or area
     """
 
     flown: int
@@ -100,6 +101,7 @@ class HazardMaps:
     areas: Layers
     area_names: tuple[str, ...]
     barriers: tuple[Any, ...] = ()
+    lost: int = 0
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
