@@ -75,8 +75,8 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
 
     caps : a `CapLocator`, or None where the terrain has no gap
     contact : the first with the ground. Caps and ground are one closed surface, so a rock that meets the free side of
-        ground has not fallen below it, unless the terrain is layered. Ground met within ON_GROUND tolerances of path behind a cap wins: a
-        rock on the very edge of a hole is still on the ground.
+        ground has not fallen below it, unless the terrain is layered. Ground met within ON_GROUND
+        tolerances of path behind a cap wins: a rock on the very edge of a hole is still on the ground.
     """
 
 

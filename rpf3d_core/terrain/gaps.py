@@ -105,8 +105,19 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
     drawn = shapely.union_all(np.append(outline.lines, hull.boundary))
     faces = np.array(shapely.get_parts(shapely.polygonize([drawn])))
     faces = faces[2.0 * shapely.area(faces) > crack * shapely.length(faces)]
-    winding = _winding(outline, shapely.get_coordinates(shapely.point_on_surface(faces)))
+    winding = _winding(outline, _inner_points(faces))
     return np.asarray(faces[winding < 1]), bool((winding > 1).any())
+
+
+def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
+    """Return a point well inside each of some faces: (G, 2), the middle of its largest triangle.
+
+    `shapely.point_on_surface` may lie on a corner where a face is pinched.
+    """
+    parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
+    order = np.lexsort((-shapely.area(parts), face))
+    largest = order[np.unique(face[order], return_index=True)[1]]
+    return np.asarray(shapely.get_coordinates(shapely.centroid(parts[largest])))
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
