@@ -21,7 +21,7 @@ def surveyed(there, warp=0.0, turn=0.0):
     z = -0.4 * i + 0.2 * np.sin(j) + 0.1 * rng.normal(size=i.shape)
     x, y = np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y
     first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
-    triangles = np.concatenate([first[:, None] + (0, 1, m + 2), first[:, None] + (0, m + 2, m + 1)])
+    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
     return terrain_of(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), triangles)
 
 
@@ -127,7 +127,7 @@ def test_ground_below_a_hole_of_other_ground_needs_no_cap():
     hole = masks()["hole"]
     upper, lower = surveyed(hole), surveyed(np.ones_like(hole))
     both = terrain_of(
-        np.concatenate([upper.vertices, lower.vertices - (0, 0, 50)]),
+        np.concatenate([upper.vertices, lower.vertices - np.array([0, 0, 50])]),
         np.concatenate([upper.triangles, lower.triangles + len(upper.vertices)]),
     )
     assert len(caps_of(both).corners) == 0
@@ -140,7 +140,7 @@ def test_a_hole_in_a_wall_is_closed_in_the_plane_of_the_wall(lean):
     n, m = there.shape
     j, i = np.mgrid[: n + 1, : m + 1].astype(float)
     first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
-    triangles = np.concatenate([first[:, None] + (0, 1, m + 2), first[:, None] + (0, m + 2, m + 1)])
+    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
     wall = terrain_of(np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles)
     caps = caps_of(wall)
     normal = 0.5 * np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
