@@ -143,7 +143,7 @@ def engine_name(scene: Scene) -> str:
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
     """The scene's engine, with its index over the terrain, and the method that the scene names."""
-    engine, steps = engine_over(engine_name(scene), terrain), scene.method.stepping
+    engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 

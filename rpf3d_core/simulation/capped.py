@@ -6,7 +6,7 @@ from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.detection.contact import CRACK
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.border import border_of
-from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gaps import Caps, caps_over
 
@@ -14,12 +14,12 @@ FEWEST = 2
 """Facets of caps: the corners of a single one lie in memory as no others do, and would be compiled for again."""
 
 
-def engine_over(name: str, terrain: Terrain) -> Engine:
+def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
     """Return the engine of a name over a terrain, with its index built and the gaps of the terrain capped.
 
-    Raises ValueError as `engine_of`.
+    facets : of the terrain, where they are known already. Raises ValueError as `engine_of`.
     """
-    facets = facets_of(terrain)
+    facets = facets or facets_of(terrain)
     return engine_of(name, facets, gap_facets(terrain, facets.tolerance))
 
 

@@ -31,8 +31,9 @@ Ids = NDArray[np.int64]
 
 
 class Caps(NamedTuple):
-    """Triangles (T, 3, 3) m that close the gaps of a terrain, counter-clockwise seen from the free side.
+    """Triangles that close the gaps of a terrain.
 
+    corners : (T, 3, 3) m, counter-clockwise seen from the free side
     outcome : (T,) of a rock that passes through: LOST_TO_HOLE; LEFT_TERRAIN in a bay of the outer rim and at its walls
     layered : whether ground lies above other ground, so that a rock below the upper one may still meet the lower
     """
