@@ -36,7 +36,8 @@ from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.io.zone_materials import check_materials, material_of
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.named import models_of, obstacles_of
-from rpf3d_core.simulation.engines import Compiled, Engine, engine_of, spins_of, stepping
+from rpf3d_core.simulation.capped import engine_over
+from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.faults import FaultReport
@@ -140,7 +141,7 @@ def engine_name(scene: Scene) -> str:
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
     """The scene's engine, with its index over the terrain, and the method that the scene names."""
-    engine, steps = engine_of(engine_name(scene), facets_of(terrain)), scene.method.stepping
+    engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 

@@ -36,6 +36,7 @@ from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehea
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
+from rpf3d_core.values import Outcome
 
 Stop = Callable[[], bool]
 """Asked while rocks fly whether to stop."""
@@ -225,7 +226,7 @@ def _fly(
                 break
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
-    maps = tallies.maps(totals.rocks, prepared.area_names)
+    maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])
     return Run(
         scene, prepared.terrain, prepared.faults, flights, totals, maps, planned + totals.pieces, tuple(steps),
         prepared.read_s, prepared.index_s, prepared.began, prepared.obstacles,

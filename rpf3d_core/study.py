@@ -36,6 +36,7 @@ from rpf3d_core.prepared import (
 )
 from rpf3d_core.run import SHOWN, Run, findings_of, run_scene, simulate
 from rpf3d_core.simulation.engines import Compiled, warm
+from rpf3d_core.values import Outcome
 
 Flown = TypeVar("Flown")
 
@@ -166,9 +167,10 @@ def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
         totals.join(part.totals)
         if tallies.barriers is not None:
             tallies.barriers.join(part.barriers)
+    lost = totals.outcomes[Outcome.LOST_TO_HOLE]
     return Run(
         scene, prepared.terrain, prepared.faults, joined([part.flights for part in parts]), totals,
-        tallies.maps(totals.rocks, prepared.area_names), totals.rocks, (), prepared.read_s, prepared.index_s,
+        tallies.maps(totals.rocks, prepared.area_names, lost), totals.rocks, (), prepared.read_s, prepared.index_s,
         prepared.began, prepared.obstacles,
     )  # fmt: skip
 

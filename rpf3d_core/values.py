@@ -40,6 +40,7 @@ class Outcome(IntEnum):
     MAX_IMPACTS = 5
     UNRESOLVED_CONTACT = 6
     FAILED = 7
+    LOST_TO_HOLE = 8
 
 
 MOVING = -1
@@ -47,7 +48,7 @@ MOVING = -1
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
-    Outcome.LEFT_TERRAIN: "flew past the edge of the terrain or through a hole in it",
+    Outcome.LEFT_TERRAIN: "flew past the edge of the terrain",
     Outcome.CAUGHT: "was caught by a barrier",
     Outcome.FRAGMENTED: "broke; its pieces fly on as rocks of their own",
     Outcome.MAX_TIME: "was still moving at max_time; raise max_time to follow it further",
@@ -63,6 +64,9 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.FAILED: (
         "came to a position or speed that is no number; it is told up to the event before, counts in no map, and "
         "rpf3d_core.replay flies it again by its source and number"
+    ),
+    Outcome.LOST_TO_HOLE: (
+        "fell through a hole in the terrain; it is followed to the level of the ground around the hole and no further"
     ),
 }
 

@@ -60,7 +60,10 @@ CONFINED = {
     "matplotlib": ("rpf3d_core/io/plots",),
     "pyarrow": ("rpf3d_core/io/tables.py", "rpf3d_core/io/vtp_file.py"),
     "rasterio": ("rpf3d_core/io/",),
-    "shapely": ("rpf3d_core/io/", *(f"rpf3d_core/terrain/{file}.py" for file in ("zones", "cloud", "ring"))),
+    "shapely": (
+        "rpf3d_core/io/",
+        *(f"rpf3d_core/terrain/{file}.py" for file in ("zones", "cloud", "ring", "gaps", "steep_gaps", "outer_walls")),
+    ),
     "pydantic": ("rpf3d_core/io/scene", "rpf3d_core/io/site"),
     "yaml": ("rpf3d_core/io/yaml_lines.py",),
     "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/"),

@@ -13,8 +13,9 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.io.decimated import decimated
 from rpf3d_core.prepared import Prepared
-from rpf3d_core.simulation.engines import Engine, engine_of
-from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.simulation.capped import engine_over
+from rpf3d_core.simulation.engines import Engine
+from rpf3d_core.terrain.facets import Terrain
 
 PARTS = (2, 4, 8, 16, 32, 64)
 """The terrain has a half of its triangles, a quarter, and so on."""
@@ -41,7 +42,7 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: Flown) -> It
         if len(prepared.terrain.triangles) < FEWEST * part:
             return
         terrain = decimated(prepared.terrain, 1.0 / part)
-        coarse = over_terrain(prepared, terrain, engine_of(prepared.engine.name, facets_of(terrain)))
+        coarse = over_terrain(prepared, terrain, engine_over(prepared.engine.name, terrain))
         found = fly(coarse, put_back(some, prepared.engine, coarse.engine), paths=True)
         yield Coarser(
             part, len(terrain.triangles), difference(found, exact, prepared.scene.gravity), found.seconds_per_1000

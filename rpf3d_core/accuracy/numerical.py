@@ -18,9 +18,9 @@ from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.prepared import Prepared
+from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine, Reference, stepping
 from rpf3d_core.terrain.facet_geometry import NEAR
-from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
@@ -95,7 +95,7 @@ def stepped_answers(
     exact : all releases, by events
     """
     # Over the same terrain, but with VTK's own index, which is not needed for anything else.
-    by_vtk = with_engine(prepared, Reference(facets_of(prepared.terrain)))
+    by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
     same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
     for setting in settings:
         found = fly(with_engine(prepared, _stepping(prepared.engine, setting)), releases, BUDGET, paths=True)

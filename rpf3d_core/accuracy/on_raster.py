@@ -8,8 +8,9 @@ from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import over_terrain
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.prepared import Prepared
-from rpf3d_core.simulation.engines import Engine, engine_of, stepping_over_squares
-from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.simulation.capped import engine_over
+from rpf3d_core.simulation.engines import Engine, stepping_over_squares
+from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.squares import grid_triangles
 
 
@@ -32,7 +33,7 @@ def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
     if len(terrain.triangles) == 0:
         return None
-    engine = engine_of(prepared.engine.name, facets_of(terrain))
+    engine = engine_over(prepared.engine.name, terrain)
     raster = (squares.x, squares.y, squares.cell, squares.there)
     return over_terrain(prepared, terrain, stepping_over_squares(engine, *raster, dt))
 

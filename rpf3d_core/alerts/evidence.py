@@ -10,7 +10,9 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.values import Outcome
 
-UNFINISHED = (Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED)
+UNFINISHED = (
+    Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
+)  # fmt: skip
 """Rocks that ended so might have gone on, into an area that they are not counted in."""
 
 

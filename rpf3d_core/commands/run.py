@@ -72,16 +72,18 @@ def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -
 def _print_run(result: "Run", write_s: float) -> None:
     """What came of a run, what a user should know of it, and the seconds it took."""
     from rpf3d_core.ensemble.statistics import words_on_pieces
+    from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.io.hazard_zones import zones_without_cells
     from rpf3d_core.io.scene_warnings import warnings_of
 
     totals, flights = result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
+    lost = [lost_in_words(result.maps.lost, totals.rocks)] if result.maps.lost else []
     _print_outcomes(result)
     _print_benches(result)
     _print_maps(result)
     _print_barriers(result)
-    print_warnings([*warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard), *broken])
+    print_warnings([*lost, *warnings_of(result.scene), *zones_without_cells(result.maps, result.scene.hazard), *broken])
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(
         f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "
@@ -111,10 +113,10 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
-    from rpf3d_core.hazard.benches import TEXT_HEADER, TEXT_NOTE, bench_table, left_out, text_rows
+    from rpf3d_core.hazard.benches import TEXT_NOTE, bench_table, left_out, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
-    table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
+    table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
     for row in text_rows(benches):
         table.add_row(*row)
     if table.row_count:

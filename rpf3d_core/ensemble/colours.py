@@ -34,6 +34,7 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.MAX_IMPACTS: (60, 60, 60),
     Outcome.UNRESOLVED_CONTACT: (140, 40, 160),
     Outcome.FAILED: (255, 0, 255),
+    Outcome.LOST_TO_HOLE: (0, 190, 190),
 }
 
 SPEED_COLOURS = np.array(

@@ -16,6 +16,9 @@ SHOWN = 12
 TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Of the printed table, short so that it fits 80 columns; `text_rows` has its columns."""
 
+AT_MOST = "at most"
+"""Of the printed table, where rocks were lost to holes."""
+
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
 """What the printed table leaves unsaid."""
 
@@ -34,6 +37,8 @@ class Bench(NamedTuple):
     kind : ZONE of the terrain, or AREA of interest; reached, stopped : shares of all rocks flown, as `share_of`
     retained : of the rocks that reached it, the share that stopped in it; energy_p95 : J, of each rock's maximum
         there, None below 20 rocks
+    lost : share of all rocks flown that were lost to holes of the terrain, None where none were
+    reached_at_most : share of all rocks flown that would have reached it if all lost ones had; None where none were
     """
 
     kind: str
@@ -42,12 +47,23 @@ class Bench(NamedTuple):
     stopped: dict[str, Any]
     retained: dict[str, Any]
     energy_p95: float | None
+    lost: dict[str, Any] | None = None
+    reached_at_most: dict[str, Any] | None = None
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
     """A row for each zone of the terrain, in its order, then for each area of interest, in the scene's."""
-    zones = _benches(ZONE, terrain.zones, maps.zones, maps.flown)
-    return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps.flown)]
+    zones = _benches(ZONE, terrain.zones, maps.zones, maps)
+    return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps)]
+
+
+def lost_in_words(lost: int, flown: int) -> str:
+    """Return a sentence on rocks lost to holes (at least one), and what it means for every share."""
+    return (
+        f"{lost:,} of {flown:,} rocks ({_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
+        "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
+        f"evidence (column `{AT_MOST}`: the share if all of them had come); close the holes to know"
+    )
 
 
 def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
@@ -59,12 +75,27 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
             "stopped": bench.stopped,
             "retained": bench.retained,
             "energy_p95_j": bench.energy_p95,
+            **_lost_section(bench),
         }
     return sections
 
 
+def _lost_section(bench: Bench) -> dict[str, Any]:
+    """Return the entries of a zone or area that only runs with rocks lost to holes have."""
+    return {} if bench.lost is None else {"lost_to_holes": bench.lost, "reached_at_most": bench.reached_at_most}
+
+
+def text_header(benches: Sequence[Bench]) -> tuple[str, ...]:
+    """Return the header over `text_rows`: with AT_MOST where rocks were lost to holes."""
+    return TEXT_HEADER if not _any_lost(benches) else (*TEXT_HEADER[:2], AT_MOST, *TEXT_HEADER[2:])
+
+
+def _any_lost(benches: Sequence[Bench]) -> bool:
+    return any(bench.lost is not None for bench in benches)
+
+
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Rows under `TEXT_HEADER`: the SHOWN zones that most rocks reached, most first, then every area of interest.
+    """Rows under `text_header`: the SHOWN zones that most rocks reached, most first, then every area of interest.
 
     An area that no rock reached is told with its interval: that is what it was drawn to find out.
     """
@@ -88,29 +119,37 @@ def three_figures(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.12g}"
 
 
-def _benches(kind: str, names: Sequence[str], layers: Layers, flown: int) -> Iterator[Bench]:
+def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
     """A row for each of all C zones or areas, (C,) names, those that no rock came to included."""
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
     for name, reached, stopped, p95 in zip(names, rocks.tolist(), deposits.tolist(), energy.tolist(), strict=True):
-        yield _bench(kind, name, reached, stopped, p95, flown)
+        bench = _bench(kind, name, reached, stopped, p95, maps.flown)
+        yield _with_lost(bench, maps.lost, maps.flown) if maps.lost else bench
+
+
+def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
+    """Return a row with what is not known of it because rocks were lost to holes."""
+    most = min(bench.reached["rocks"] + lost, flown)
+    return bench._replace(lost=share_of(lost, flown), reached_at_most=share_of(most, flown))
 
 
 def _bench(kind: str, name: str, reached: int, stopped: int, energy: float, flown: int) -> Bench:
     return Bench(
-        kind,
-        name,
-        share_of(reached, flown),
-        share_of(stopped, flown),
-        share_of(stopped, reached),
-        energy if np.isfinite(energy) else None,
+        kind=kind,
+        name=name,
+        reached=share_of(reached, flown),
+        stopped=share_of(stopped, flown),
+        retained=share_of(stopped, reached),
+        energy_p95=energy if np.isfinite(energy) else None,
     )
 
 
 def _text_row(bench: Bench) -> tuple[str, ...]:
     name = bench.name if bench.kind == ZONE else f"{bench.name} (area)"
     energy = "-" if bench.energy_p95 is None else three_figures(bench.energy_p95 / 1000.0)
-    return (name, *(_text(share) for share in (bench.reached, bench.stopped, bench.retained)), energy)
+    most = () if bench.reached_at_most is None else (bench.reached_at_most,)
+    return (name, *(_text(share) for share in (bench.reached, *most, bench.stopped, bench.retained)), energy)
 
 
 def _text(share: dict[str, Any]) -> str:

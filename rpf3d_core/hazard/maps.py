@@ -95,6 +95,7 @@ class HazardMaps:
     areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
     height (NaN). barriers : `hazard.barriers.BarrierFigures` of each, where the scene names some
     spins : whether rocks spin: energies are of translation and rotation together then
+    lost : how many of the rocks were lost to holes of the terrain; each might have come to any cell or area
     """
 
     flown: int
@@ -106,6 +107,7 @@ class HazardMaps:
     area_names: tuple[str, ...]
     barriers: tuple[Any, ...] = ()
     spins: bool = False
+    lost: int = 0
 
     @property
     def energy_kind(self) -> str:

@@ -101,12 +101,14 @@ class Tallies:
         self.facets.widened(cells)
         return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
-    def maps(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """The maps of an ensemble of which so many rocks have flown."""
+    def maps(self, flown: int, area_names: tuple[str, ...], lost: int = 0) -> HazardMaps:
+        """The maps of an ensemble of which so many rocks have flown, and so many were lost to holes."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
-        return HazardMaps(flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, self.spins)
+        return HazardMaps(
+            flown, self.ground.raster, squares, facets, zones, inside, area_names, barriers, spins=self.spins, lost=lost
+        )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""

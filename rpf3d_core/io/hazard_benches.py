@@ -13,8 +13,11 @@ HEADER = [
     "name",
     *(f"{name}_{part}" for name in SHARES for part in ("rocks", "share", "low", "high")),
     "energy_p95_j",
+    "lost_to_holes_rocks",
+    "reached_at_most_share",
 ]
-"""`low` and `high` are the ends of the share's 95 % Wilson interval."""
+"""`low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share` counts every rock that was
+lost to a hole of the terrain as one that reached the place; it is empty where no rock was lost."""
 
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
@@ -27,7 +30,9 @@ def write_benches(path: Path, benches: Sequence[Bench]) -> None:
 
 def _line(bench: Bench) -> list[Any]:
     shares = [value for name in SHARES for value in _columns(getattr(bench, name))]
-    return [bench.kind, bench.name, *shares, bench.energy_p95]
+    lost = 0 if bench.lost is None else bench.lost["rocks"]
+    most = None if bench.reached_at_most is None else bench.reached_at_most["share"]
+    return [bench.kind, bench.name, *shares, bench.energy_p95, lost, most]
 
 
 def _columns(share: dict[str, Any]) -> list[Any]:

@@ -53,6 +53,7 @@ def write_hazard_zones(
         **({} if crs is None or system is None else {"crs": _member(system, crs)}),
         "axes": "x y" if terrain.frame.up == "z" else "x z",
         "rocks": maps.flown,
+        "rocks_lost_to_holes": maps.lost,
         "cell_m": maps.raster.cell,
         "features": [_feature(zone, maps, terrain.frame) for zone in zones if zone.cells.any()],
     }

@@ -36,7 +36,7 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Outcome
 
-MARKERS = "o^sDvPX*"
+MARKERS = "o^sDvPX*h"
 """By outcome, in order of value."""
 
 PATH = "#10203a"

@@ -13,7 +13,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.ensemble.totals import Totals
-from rpf3d_core.hazard.benches import bench_table, benches_section
+from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_words
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
@@ -52,6 +52,7 @@ def summary(findings: Findings) -> dict[str, Any]:
         },
         "terrain": _terrain(scene, terrain, findings.faults),
         **_counts(findings),
+        "lost_to_holes": _lost(findings),
         **_speed(findings),
         **_distributions(scene, totals),
         "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
@@ -146,6 +147,12 @@ def _counts(findings: Findings) -> dict[str, Any]:
         "path_m": totals.path_m,
         **_pieces(findings),
     }
+
+
+def _lost(findings: Findings) -> dict[str, Any]:
+    """How many rocks were lost to holes of the terrain, and what that means for the shares of zones and areas."""
+    lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
+    return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 
 
 def _pieces(findings: Findings) -> dict[str, Any]:

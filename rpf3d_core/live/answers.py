@@ -112,7 +112,7 @@ def answers(
         blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
         if not stream.fly(releases_of(standing, released, some, scene.seed) for some in blocks) or stop(stage):
             return
-        maps = tallies.maps(outcomes.total(), names)
+        maps = tallies.maps(outcomes.total(), names, outcomes[Outcome.LOST_TO_HOLE])
         steps.append(step_of(maps, standing.ground.terrain.zones))
         enough = sum(last) >= least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
         complete = stage == len(plan) - 1 or enough

@@ -15,6 +15,7 @@ import numpy as np
 from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.detection.bucket_patch import Block, Plan
+from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patching import Change, change_of
@@ -22,10 +23,12 @@ from rpf3d_core.live.room import Room, Rooms
 from rpf3d_core.live.sewing import sewn
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.memory import Share, Threads, halves
+from rpf3d_core.simulation.capped import caps_within
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
+from rpf3d_core.terrain.border import border_after, border_of, net_sides
 from rpf3d_core.terrain.cloud import cloud_mesh
 from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out
-from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.terrain.grid_rows import Mesh, grid_mesh
 from rpf3d_core.terrain.mesh_ready import ready_mesh
 
@@ -48,6 +51,16 @@ class Changed(NamedTuple):
     high: Plan
 
 
+class Border(NamedTuple):
+    """Sides (B, 3, 3) m of facets without a neighbour, and the caps over the gaps that they enclose.
+
+    A ground has caps even without a gap: flights over it are then compiled once, whatever patches open and close.
+    """
+
+    sides: FloatArray
+    caps: CapFacets
+
+
 @dataclass(frozen=True, eq=False)
 class Ground:
     """What a simulator flies over.
@@ -57,6 +70,7 @@ class Ground:
     stamp_ns, received_ns : of the survey, and when the ground was made, by the clock of the machine
     patches : how many have been sewn in since it was made whole
     locator, room : the buckets over the facets, and the memory that all of it lies in
+    border : where facets have no neighbour, and the caps over the gaps there
     changed : where the last patch has changed something; None where it was made whole
     """
 
@@ -69,6 +83,7 @@ class Ground:
     patches: int
     locator: BucketLocator
     room: Room
+    border: Border
     changed: Changed | None = None
 
 
@@ -108,7 +123,8 @@ class Workshop:
             terrain = self._terrain(self._mesh(survey, room), room)
             facets = _laid_out(terrain, room, self._share)
             locator = bucket_locator(facets, room.memory, self._share)
-            return self._ground(terrain, facets, locator, room, told.result(), stamp_ns, 0)
+            border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
+            return self._ground(terrain, facets, locator, room, border, told.result(), stamp_ns, 0)
 
     def patched(self, ground: Ground, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> Ground:
         """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.
@@ -143,16 +159,20 @@ class Workshop:
         return self._rooms.size
 
     def _changed(self, ground: Ground, change: Change, digest: str, stamp_ns: int) -> Ground:
+        border = _border_after(ground, change)
         terrain, facets, locator = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(change.block, change.low, change.high)
-        return self._ground(terrain, facets, locator, ground.room, digest, stamp_ns, ground.room.patches, changed)
+        patches = ground.room.patches
+        return self._ground(terrain, facets, locator, ground.room, border, digest, stamp_ns, patches, changed)
 
     def _ground(
-        self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, digest: str, stamp_ns: int,
-        patches: int, changed: Changed | None = None,
+        self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, border: Border, digest: str,
+        stamp_ns: int, patches: int, changed: Changed | None = None,
     ) -> Ground:  # fmt: skip
-        engine: Engine = Reference(facets) if self._reference else Compiled(facets, locator)
-        ground = Ground(terrain, facets, engine, digest, stamp_ns, time.time_ns(), patches, locator, room, changed)
+        caps = border.caps
+        engine: Engine = Reference(facets, caps) if self._reference else Compiled(facets, locator, caps)
+        now = time.time_ns()
+        ground = Ground(terrain, facets, engine, digest, stamp_ns, now, patches, locator, room, border, changed)
         room.used_by(ground, terrain, engine)
         return ground
 
@@ -198,3 +218,17 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
     return facets_from(geometry, terrain.zone, (x, y, z), (u, v, w), tolerance)
 
 
+def _border(sides: FloatArray, tolerance: float) -> Border:
+    """The border of a ground, and its caps; tolerance : of contacts (m)."""
+    return Border(sides, caps_within(sides, tolerance))
+
+
+def _border_after(ground: Ground, change: Change) -> Border:
+    """The border after a patch; most patches leave it as it was, and then its caps too."""
+    sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
+    if len(sides) == 0:
+        return ground.border
+    old, coming = sides < len(ground.terrain.vertices), np.maximum(sides - len(ground.terrain.vertices), 0)
+    placed = ground.terrain.vertices[np.where(old, sides, 0)]
+    placed[~old] = change.vertices[coming[~old]]
+    return _border(border_after(ground.border.sides, placed), ground.facets.tolerance)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.compiling import HAS_NUMBA, loop
+from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
@@ -70,16 +71,18 @@ class Reference:
     """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other.
 
     method : what finds the contacts of flights: the locator, which meets every event, or steps (`stepping`)
+    caps : what finds passages through the caps over the gaps of the terrain; None where none are given
     """
 
     name = "reference"
 
-    def __init__(self, facets: Facets) -> None:
+    def __init__(self, facets: Facets, caps: CapFacets | None = None) -> None:
         from rpf3d_core.detection.vtk_locator import VtkLocator  # VTK is needed by this engine only
 
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
         self.method: Any = self.locator
+        self.caps = None if caps is None else CapLocator(VtkLocator(caps.facets), plain(caps.facets), caps.layered)
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
@@ -95,7 +98,7 @@ class Reference:
         listed = Starts(*(column.tolist() for column in starts))
         ground = (self.method, self.facets, plain(materials), settings)
         rocks = (listed.x, listed.v, *asked_for(models, materials, settings, listed))
-        done = _follow_all.py_func(*plain(models), *ground, *rocks, record, first, begin, finals, counts)  # type: ignore[attr-defined]
+        done = _follow_all.py_func(*plain(models), *ground, *rocks, self.caps, record, first, begin, finals, counts)  # type: ignore[attr-defined]
         return int(done)
 
     def ground_below(self, x: Floats) -> Floats:
@@ -108,17 +111,18 @@ class Reference:
 class Compiled:
     """The same functions through numba, candidates from a bucket grid; may be called from several threads at once.
 
-    method : as of `Reference`; locator : the buckets over the facets, sorted here where they are not given
+    method, caps : as of `Reference`; locator : the buckets over the facets, sorted here where they are not given
     """
 
     name = "compiled"
 
-    def __init__(self, facets: Facets, locator: Any = None) -> None:
+    def __init__(self, facets: Facets, locator: Any = None, caps: CapFacets | None = None) -> None:
         from rpf3d_core.detection.bucket_locator import bucket_locator  # compiles on first use
 
         self.facets = facets
         self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
+        self.caps = None if caps is None else CapLocator(bucket_locator(caps.facets), caps.facets, caps.layered)
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
@@ -128,7 +132,7 @@ class Compiled:
         ground = (self.method, self.facets, materials, settings)
         rocks = (starts.x, starts.v, *asked_for(models, materials, settings, starts))
         follow_all: Any = _follow_all
-        return int(follow_all(*models, *ground, *rocks, record, first, begin, finals, counts))
+        return int(follow_all(*models, *ground, *rocks, self.caps, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
         """As `Reference.ground_below`."""
@@ -151,8 +155,10 @@ def asked_for(
     return rocks, RockKeys(settings.seed, starts.source, starts.rock) if drawn else None
 
 
-def engine_of(name: str, facets: Facets) -> Engine:
+def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
     """The engine of a name ("reference" or "compiled"), with its index over the facets built.
+
+    caps : over the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
 
     Raises
     ------
@@ -160,9 +166,9 @@ def engine_of(name: str, facets: Facets) -> Engine:
         Unknown name, or "compiled" without numba.
     """
     if name == Reference.name:
-        return Reference(facets)
+        return Reference(facets, caps)
     if name == Compiled.name and HAS_NUMBA:
-        return Compiled(facets)
+        return Compiled(facets, caps=caps)
     reason = "numba is not installed" if name == Compiled.name else "engines are reference and compiled"
     raise ValueError(f"engine {name!r} cannot be used: {reason}")
 
@@ -243,7 +249,7 @@ def rehearse_ground_below() -> None:
 @loop
 def _follow_all(
     model: Any, ground: Any, effects: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any,
-    v: Any, rocks: Any, keys: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
+    v: Any, rocks: Any, keys: Any, caps: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
 ) -> int:  # fmt: skip
     """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
 
@@ -252,7 +258,7 @@ def _follow_all(
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
         falling, written = Falling(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
-        physics = Physics(model, ground, effects, facets, materials, settings)
+        physics = Physics(model, ground, effects, facets, materials, settings, caps)
         method = locator_for(model, locator, falling)
         end = follow(physics, method, set_down(model, method, facets, motion), falling, written)
         if not close_rock(record, end.tally, first, i):

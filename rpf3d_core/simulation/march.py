@@ -107,7 +107,7 @@ def checked(before: State, after: State) -> State:
 
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
-    """Fly to the next contact or obstacle and deal with it; or out of the terrain; or until time is up."""
+    """Fly to the next contact or obstacle and deal with it; or out of the terrain, into a gap, or until time is up."""
     who, gravity = as_it_is(falling, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, who)
     start, t = flown.start, flown.t
@@ -120,6 +120,8 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
         return ended(after, MAX_TIME)
     if t == flown.meeting.t:
         return _meet(physics.effects, after, flown.meeting, falling, record)
+    if t == flown.loss.t:
+        return ended(after, flown.loss.outcome)
     if flown.contact.t <= t:
         return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
     if t == flown.longest:

@@ -1,10 +1,11 @@
-"""The parabola that a rock flies next: to a contact, an obstacle, the rim, or as far as the air lets it stand."""
+"""The parabola that a rock flies next: to a contact, obstacle, gap or the rim, or as far as the air lets it stand."""
 
 import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.caps import Loss, loss_on
 from rpf3d_core.detection.contact import (
     NOTHING_LEFT,
     Contact,
@@ -28,7 +29,7 @@ class Flown(NamedTuple):
     """A parabola that a rock has flown for t seconds.
 
     start : the motion that it begins with; longest : s for which it may stand for the flight
-    left : s until time was up; contact, meeting : the first of either, after t or more seconds
+    left : s until time was up; contact, meeting, loss : the first of each, after t or more seconds
     """
 
     start: Motion
@@ -37,6 +38,7 @@ class Flown(NamedTuple):
     left: float
     contact: Contact
     meeting: Meeting
+    loss: Loss
 
 
 @kernel
@@ -54,10 +56,12 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: Falling
         end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
         contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
         t = min(contact.t, end, left, longest)
+        loss = loss_on(physics.caps, arc, contact, t)
+        t = min(t, loss.t)
         meeting = first_obstacle(effects, arc, state.passed, t, falling)
         t = min(t, meeting.t)
         if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
-            return Flown(start, t, longest, left, contact, meeting)
+            return Flown(start, t, longest, left, contact, meeting, loss)
         longest = AGAIN * t
 
 

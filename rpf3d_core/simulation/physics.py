@@ -15,6 +15,7 @@ class Physics(NamedTuple):
 
     rebound, ground : parameters of a rebound and of a ground model; effects : a `Chain`, or None
     materials : of either kind; facets : the terrain
+    caps : a `CapLocator` over the gaps of the terrain; None where it has none
     """
 
     rebound: Any
@@ -23,6 +24,7 @@ class Physics(NamedTuple):
     facets: Facets
     materials: Any
     settings: Settings
+    caps: Any = None
 
 
 @kernel

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
+from rpf3d_core.detection.caps import Loss, loss_on_way
 from rpf3d_core.detection.contact import GRAZING, Left, falling_time
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
@@ -32,12 +33,21 @@ from rpf3d_core.simulation.physics import Physics, ground_of
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
 from rpf3d_core.simulation.sphere_impacts import is_slight, nearest_to, strike, wedged
-from rpf3d_core.simulation.state import State, ended, with_slide
-from rpf3d_core.simulation.sustained import MAX_TIME, SLIDING, STOPPED, WEDGED, at_obstacle_on, carry_on, obstacle_on
+from rpf3d_core.simulation.state import State, ended, with_piece, with_slide
+from rpf3d_core.simulation.sustained import (
+    MAX_TIME,
+    SLIDING,
+    STOPPED,
+    WEDGED,
+    at_obstacle_on,
+    carry_on,
+    obstacle_on,
+    on_piece,
+)
 from rpf3d_core.terrain.facet_geometry import NEAR, REACH, edge_distance, edge_inward
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
-from rpf3d_core.vectors import add, cross, dot, norm, scale, without
+from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 CURVE = 1.0 / 32.0
 """Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
@@ -212,6 +222,9 @@ def _follow_piece(
     over = Left(held.first.facet, -1, 1.0, True, -1)
     going = State(began, over, True, state.tally, MOVING, state.passed)
     gone = Piece(end, length, False, late, False, False, bends)
+    loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
+    if loss.t <= 1.0:
+        return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
     meeting = obstacle_on(physics.effects, going, gone, falling)
     if meeting.t < math.inf:
         lies_on = _between(n, n_end, meeting.t)
@@ -220,6 +233,14 @@ def _follow_piece(
     note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
     return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+
+
+@kernel
+def _lost(facets: Facets, state: State, piece: Piece, at: Motion, loss: Loss, record: Record) -> State:
+    """The state of a sphere whose centre has gone through a cap on a piece of path, where it did."""
+    note_piece(record, state.tally, state.motion, at.v, SLIDING)
+    tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
+    return State(at, state.left, False, tally, loss.outcome, state.passed)
 
 
 @kernel

@@ -1,0 +1,106 @@
+"""Where a flight falls below the ground: through a cap over a gap of the terrain (`terrain/gaps.py`).
+
+Caps are facets of their own with a locator of the engine's kind, so contacts with the ground do not know of them. An
+engine over a terrain without gaps has None instead, and compiles nothing of this.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc, time_over
+from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, first_contact
+from rpf3d_core.terrain.facet_geometry import REACH
+from rpf3d_core.terrain.facets import CRACK, Facets
+from rpf3d_core.values import Vec
+
+STRAIGHT = 1e-200
+"""Gravity (m/s^2) of an arc that is a straight line; not 0, by which the reference engine's boxes would divide."""
+ON_GROUND = REACH / CRACK
+"""Tolerances of caps within which a rock that meets the ground behind a cap is on the ground, not in the gap."""
+
+
+class CapFacets(NamedTuple):
+    """Caps over the gaps of a terrain.
+
+    facets : their `zone` is the outcome of a rock that passes through; their tolerance is CRACK times the terrain's,
+        so that no rock slips between a cap and the ground
+    layered : whether a rock that has fallen below ground may meet other ground from its free side (`terrain.gaps`)
+    """
+
+    facets: Facets
+    layered: bool
+
+
+class CapLocator(NamedTuple):
+    """Caps as of `CapFacets`, and the locator that finds them."""
+
+    locator: Any
+    facets: Facets
+    layered: bool
+
+
+class Loss(NamedTuple):
+    """The passage of a rock through a cap after t seconds of an arc (inf: none), and the outcome that it is."""
+
+    t: float
+    outcome: int
+
+
+NO_LOSS = Loss(math.inf, -1)
+
+
+@model_function
+def is_on_free_side(contact: object) -> bool:
+    """Return whether a contact is known to be one with the free side of the ground."""
+
+
+@is_on_free_side.otherwise
+def is_not_known(contact: object) -> bool:
+    """Return False: contacts of spheres do not keep their side."""
+    return False
+
+
+@is_on_free_side.rule(Contact)
+def is_on_free_side_of_facet(contact: Contact) -> bool:
+    """Return whether a lumped mass meets the free side."""
+    return contact.side > 0.0
+
+
+@model_function
+def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
+    """Return the first passage of an arc through a cap from above before `end` (s), NO_LOSS if there is none.
+
+    caps : a `CapLocator`, or None where the terrain has no gap
+    contact : the first with the ground. Caps and ground are one closed surface, so a rock that meets the free side of
+        ground has not fallen below it, unless the terrain is layered. Ground met within ON_GROUND
+        tolerances of path behind a cap wins: a rock on the very edge of a hole is still on the ground.
+    """
+
+
+@loss_on.otherwise
+def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
+    """Return NO_LOSS: there is no gap."""
+    return NO_LOSS
+
+
+@loss_on.rule(CapLocator)
+def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Loss:
+    """Return the first passage through the caps of a locator."""
+    if contact.t <= end and not caps.layered and is_on_free_side(contact):
+        return NO_LOSS
+    crossing = first_contact(caps.locator, caps.facets, arc, NOTHING_LEFT, end)
+    if crossing.side < 0.0 or not crossing.t <= end:
+        return NO_LOSS
+    if contact.t <= time_over(arc, crossing.t, ON_GROUND * caps.facets.tolerance):
+        return NO_LOSS
+    outcome: Any = np.int64(caps.facets.zone[crossing.facet])  # 64 bits, as of other states
+    return Loss(crossing.t, outcome)
+
+
+@kernel
+def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
+    """Return the first passage through a cap on a straight way (3,) m from x (3,) m, as a share of it for its time."""
+    return loss_on(caps, Arc(x, way, STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

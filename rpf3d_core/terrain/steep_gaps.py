@@ -1,0 +1,88 @@
+"""Holes in faces so steep that they have hardly any area in plan, closed in the plane of their own ring."""
+
+import numpy as np
+import shapely
+
+from rpf3d_core.terrain.border import Corners
+from rpf3d_core.terrain.components import components
+from rpf3d_core.terrain.frame import FloatArray
+
+STEEP = 0.2
+"""Vertical part of the area of a ring over all of it below which the ring is closed in its own plane: 78 degrees."""
+
+
+def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
+    """Return the border sides that are left, and the triangles (T, 3, 3) m that close the holes in steep faces.
+
+    A ring is a hole where it runs clockwise seen from the free side of the facets around it; a ring around a component
+    runs counter-clockwise and stays. So does a ring that crosses itself in its own plane.
+
+    border : (B, 3, 3) m, as `border.border_of` gives it; crack : width (m) up to which a hole is a crack
+    """
+    label = _ring_of(border)
+    areas, looks = _sums(border, label)
+    steep = np.abs(areas[:, 2]) < STEEP * np.linalg.norm(areas, axis=1)
+    holes = np.flatnonzero(steep & (np.einsum("ij,ij->i", areas, looks) < 0.0))
+    caps, capped = [np.empty((0, 3, 3))], np.zeros(len(border), dtype=bool)
+    for hole in holes.tolist():
+        sides = label == hole
+        cap = _closed(border[sides, :2], -areas[hole], crack)
+        if cap is not None:
+            caps.append(cap)
+            capped |= sides
+    return border[~capped], np.concatenate(caps)
+
+
+def _ring_of(border: FloatArray) -> Corners:
+    """Return the number of the ring of each side: (B,). Rings that touch count as one."""
+    ends = border[:, :2].reshape(-1, 3) + 0.0
+    points, number = np.unique(ends, axis=0, return_inverse=True)
+    first, second = number.reshape(-1, 2).astype(np.int32).T
+    ring = components(len(points), first, second)[first]
+    return np.asarray(np.unique(ring, return_inverse=True)[1])
+
+
+def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
+    """Return the area vector (R, 3) m2 of each ring, and the normals (R, 3) around it by length of side."""
+    count = int(label.max()) + 1
+    a, b, third = border.transpose(1, 0, 2)
+    a, way = a - border[0, 0], b - a
+    normal = np.cross(way, third - border[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    looks = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+    looks *= np.linalg.norm(way, axis=1, keepdims=True)
+    parts = 0.5 * np.cross(a, a + way), looks
+    areas, sums = (np.stack([np.bincount(label, part[:, k], count) for k in range(3)], axis=1) for part in parts)
+    return areas.astype(np.float64), sums.astype(np.float64)
+
+
+def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
+    """Return triangles (T, 3, 3) m over one ring of sides (N, 2, 3), looking to where a vector (3,) points.
+
+    None where the sides are not one ring, or it crosses itself in the plane across that vector.
+    """
+    ring = _in_order(sides)
+    if ring is None:
+        return None
+    n = towards / np.linalg.norm(towards)
+    u = np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
+    u /= np.linalg.norm(u)
+    flat = (ring - ring[0]) @ np.stack([u, np.cross(n, u)], axis=1)
+    face = shapely.Polygon(flat)
+    if not face.is_valid:
+        return None
+    if 2.0 * face.area <= crack * face.length:
+        return np.empty((0, 3, 3))
+    parts = shapely.orient_polygons(shapely.get_parts(shapely.constrained_delaunay_triangles(face)))
+    number = {corner: k for k, corner in enumerate(map(tuple, flat.tolist()))}
+    corners = shapely.get_coordinates(parts).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
+    return np.asarray(ring[[number[corner] for corner in map(tuple, corners.tolist())]].reshape(-1, 3, 3))
+
+
+def _in_order(sides: FloatArray) -> FloatArray | None:
+    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None where there are several."""
+    following = {tuple(begin): tuple(end) for begin, end in (sides + 0.0).tolist()}
+    ring = [next(iter(following))]
+    while len(ring) <= len(sides) and following.get(ring[-1]) not in (ring[0], None):
+        ring.append(following[ring[-1]])
+    return np.array(ring) if len(ring) == len(sides) == len(following) else None

@@ -1,0 +1,163 @@
+"""The caps over gaps of a terrain against a point-in-triangle count that shares no code with them."""
+
+import numpy as np
+import pytest
+from scenes_of_facets import terrain_of
+
+from rpf3d_core.terrain.border import border_after, border_of, net_sides
+from rpf3d_core.terrain.gaps import caps_over
+from rpf3d_core.values import Outcome
+
+CRACK = 1e-9
+RNG = np.random.default_rng(15)
+
+
+def surveyed(there, warp=0.0, turn=0.0):
+    """Squares of 1 m that are `there` (N, M), two facets each, over uneven ground."""
+    n, m = there.shape
+    j, i = np.mgrid[: n + 1, : m + 1].astype(float)
+    rng = np.random.default_rng(3)
+    x, y = i + warp * rng.uniform(-1, 1, i.shape), j + warp * rng.uniform(-1, 1, i.shape)
+    z = -0.4 * i + 0.2 * np.sin(j) + 0.1 * rng.normal(size=i.shape)
+    x, y = np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y
+    first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
+    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
+    return terrain_of(np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1), triangles)
+
+
+def caps_of(terrain):
+    return caps_over(border_of(terrain.vertices, terrain.triangles), CRACK)
+
+
+def plan_caps(caps):
+    """Those that look up; walls around the hull stand upright."""
+    n = np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
+    return caps.corners[n[:, 2] > 1e-12], caps.outcome[n[:, 2] > 1e-12]
+
+
+def covers(corners, places):
+    """How many triangles (T, 3, 2 or 3) lie over each place (P, 2), by the sides that each place lies on."""
+    count = np.zeros(len(places), int)
+    for a, b, c in corners[:, :, :2]:
+        sides = [(q - p)[0] * (places - p)[:, 1] - (q - p)[1] * (places - p)[:, 0] for p, q in ((a, b), (b, c), (c, a))]
+        count += (np.min(sides, axis=0) > 0.0) | (np.max(sides, axis=0) < 0.0)
+    return count
+
+
+def widest_view(points, places):
+    """The widest angle (rad) at each place without any of the points: above pi outside their hull, below it inside."""
+    way = points[None] - places[:, None]
+    angle = np.sort(np.arctan2(way[..., 1], way[..., 0]), axis=1)
+    return np.diff(np.concatenate([angle, angle[:, :1] + 2.0 * np.pi], axis=1), axis=1).max(axis=1)
+
+
+def masks():
+    full = np.ones((14, 15), bool)
+    hole, strip, bay, island = full.copy(), full.copy(), full.copy(), full.copy()
+    hole[4:8, 5:9] = False
+    strip[:, 6:8] = False
+    bay[:5, 6:9] = False
+    island[3:11, 3:11] = False
+    island[6:8, 6:8] = True
+    return {
+        "whole": full, "hole": hole, "strip": strip, "bay": bay, "island": island,
+        "peppered": RNG.random(full.shape) > 0.3,
+    }  # fmt: skip
+
+
+MASKS = pytest.mark.parametrize("there", masks().values(), ids=masks().keys())
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+@pytest.mark.parametrize("warp", [0.0, 0.3])
+@MASKS
+def test_each_place_in_the_hull_has_ground_or_one_cap_and_never_both(there, warp, turn):
+    terrain = surveyed(there, warp, turn)
+    corners, _ = plan_caps(caps_of(terrain))
+    used = terrain.vertices[np.unique(terrain.triangles)]
+    places = RNG.uniform(used[:, :2].min(axis=0), used[:, :2].max(axis=0), (1500, 2))
+    ground, capped = covers(terrain.vertices[terrain.triangles], places), covers(corners, places)
+    view = widest_view(used[:, :2], places)
+    inside = view < np.pi - 1e-6
+    assert (ground + capped)[inside].tolist() == [1] * int(inside.sum())
+    assert not capped[view > np.pi + 1e-6].any()
+
+
+@MASKS
+def test_caps_have_the_corners_of_the_ground_around_them(there):
+    terrain = surveyed(there, 0.3)
+    corners, _ = plan_caps(caps_of(terrain))
+    assert {tuple(p) for p in corners.reshape(-1, 3).tolist()} <= {tuple(p) for p in terrain.vertices.tolist()}
+
+
+@pytest.mark.parametrize(
+    ("name", "outcomes"),
+    [("whole", set()), ("hole", {Outcome.LOST_TO_HOLE}), ("strip", {Outcome.LOST_TO_HOLE}),
+     ("bay", {Outcome.LEFT_TERRAIN}), ("island", {Outcome.LOST_TO_HOLE})],
+)  # fmt: skip
+def test_a_bay_leads_out_of_the_terrain_and_other_gaps_are_holes(name, outcomes):
+    assert set(plan_caps(caps_of(surveyed(masks()[name])))[1].tolist()) == outcomes
+
+
+def test_a_whole_upright_rectangle_has_no_cap_at_all():
+    assert len(caps_of(surveyed(np.ones((9, 7), bool))).corners) == 0
+
+
+def test_an_outline_that_is_no_upright_rectangle_is_walled_in_by_its_hull():
+    terrain = surveyed(np.ones((9, 7), bool), turn=0.5)
+    caps = caps_of(terrain)
+    n = np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
+    assert np.allclose(n[:, 2], 0.0) and set(caps.outcome.tolist()) == {Outcome.LEFT_TERRAIN}
+    inwards = terrain.vertices.mean(axis=0) - caps.corners.mean(axis=1)
+    assert (np.einsum("ij,ij->i", n, inwards) > 0.0).all()
+    length = np.linalg.norm(np.diff(caps.corners[:, [0, 1], :2], axis=1)[:, 0], axis=1).sum()
+    assert np.isclose(length / 2, 2 * (9 + 7), rtol=0.2)
+
+
+def test_cracks_and_t_junctions_are_no_gaps():
+    # A vertex on a neighbour's edge, off it by a third of a crack.
+    v = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (1 + 3e-10, 1 - 3e-10, 0)]
+    terrain = terrain_of(v, [(0, 1, 4), (4, 1, 2), (0, 2, 3)])
+    assert len(caps_of(terrain).corners) == 0
+    soup = terrain.vertices[terrain.triangles].reshape(-1, 3)
+    assert len(caps_of(terrain_of(soup, np.arange(9).reshape(-1, 3))).corners) == 0
+
+
+def test_ground_below_a_hole_of_other_ground_needs_no_cap():
+    hole = masks()["hole"]
+    upper, lower = surveyed(hole), surveyed(np.ones_like(hole))
+    both = terrain_of(
+        np.concatenate([upper.vertices, lower.vertices - np.array([0, 0, 50])]),
+        np.concatenate([upper.triangles, lower.triangles + len(upper.vertices)]),
+    )
+    assert len(caps_of(both).corners) == 0
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.02, -0.05], ids=["upright", "steep", "overhanging"])
+def test_a_hole_in_a_wall_is_closed_in_the_plane_of_the_wall(lean):
+    there = np.ones((6, 8), bool)
+    there[2:4, 3:6] = False
+    n, m = there.shape
+    j, i = np.mgrid[: n + 1, : m + 1].astype(float)
+    first = (np.arange(n)[:, None] * (m + 1) + np.arange(m))[there]
+    triangles = np.concatenate([first[:, None] + np.array(half) for half in ((0, 1, m + 2), (0, m + 2, m + 1))])
+    wall = terrain_of(np.stack([i.ravel(), lean * j.ravel(), j.ravel()], axis=1), triangles)
+    caps = caps_of(wall)
+    normal = 0.5 * np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
+    closed = normal[(caps.corners[:, :, 2] >= 2).all(axis=1) & (caps.corners[:, :, 2] <= 4).all(axis=1)]
+    assert np.allclose(closed.sum(axis=0), 6.0 * np.array([0.0, -1.0, lean]))
+
+
+def test_a_border_that_changes_is_that_of_the_new_mesh():
+    terrain = surveyed(np.ones((9, 9), bool))
+    v, t = terrain.vertices, terrain.triangles
+    gone = np.array([10, 11, 60, 100])
+    rest = np.delete(t, gone, axis=0)
+    holed = border_after(border_of(v, t), v[net_sides(t[gone], t[:0])])
+    assert as_set(holed) == as_set(border_of(v, rest))
+    assert as_set(border_after(holed, v[net_sides(t[:0], t[gone])])) == as_set(border_of(v, t))
+    assert len(net_sides(t[gone], t[gone])) == 0
+
+
+def as_set(border):
+    return {tuple(side.ravel()) for side in border[:, :2]}
