@@ -113,7 +113,7 @@ def _print_outcomes(run: "Run") -> None:
 
 def _print_benches(run: "Run") -> None:
     """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
-    from rpf3d_core.hazard.benches import TEXT_NOTE, bench_table, left_out, text_header, text_rows
+    from rpf3d_core.hazard.benches import OPEN, TEXT_NOTE, bench_table, left_out, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
     table = Table(*text_header(benches), box=None, padding=GAP, pad_edge=False)
@@ -123,7 +123,7 @@ def _print_benches(run: "Run") -> None:
         screen.print(table)
         if more := left_out(benches):
             screen.print(f"{more} more in hazard/benches.csv", style="dim", highlight=False)
-        screen.print(TEXT_NOTE, style="dim", highlight=False)
+        screen.print(f"{TEXT_NOTE};\n{OPEN}", style="dim", highlight=False)
 
 
 def _print_maps(run: "Run") -> None:

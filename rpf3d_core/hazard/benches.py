@@ -20,7 +20,10 @@ AT_MOST = "at most"
 """Of the printed table, where rocks were lost to holes."""
 
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
-"""What the printed table leaves unsaid."""
+"""What the columns of the printed table are."""
+
+OPEN = "the intervals are of the number of rocks alone; the ground's coefficients and the model leave more open"
+"""What the intervals of the printed table do not include."""
 
 MOST_DECIMALS = 4
 """Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
