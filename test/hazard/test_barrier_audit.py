@@ -4,7 +4,6 @@ Rocks break through, climb the far side and come back, fly over on one way and a
 shared with what is tested: a fence stands along a level line x = const, and its rows are read from the tables.
 """
 
-import secrets
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,8 +17,8 @@ from rpf3d_core.hazard.barriers import BarrierTally
 G = 9.81
 HALF = 60.0
 FLIGHT, CAUGHT = 0, 2
-FIXED = [1, 1115, 1290, 1378]
-"""Seeds by which the audit was written; those beside them are drawn anew in each run and named where it fails."""
+FIXED = [1, 1115, 1290, 1378, 20001, 20002, 20003]
+"""Seeds by which the audit was written; three more, 20001 to 20003, were not looked at then."""
 
 
 @dataclass
@@ -141,7 +140,7 @@ def agrees(figures, one):
     assert figures.counted.over.count == one.first["over"]
 
 
-@pytest.mark.parametrize("seed", [*FIXED, *(secrets.randbits(32) for _ in range(3))])
+@pytest.mark.parametrize("seed", FIXED)
 def test_what_is_told_of_barriers_is_what_the_tables_say(seed):
     flights, some, barrier_of, tally = flown(seed, "compiled", 150)
     recounted(flights, some, barrier_of)
