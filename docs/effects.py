@@ -1,6 +1,6 @@
 """Write docs/effects.md and the table of the README: what a scene may name, what it costs and what it changes.
 
-python docs/effects.py            (or make effects: measures every one on the demo pit first; takes some minutes)
+python docs/effects.py            (or make effects: measures every one on a wall of a synthetic pit first; takes some minutes)
 python docs/effects.py --as-is    (from what was measured last)
 """
 
@@ -24,12 +24,14 @@ from rpf3d_core.values import Outcome
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
-DEMO = ROOT / "config" / "scenes" / "demo.yaml"
+WALL = DOCS / "effects_wall.yaml"
+"""The scene that all are measured on: plain coefficients, so that only what is named differs."""
 MEASURED = ROOT / "rpf3d_core" / COSTS
 ROCKS = 4000
 PASSES = 7
 TITLES = {"rebound": "Rebound models", "ground": "Ground models", "effects": "Effects"}
-ONLY_ONE = ("rebound", "ground")
+BASE = {"rebound": "coulomb_limited", "ground": "sliding"}
+"""What all are measured against: the defaults of a scene."""
 
 MADE_UP = [[0.0025 if row == column else 0.0 for column in range(9)] for row in range(9)]
 EXAMPLES: dict[str, str] = {
@@ -44,11 +46,11 @@ EXAMPLES: dict[str, str] = {
         "{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"
     ),
 }
-"""What stands in the demo scene to measure those that have no sensible default, as YAML."""
+"""What stands in the scene to measure those that have no sensible default, as YAML."""
 BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}
 """What must stand beside some of them."""
-ROLLING_FRICTION = 0.5
-"""mu_r (-) of the demo pit's ground while they are measured."""
+ROLLING_FRICTION = read_scene(WALL).materials["default"].rolling_friction
+"""mu_r (-) of the wall."""
 ROLLING = ("rebound.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
 """Those that it decides, so the page states it."""
 SHOWN = 120
@@ -69,9 +71,9 @@ How far a figure is confirmed: **C** read in the primary text, **CC** in an inde
 quoted by another text, **D** derived or checked from first principles. **UNCONFIRMED** is general knowledge: check it
 before you rest a decision on it. Models and effects of your own: [own-models.md](own-models.md).
 
-*Time* is that of a rock of the demo pit (150,000 triangles) over the time without it (constant rebound, sliding),
-compile time apart, medians of passes that take turns. *Runout* is what it does there to the mean horizontal runout,
-with the defaults or with what is told beside it. They are figures of one pit: they tell the order, not what yours does.
+*Time* is that of a rock on the west wall of a synthetic pit (150,000 triangles, `docs/effects_wall.yaml`) over its time
+with the defaults of a scene (`coulomb_limited`, `sliding`), without compiling, medians of passes that take turns. *Runout* is
+the change of the mean horizontal runout there. Both are figures of one pit: they show the order, not what yours does.
 """
 
 
@@ -141,30 +143,14 @@ def with_table(readme: str, listed: list[Offered]) -> str:
     return f"{before}{begin}\n{table(listed)}\n{end}{after}"
 
 
-def _with_rolling_friction(scene: str) -> str:
-    """The demo scene's text with ROLLING_FRICTION of its ground.
-
-    Raises
-    ------
-    ValueError
-        Its materials are not written as expected, so the page would state what was not measured.
-    """
-    known, number = re.subn(r"(tangential_restitution: [\d.]+)", rf"\1, rolling_friction: {ROLLING_FRICTION}", scene)
-    if not number:
-        raise ValueError(f"{DEMO}: no material has a tangential_restitution to write rolling_friction beside")
-    return known
-
-
 class Flown:
-    """The demo pit's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
+    """The wall's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
 
     def __init__(self, lines: str) -> None:
         scene = DOCS / "measured.yaml"
-        text = re.sub(r"^(rebound|ground):.*\n", "", DEMO.read_text(), flags=re.MULTILINE)
         named = {key: value for key, _, value in (line.partition(": ") for line in lines.splitlines())}
-        base = {"rebound": "constant", "ground": "sliding"} | named
-        text = _with_rolling_friction(text)
-        scene.write_text(text + "".join(f"{key}: {value}\n" for key, value in base.items()))
+        base = BASE | named
+        scene.write_text(WALL.read_text() + "".join(f"{key}: {value}\n" for key, value in base.items()))
         try:
             self.prepared: Prepared = prepare(chosen_scene(read_scene(scene), ROCKS, "compiled", None))
         finally:
@@ -195,7 +181,7 @@ class Flown:
 
 
 def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
-    """Time and runout of each, against the same pit with constant rebound and sliding."""
+    """Time and runout of each, against the same wall with the defaults of a scene."""
     base, costs = Flown(""), {}
     for offer in listed:
         key = f"{offer.kind}.{offer.name}"
