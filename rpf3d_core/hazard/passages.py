@@ -38,7 +38,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     ValueError
         The maps were made without ways.
     """
-    if maps.cells.ways is None:
+    if not maps.cells.has_ways:
         raise ValueError("these maps have no passages per metre: their tallies did not gather ways (`with_ways`)")
     rocks, cell = max(maps.flown, 1), maps.raster.cell
     way, square = maps.cells.ways[:, WAY], maps.cells.ways[:, SQUARE]
