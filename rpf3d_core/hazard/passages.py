@@ -17,7 +17,10 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class Passage(NamedTuple):
-    """Passages per metre of the S cells that rocks came to, over all rocks flown: value and 95 % interval, (S,) 1/m."""
+    """Passages per metre of the S cells that rocks came to, over all rocks flown.
+
+    value : (S,) 1/m; low, high : (S,) 1/m, the ends of its 95 % interval
+    """
 
     value: StatisticArray
     low: StatisticArray

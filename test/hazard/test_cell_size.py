@@ -110,7 +110,7 @@ def test_on_a_pit_passages_per_metre_are_the_same_at_any_cell_and_reach_is_not(t
 
 
 def centres(maps):
-    """Centres (S,) east and north of the cells that rocks came to, local frame, from the nearest multiple of the cell: the origin of this pit is 0, 0."""
+    """Centres (S,) east and north of the cells that rocks came to, from a multiple of the cell: the origin is 0, 0."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     origin = np.round(raster.x / raster.cell) * raster.cell, np.round(raster.y / raster.cell) * raster.cell
