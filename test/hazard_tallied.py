@@ -54,4 +54,4 @@ def numbers(maps):
     for kind in ("cells", "facets", "zones", "areas"):
         for name, value in vars(getattr(maps, kind)).items():
             parts = vars(value) if hasattr(value, "p95") else {"": value}
-            yield from ((f"{kind}.{name}.{part}", array) for part, array in parts.items() if array is not None)
+            yield from ((f"{kind}.{name}.{part}", array) for part, array in parts.items())

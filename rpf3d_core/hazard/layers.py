@@ -29,7 +29,7 @@ def layers_of(tally: Tally) -> Layers:
     return Layers(
         len(tally.slot), found.cell, found.rocks, found.passages, found.impacts, found.deposits, found.first,
         energy, speed, height, max(relative_error(some) for some in edges),
-        None if found.ways is None else found.ways / WAY_UNITS,
+        *(() if found.ways is None else (found.ways / WAY_UNITS,)),
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ each is the same (`Layers`). Of a mine's millions of cells rocks come to a few t
 needs a value everywhere lays out one column at a time.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,7 +51,7 @@ class Layers:
         terrain straight below
     percentiles_within : bound of the relative error of every percentile (-)
     ways : (S, 2) sums over the rocks of the length of each one's way in plan inside the cell, in cell widths, and of
-        its square; None where none are gathered
+        its square; (0, 0) where none are gathered
     """
 
     count: int
@@ -65,7 +65,12 @@ class Layers:
     speed: Spread
     height: Spread
     percentiles_within: float
-    ways: FloatArray | None = None
+    ways: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+
+    @property
+    def has_ways(self) -> bool:
+        """Whether the lengths of ways were gathered."""
+        return bool(self.ways.shape[1] > 0)
 
     def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
         """Values (S,) of the cells that rocks came to among all (C,), of the same kind; `elsewhere` where none came."""

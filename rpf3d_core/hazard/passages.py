@@ -17,7 +17,10 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class Passage(NamedTuple):
-    """Passages per metre of the S cells that rocks came to, over all rocks flown: value and 95 % interval, (S,) 1/m."""
+    """Passages per metre of the S cells that rocks came to, over all rocks flown.
+
+    value : (S,) 1/m; low, high : (S,) 1/m, the ends of its 95 % interval
+    """
 
     value: StatisticArray
     low: StatisticArray
@@ -38,7 +41,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     ValueError
         The maps were made without ways.
     """
-    if maps.cells.ways is None:
+    if not maps.cells.has_ways:
         raise ValueError("these maps have no passages per metre: their tallies did not gather ways (`with_ways`)")
     rocks, cell = max(maps.flown, 1), maps.raster.cell
     way, square = maps.cells.ways[:, WAY], maps.cells.ways[:, SQUARE]

@@ -72,7 +72,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
 def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | None) -> None:
     for quantity, values in shares_of(maps, maps.cells):
         _write(folder, quantity, terrain.frame, maps, system, [values.astype(np.float32)])
-    if maps.cells.ways is not None:
+    if maps.cells.has_ways:
         bands = [values.astype(np.float32) for values in passage_per_metre(maps)]
         _write(folder, PER_METRE, terrain.frame, maps, system, bands)
     for quantity, counts in counts_of(maps.cells):

@@ -15,7 +15,7 @@ def words_on_maps(maps: HazardMaps) -> str:
     if not len(share):
         return cells
     most = f"a cell by {three_figures(100.0 * float(share.max()))} % of the rocks at most (grows with the cell)"
-    if maps.cells.ways is None:
+    if not maps.cells.has_ways:
         return f"{cells}, {most}"
     passage = passage_per_metre(maps)
     place = int(passage.value.argmax())

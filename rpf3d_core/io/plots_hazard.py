@@ -151,7 +151,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
 
 def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
     """The picture of passages per metre, of maps that have them."""
-    if maps.cells.ways is None:
+    if not maps.cells.has_ways:
         return {}
     value = passage_per_metre(maps).value
     unit = "share of all rocks that pass a metre\nacross their way (%/m), whatever the cell"

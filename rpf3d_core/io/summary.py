@@ -216,7 +216,7 @@ def _reach(maps: HazardMaps) -> dict[str, Any]:
     """The largest reach probability of a cell, which grows with the cell, and where mapped what does not."""
     share, cell = reach_probability(maps.cells, maps.flown), maps.raster.cell
     reach = {"of": f"cells of {cell:g} m; grows with the cell", "max": share.max(initial=0.0), "cell_m": cell}
-    if maps.cells.ways is None:
+    if not maps.cells.has_ways:
         return {"reach_probability": reach}
     passage = passage_per_metre(maps)
     most = int(passage.value.argmax()) if len(passage.value) else None

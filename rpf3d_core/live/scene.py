@@ -48,6 +48,7 @@ EXCLUDED: Mapping[str, str] = {
     "effects.[own]": "is a program of the user's, which no message may name",
     "areas_of_interest": LISTED,
     "hazard.reach_levels": LISTED,
+    "hazard.matrix.object_width": "belongs to the matrix, which is a mapping",
     "hazard.matrix": LISTED,
     "hazard.passage_per_metre": "is a map that runs write; live maps have reach probability, of the grid's cell",
     "method": "is for comparison with the thesis; live answers are exact",

@@ -5,7 +5,8 @@ import pytest
 
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.hazard.cell_size import coarsest_cell, filled_cell
-from rpf3d_core.hazard.maps import FEWEST_ROCKS
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.io.scene_cells import fewest_rocks, least_cell
 from rpf3d_core.prepared import prepare
@@ -87,3 +88,30 @@ def test_rocks_auto_has_the_cell_of_its_fewest_rocks(tmp_path):
     prepared = prepare(auto)
     of_200 = least_cell(scene(tmp_path), prepared.terrain, prepared.sources)
     assert least_cell(auto, prepared.terrain, prepared.sources) == pytest.approx(of_200 * 200 / 4000)
+
+
+def test_on_a_pit_passages_per_metre_are_the_same_at_any_cell_and_reach_is_not(tmp_path):
+    """A cell of 20 m has the mean of its cells of 2 and 5 m, and every other raster lies within its intervals."""
+    maps = {}
+    for cell in (2, 5, 20):
+        run = simulate(scene(tmp_path, f"hazard: {{cell: {cell}, passage_per_metre: true}}\n"))
+        maps[cell] = run.maps
+    coarse, reach = passage_per_metre(maps[20]), {cell: reach_probability(m.cells, 200) for cell, m in maps.items()}
+    assert reach[2].max() < reach[5].max() < reach[20].max() > 2.0 * reach[2].max()
+    column, row = centres(maps[20])
+    for cell in (2, 5):
+        value = passage_per_metre(maps[cell]).value
+        inside = [np.floor(x / 20.0 + 1e-9) for x in centres(maps[cell])]
+        for x, y, told, low, high in zip(column, row, *coarse, strict=True):
+            here = (inside[0] == np.floor(x / 20.0)) & (inside[1] == np.floor(y / 20.0))
+            mean = value[here].sum() * (cell / 20.0) ** 2
+            assert low <= mean <= high or mean == pytest.approx(told, abs=1e-9)
+            assert mean == pytest.approx(told, abs=1e-7)
+
+
+def centres(maps):
+    """Centres (S,) east and north of the cells that rocks came to, from a multiple of the cell: the origin is 0, 0."""
+    raster = maps.raster
+    row, column = np.divmod(maps.cells.cell, raster.nx)
+    origin = np.round(raster.x / raster.cell) * raster.cell, np.round(raster.y / raster.cell) * raster.cell
+    return origin[0] + (column + 0.5) * raster.cell, origin[1] + (row + 0.5) * raster.cell
