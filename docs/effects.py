@@ -71,9 +71,10 @@ How far a figure is confirmed: **C** read in the primary text, **CC** in an inde
 quoted by another text, **D** derived or checked from first principles. **UNCONFIRMED** is general knowledge: check it
 before you rest a decision on it. Models and effects of your own: [own-models.md](own-models.md).
 
-*Time* is that of a rock on the west wall of a synthetic pit (150,000 triangles, `docs/effects_wall.yaml`) over its time
-with the defaults of a scene (`coulomb_limited`, `sliding`), without compiling, medians of passes that take turns. *Runout* is
-the change of the mean horizontal runout there. Both are figures of one pit: they show the order, not what yours does.
+*Time* is that of a rock on a wall of a synthetic pit (150,000 triangles, `docs/effects_wall.yaml`) over its time with
+the defaults of a scene (`coulomb_limited`, `sliding`), without compiling, medians of passes that take turns. *Runout*
+is the change of the mean horizontal runout there. Both are figures of one pit: they show the order, not what yours
+does.
 """
 
 
