@@ -1,6 +1,6 @@
 """Write docs/effects.md and the table of the README: what a scene may name, what it costs and what it changes.
 
-python docs/effects.py            (or make effects: measures every one on a wall of a synthetic pit first; takes some minutes)
+python docs/effects.py            (or make effects: measures every one on a wall first; takes some minutes)
 python docs/effects.py --as-is    (from what was measured last)
 """
 
