@@ -118,7 +118,8 @@ def all_models() -> dict[str, object | None]:
 
 def surface(values: Values) -> Surface:
     """The ground of published values, as rebound models take it."""
-    known = {"R_n": values.R_n, "R_t": values.R_t, "mu": math.tan(math.radians(values.friction_angle_deg))}
+    mu = math.tan(math.radians(values.friction_angle_deg))
+    known = {"R_n": values.R_n, "R_t": values.R_t, "mu": mu, "mu_r": values.rolling_friction}
     return Surface(**{name: known.get(name, 0.0) for name in Surface._fields})
 
 
@@ -198,7 +199,8 @@ def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
 
 def calibrated_surface(base: Values, parameters: Mapping[str, float]) -> Surface:
     """The ground of calibrated parameters; those that are not calibrated are the published ones."""
-    names = {"normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction_angle_deg"}
+    names = {"normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction_angle_deg",
+             "rolling_friction": "rolling_friction"}  # fmt: skip
     return surface(base._replace(**{names[key]: value for key, value in parameters.items() if key in names}))
 
 

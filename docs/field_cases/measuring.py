@@ -16,7 +16,6 @@ SENSITIVITY_STEPS = {
     "tangential_restitution": 0.04,
     "friction_angle_deg": 2.0,
     "rolling_friction": 0.04,
-    "damping": 0.04,
 }
 """A step of a parameter about its calibrated value: no more than two people who look at the same ground differ by."""
 LARGEST = {"friction_angle_deg": 89.0}

@@ -24,12 +24,12 @@ def document(results: Results) -> str:
 def _grids() -> str:
     """Return what each search looks through."""
     lines = [
-        (row.name, where, NAMES[one.name], f"{one.low:g}", f"{one.high:g}", f"{one.values}", f"{_last_step(one):g}")
+        (row.name, where, NAMES[one.name], f"{one.low:g}", f"{one.high:g}", f"{one.values}", f"{_last_step(one):.3g}")
         for row in rows() for where, searched in (("flights", row.free), ("impacts", row.at_impacts))
         for one in searched
     ]  # fmt: skip
     lines.append(("all", "impacts", NAMES[SLOPE.name], f"{SLOPE.low:g}", f"{SLOPE.high:g}", f"{SLOPE.values}",
-                  f"{_last_step(SLOPE):g}"))  # fmt: skip
+                  f"{_last_step(SLOPE):.3g}"))  # fmt: skip
     head = ("model", "calibrated on", "parameter", "lowest", "highest", "values of the first grid", "last step")
     return f"{GRIDS}\n{table(head, lines)}"
 

@@ -26,7 +26,7 @@ def _of(results: Results, model: str) -> dict[str, object]:
     quarry, meadow = results["authume"], results["tschamut"]
     here, there = ({line["values"]: line for line in site["lines"] if line["model"] == model}
                    for site in (quarry, meadow))  # fmt: skip
-    found = quarry["calibrations"][model]
+    found, there_found = (site["calibrations"][model] for site in (quarry, meadow))
     elsewhere = {line["from"]: line for line in results["transfer"] if line["model"] == model}
     fitted, field = here[CALIBRATED], quarry["field"]
     return {
@@ -44,9 +44,17 @@ def _of(results: Results, model: str) -> dict[str, object]:
         "correlation": there[CALIBRATED]["correlation"],
         "at_meadow": elsewhere["authume"]["tschamut"], "at_quarry": elsewhere["tschamut"]["authume"],
         "impacts_quarry": elsewhere["chant_sura"]["authume"], "impacts_meadow": elsewhere["chant_sura"]["tschamut"],
-        "meadow_friction": meadow["calibrations"][model]["parameters"].get("friction_angle_deg"),
-        "lost": 100.0 * (1.0 - found["parameters"].get("damping", 1.0)),
+        "distance": fitted["errors"][0], "carried": elsewhere["authume"]["tschamut_absolute"],
+        **_named(found["halves"][0], "first"), **_named(found["halves"][1], "second"),
+        **_named(there_found, "meadow"), "second_R_n": there_found["halves"][1]["parameters"]["normal_restitution"],
+        **_named(results["chant_sura"]["calibrations"][model], "impacts"),
     }  # fmt: skip
+
+
+def _named(found: Results, prefix: str) -> dict[str, float]:
+    """Return what was calibrated, by short names behind a prefix."""
+    short = {"normal_restitution": "R_n", "friction_angle_deg": "friction", "rolling_friction": "rolling"}
+    return {f"{prefix}_{short[name]}": value for name, value in found["parameters"].items() if name in short}
 
 
 def _parameters(half: Results) -> str:

@@ -12,7 +12,7 @@ WIDTH = 118
 """Characters in a line of prose."""
 NAMES = {
     "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
-    "rolling_friction": "rolling friction", "damping": "damping", "slope_deg": "slope (degrees)",
+    "rolling_friction": "rolling friction", "slope_deg": "slope (degrees)",
 }  # fmt: skip
 """How the page writes what is calibrated."""
 

@@ -36,7 +36,8 @@ VERDICT = """Of the constant model:
   friction angle (degrees) of {first}, the other half {second}. No rock slope has such friction angles: sliding stands
   in for rolling.
 - **At Tschamut the fit only looks good** ({meadow:+.0f} m, within the bar). The friction angle ends at the edge of
-  the search ({meadow_friction:g} degrees), very different R_n and R_t do as well, and the model does not tell long
+  the search ({meadow_friction:g} degrees). R_n decides nothing: {meadow_R_n:g} on all runs and {second_R_n:g} on one
+  half do equally well. The model does not tell long
   runs from short ones (correlation {correlation:+.2f}): all rocks run onto the flat step at the foot of the proxy
   terrain.
 - **The values do not carry over.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's {at_quarry:+.0f} m at
@@ -49,52 +50,66 @@ VERDICT_LIMITED = """Of the Coulomb-limited model:
   in the mean, but leave half of the rocks on the upper slope and none on the ledge. STONE's values are {stone:+.0f} m
   off, and most rocks do not stop on the terrain. At Tschamut the two books are {hoek_meadow:+.0f} and
   {stone_meadow:+.0f} m off, beyond the 35 m of the other code.
-- **Fitted at Authume, the mean is right and the spread too small.** The mean is {off:+.1f} m off. The standard
-  deviation of x is {sd:.1f} m and the lateral spread {side:.1f} m, both smaller than in the constant model. The
-  distance of x is more than chance among 41 blocks explains. R_t ends at the edge of the search
-  ({tangential_restitution:g}): where friction limits the loss, R_t decides little. A search down to R_t 0 is not part
-  of this page.
-- **The friction angle decides, and it repeats.** It is {friction_angle_deg:g} degrees on all blocks and on either
-  half, and {meadow_friction:g} degrees at Tschamut: ground can have such angles. Four degrees more or less move the
-  mean at Authume by more than ten metres.
-- **At Tschamut it is better than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run, and
-  it tells long runs from short ones a little (correlation {correlation:+.2f}).
-- **The values do not carry over either.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's
-  {at_quarry:+.0f} m at Authume: both farther off than those of the constant model. Values from single impacts are
+- **Fitted at Authume, the model reaches what it is fitted to, and little else.** The mean is {off:+.1f} m off. The
+  standard deviation of x is {sd:.1f} m, nearer to the field than the constant model's. The lateral spread of
+  {side:.1f} m is smaller than the constant model's.
+- **R_t ends at its lower bound at Authume** ({tangential_restitution:g}, {distance:.1f} m from the field's x; lateral
+  spread {side:.1f} m). Where friction limits the loss, R_t decides little. A search with R_t of at least 0.35 ends at
+  0.35, with a distance of 4.1 m and a lateral spread of 2.5 m: the wider grid mends the first and not the second.
+- **The friction angle decides.** At Authume it is {friction_angle_deg:g} degrees on all blocks, {first_friction:g} and
+  {second_friction:g} on the halves; at Tschamut {meadow_friction:g} degrees on all runs. Ground can have such angles.
+  Four degrees more or less move the mean at Authume by more than eight metres.
+- **At Tschamut it fits better than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run, and
+  it tells long runs from short ones a little (correlation {correlation:+.2f}). R_n ends at the edge of the search.
+- **The values do not carry over either.** Authume's are {at_meadow:+.0f} m off at Tschamut in the mean, as the
+  constant model's are, and farther off for a single run ({carried:.0f} m). Tschamut's are {at_quarry:+.0f} m off at
+  Authume, much farther than the constant model's. Values from single impacts are {impacts_quarry:+.0f} and
+  {impacts_meadow:+.0f} m off.
+"""
+
+VERDICT_SPHERE = """Of the rigid sphere, which is braked by rolling friction at impacts and on the ground:
+- **Values from books are no prediction either.** At Authume they are {hoek:+.0f} and {stone:+.0f} m off in the mean,
+  with no rock on the upper slope; at Tschamut {hoek_meadow:+.0f} and {stone_meadow:+.0f} m.
+- **Fitted, it is about as good as the constant model at Authume**, and no better. The mean is {off:+.1f} m off, and
+  the lateral spread of {side:.1f} m is smaller still. A sphere has no shape either.
+- **At Tschamut it is worse than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run
+  (correlation {correlation:+.2f}). Some runs hardly leave their release, others reach the foot of the slope.
+- **Its rolling friction is much the same at both sites** ({rolling_friction:g} at Authume, {meadow_rolling:g} at
+  Tschamut), so the values carry over about as well as they fit: Authume's are {at_meadow:+.0f} m off at Tschamut
+  ({carried:.0f} m for a run), Tschamut's {at_quarry:+.0f} m at Authume. Single impacts ask for {impacts_rolling:g}:
   {impacts_quarry:+.0f} and {impacts_meadow:+.0f} m off.
+- **It is as sensitive as the other two.** At Authume four hundredths of rolling friction, up or down, move the mean by
+  more than five metres.
 """
 
-VERDICT_SPHERE = """Of the rigid sphere:
-- **With values from books it runs away.** At Authume no rock stops on the terrain; the mean is {hoek:+.0f} m off.
-  Books have no damping for it; calibrated, it loses {lost:.0f} % of its speed along the ground and of its spin at
-  every impact, in addition to friction.
-- **Fitted, it is as good as the constant model at Authume**, and no better. The mean is {off:+.1f} m off, and the
-  lateral spread of {side:.1f} m is too small as well. A sphere has no shape either.
-- **At Tschamut it is better than the constant model**: {meadow:+.0f} m in the mean, {absolute:.0f} m for a run
-  (correlation {correlation:+.2f}).
-- **The values do not carry over either.** Authume's are {at_meadow:+.0f} m off at Tschamut, Tschamut's
-  {at_quarry:+.0f} m at Authume.
-"""
+DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
+`coulomb_limited` is the default rebound because of its mechanics: no impact takes more speed along the ground than
+friction can. `constant` takes a share at each of infinitely many impacts, so all speed is gone where bouncing ends, on
+any slope, and the runout is too short: the unsafe side (`docs/design.md`, *The end of bouncing*). **The field does not
+decide between the two.** Fitted or not, neither is a prediction on a slope where it was not calibrated.
 
-DEFAULT = """## Constant or Coulomb-limited: which is the better default?
-`coulomb_limited` is the better default, but not in everything.
+- **`coulomb_limited` is better**: fitted to all runs at Tschamut; along the profile at Authume (sd of x, the farthest
+  5 %; the distance of x by little); with the books' values in three cases of four; on the six impacts at Chant Sura
+  with values fitted to the eleven (with the books' values the two are about equal). Its fitted friction angles are
+  from 20 to 30 degrees, on all data and on each half; those of `constant` are from 5 to 30.
+- **`coulomb_limited` is worse**: lateral spread, fitted at Authume and at Tschamut; values carried between Authume and
+  Tschamut. Where it is wrong with values from elsewhere, it can be wrong by much more.
+- **No clear difference**: the halves that were kept out; speeds after the eleven contacts. Of six figures of kept-out
+  halves `constant` is nearer in four, by about half a metre or less but for one lateral figure, and `coulomb_limited`
+  is much nearer in one. Halves of 9 and 8 runs decide little, and they depend on the grid: with R_t searched from 0.35
+  to 0.95 in both models the same rule gives 19.8 and 11.5 m on Tschamut's second half (`constant` first), and
+  `coulomb_limited` is nearer in four of six.
 
-- **Better**: on the halves that were kept out, clearly at Tschamut; with the books' values, in three cases of four;
-  on the six impacts at Chant Sura with values fitted to the eleven (with the books' values the two are about equal).
-  Its friction angles repeat from half to half, and ground can have them. No impact takes more speed along the ground
-  than friction can, so the end of bouncing does not stop a rock at once.
-- **Worse**: lateral spread, at Authume and at Tschamut; the fit to all blocks at Authume; values carried between
-  Authume and Tschamut. Where it is wrong with values from elsewhere, it can be wrong by much more.
-- **No difference**: lateral positions of the halves that were kept out; speeds after the eleven contacts.
-
-Both are fitted with the same effort (next section). Neither is a prediction on a slope where it was not calibrated.
-The rows of the table are not independent of each other, so their number decides nothing.
+Both are fitted with the same effort (next section). The rows of the table are not independent of each other, so their
+number decides nothing.
 """
 
 GRIDS = """## What is searched
 `constant` and `coulomb_limited` have the same grids, the same rocks and the same ground; only the rebound differs. In
 `coulomb_limited` the friction angle also limits what an impact takes. Single impacts (Chant Sura) calibrate R_n, R_t
-or damping, and the slope of the ground; the friction angle keeps its published value there, for both models.
+or rolling friction, and the slope of the ground; the friction angle keeps its published value there, for all models.
+Flights search R_t over its whole range, from 0 to 1. The sphere flies with a friction angle of 35 degrees (Newcastle
+open-pit library), which is not searched.
 """
 
 CURVES = """\
@@ -108,14 +123,14 @@ Mean x of end points (m) as one parameter takes five values about its calibrated
 
 AUTHUME_FAILS = """\
 **Where it fails.** No calibrated model leaves a rock on the upper slope, where 2 of 41 blocks stopped, and no
-calibrated point passes 55 m, as 5 of 41 blocks did. All three spread too little across the profile, so their hazard
+calibrated point passes 59 m, as 5 of 41 blocks did. All three spread too little across the profile, so their hazard
 maps are too narrow. For no model does one half of the blocks predict the other half as well as it fits itself.
 """
 
 TSCHAMUT_FAILS = """\
 **Where it fails.** All calibrated models overshoot the two shortest runs (31 and 46 m) by tens of metres. A mean error
-of a few metres hides that. Their runouts have a standard deviation of 4 to 7 m over all runs, those
-of the field of 22 m.
+of a few metres hides that. The runouts of the two point models have a standard deviation of 3 to 4 m over all
+rocks, those of the field of 22 m over its runs. Those of the sphere have 36 m, but not where the field's are long.
 """
 
 AUTHUME = """## Authume quarry, profile P1

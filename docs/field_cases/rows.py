@@ -26,7 +26,7 @@ class Values(NamedTuple):
     R_t: float
     friction_angle_deg: float
     rolling_friction: float
-    """Used by models that roll: STONE's value of the same ground, because no other library has one."""
+    """Used by the rigid sphere: STONE's value of the same ground, because no other library has one."""
 
 
 PUBLISHED: dict[str, dict[str, dict[str, Values]]] = {
@@ -101,7 +101,7 @@ CONSTANT = Row(
     ground="sliding",
     free=(
         Free("normal_restitution", 0.10, 0.60, 6),
-        Free("tangential_restitution", 0.35, 0.95, 7),
+        Free("tangential_restitution", 0.0, 1.0, 11),
         Free("friction_angle_deg", 5.0, 40.0, 8, 1),
     ),
     of_rebound=(),
@@ -124,14 +124,13 @@ ALL_ROWS = (
         ground="sphere",
         free=(
             Free("normal_restitution", 0.10, 0.60, 6),
-            Free("damping", 0.40, 1.0, 7),
-            Free("rolling_friction", 0.10, 0.70, 7),
+            Free("rolling_friction", 0.05, 0.70, 14),
         ),
-        of_rebound=("damping",),
+        of_rebound=(),
         fixed={"tangential_restitution": 1.0, "friction_angle_deg": 35.0},  # it has no R_t; Newcastle's talus
         at_impacts=(
             Free("normal_restitution", 0.05, 0.95, 10),
-            Free("damping", 0.10, 1.0, 10),
+            Free("rolling_friction", 0.05, 1.5, 10),
         ),
         rocks=500,
     ),

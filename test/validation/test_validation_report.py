@@ -11,13 +11,17 @@ import numpy as np
 import pytest
 from field_cases import authume, chant_sura, tschamut
 from field_cases.figures import bootstrap, distance, distance_of_halves
+from field_cases.flying import with_keys
 from field_cases.measuring import CALIBRATED, rounded
 from field_cases.page import document
 from field_cases.page_default import quantities
 from field_cases.rows import ALL_ROWS, HOEK, PUBLISHED, STONE, Row, row_named, rows
 from field_cases.search import FINER, Free, search
 
-from rpf3d_core.values import Rock
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.kinetics.rebound import rebound
+from rpf3d_core.materials.falling import Falling, RockKey
+from rpf3d_core.values import Motion, Rock
 
 DOCS = Path(__file__).parents[2] / "docs"
 RESULTS: dict[str, Any] = json.loads((DOCS / "field_cases" / "results.json").read_text())
@@ -109,8 +113,10 @@ def test_what_the_page_says_in_words_is_what_its_figures_say() -> None:
     assert all(half["errors"][2 - which] > half["errors"][1 + which] for which, half in enumerate(halves))
     assert abs(meadow[CALIBRATED]["error_mean"]) < 35.0 and meadow[CALIBRATED]["correlation"] < 0.3
     assert "friction_angle_deg" in RESULTS["tschamut"]["calibrations"]["constant"]["at_edge"]
-    everywhere = [half["errors"][0] for half in RESULTS["tschamut"]["calibrations"]["constant"]["halves"]]
-    assert max(everywhere) - min(everywhere) < 1.0, "very different parameters do as well"
+    on_all = RESULTS["tschamut"]["calibrations"]["constant"]
+    on_half = on_all["halves"][1]
+    assert abs(on_half["errors"][0] - meadow[CALIBRATED]["errors"][0]) < 0.5, "they do equally well"
+    assert on_half["parameters"]["normal_restitution"] > 2.0 * on_all["parameters"]["normal_restitution"]
     worst = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "constant"}
     assert worst["chant_sura"]["authume"] < -15.0 and worst["authume"]["tschamut"] < -15.0
 
@@ -125,15 +131,20 @@ def test_what_the_page_says_of_the_coulomb_limited_model_is_what_its_figures_say
     assert of["authume", HOEK]["sections"]["upper"] == pytest.approx(0.5, abs=0.01)
     assert of["authume", HOEK]["sections"]["ledge"] == 0.0 and of["authume", STONE]["left"] > 0.9
     assert all(of["tschamut", book]["error_mean"] < tschamut.OTHER_CODE["translational"] for book in (HOEK, STONE))
-    assert all(fitted["checks"].values()) and fitted["farthest"] < 55.0 and fitted["sections"]["upper"] == 0.0
-    assert all(fitted[name] < than["authume", CALIBRATED][name] for name in ("sd", "side_sd"))
-    assert fitted["errors"][0] > field["x"]["resampled"] > than["authume", CALIBRATED]["errors"][0]
+    assert all(fitted["checks"].values()) and fitted["farthest"] < 59.0 and fitted["sections"]["upper"] == 0.0
+    assert than["authume", CALIBRATED]["sd"] < fitted["sd"] < field["sd"]
+    assert fitted["side_sd"] < than["authume", CALIBRATED]["side_sd"] < field["side_sd_interval"][0]
+    assert fitted["errors"][0] < field["x"]["resampled"] and fitted["errors"][0] < 4.1, "the wider grid mends it"
     quarry, meadow = (RESULTS[site]["calibrations"]["Coulomb-limited"] for site in SITES)
-    assert "tangential_restitution" in quarry["at_edge"]
-    assert all(of_some["parameters"]["friction_angle_deg"] == 30.0 for of_some in (quarry, *quarry["halves"]))
-    assert all(20.0 < of_some["parameters"]["friction_angle_deg"] < 25.0 for of_some in (meadow, *meadow["halves"]))
+    assert quarry["at_edge"] == ["tangential_restitution"] and quarry["parameters"]["tangential_restitution"] == 0.0
+    assert meadow["at_edge"] == ["normal_restitution"]
+    fits = (quarry, *quarry["halves"], meadow, *meadow["halves"])
+    angles = [of_some["parameters"]["friction_angle_deg"] for of_some in fits]
+    assert (min(angles), max(angles)) == (20.0, 30.0)
     about = RESULTS["authume"]["sensitivity"]["Coulomb-limited"]
-    assert np.abs(np.diff(np.array(about["friction_angle_deg"]["mean"])[[0, 2, 4]])).min() > 10.0
+    assert np.abs(np.diff(np.array(about["friction_angle_deg"]["mean"])[[0, 2, 4]])).min() > 8.0
+    there = {site: of[site, CALIBRATED] for site in SITES}
+    assert there["tschamut"]["correlation"] > 0.3 and there["tschamut"]["error_absolute"] < 15.0
     assert np.abs(np.array(about["tangential_restitution"]["mean"]) - fitted["mean"]).max() < 5.0
 
 
@@ -145,20 +156,26 @@ def test_where_the_page_prefers_one_of_the_two_models_its_figures_do() -> None:
     def preferred(group: str, *words: str) -> list[str]:
         return [model for (of, name), model in nearer.items() if of == group and all(word in name for word in words)]
 
-    assert preferred("kept-out halves", "Tschamut") == [limited, limited]
-    assert sorted(preferred("kept-out halves", "distance of x")) == [limited, constant]
-    assert sorted(preferred("kept-out halves", "lateral")) == [limited, constant], "no difference"
+    kept_out = {q.name: q for q in quantities(RESULTS) if q.group == "kept-out halves"}
+    by = {name: q.found[1] - q.found[0] for name, q in kept_out.items()}
+    assert preferred("kept-out halves").count(constant) == 4 and len(by) == 6, "no clear difference"
+    assert sum(0.0 < more < 0.6 for more in by.values()) == 3 and min(by.values()) < -7.0
+    assert preferred("kept-out halves", "Tschamut") == [constant, limited]
+    assert sorted(preferred("kept-out halves", "lateral")) == [limited, constant]
     assert preferred("books").count(limited) == 3 and len(preferred("books")) == 4
     assert preferred("Chant Sura", "six") == [limited]
     assert preferred("Authume, calibrated on all", "lateral") == [constant, constant]
     assert preferred("Tschamut, calibrated on all", "lateral") == [constant]
-    assert set(preferred("Authume, calibrated on all")) == {constant}
-    carried = [
-        name for _, name in nearer if "values at" in name and "Chant Sura's" not in name and "lateral" not in name
-    ]
-    assert carried and all(nearer["from site to site", name] == constant for name in carried)
-    worst = {x["from"]: x["authume_distance"] for x in RESULTS["transfer"] if x["model"] == limited}
-    assert worst["tschamut"] > 50.0
+    along = ["sd of x", "95 % of x", "distance of x"]
+    assert all(preferred("Authume, calibrated on all", words) == [limited] for words in along)
+    for name in ("mean runout error", "mean absolute error", "correlation", "mean end point"):
+        assert preferred("Tschamut, calibrated on all", name) == [limited]
+    carried = ["Authume's values at Tschamut: mean absolute", "Tschamut's values at Authume: error",
+               "Tschamut's values at Authume: distance"]  # fmt: skip
+    assert all(preferred("from site to site", words) == [constant] for words in carried)
+    of = {(x["model"], x["from"]): x for x in RESULTS["transfer"]}
+    assert of[limited, "authume"]["tschamut"] == pytest.approx(of[constant, "authume"]["tschamut"], abs=0.5)
+    assert of[limited, "tschamut"]["authume_distance"] > 4.0 * of[constant, "tschamut"]["authume_distance"]
 
 
 def test_the_two_models_of_a_point_are_calibrated_with_the_same_effort_on_the_same_ground() -> None:
@@ -180,14 +197,21 @@ def test_what_the_page_says_of_the_sphere_is_what_its_figures_say() -> None:
     sphere = [(site, line) for site, line in LINES if line["model"] == "rigid sphere"]
     quarry, meadow = ({line["values"]: line for where, line in sphere if where == site} for site in SITES)
     constant = next(x for x in LINES if x[0] == "tschamut" and x[1]["values"] == CALIBRATED)[1]
-    assert quarry[HOEK]["sections"]["floor"] == quarry[STONE]["sections"]["floor"] == 1.0
+    at_quarry = next(x for x in LINES if x[0] == "authume" and x[1]["values"] == CALIBRATED)[1]
+    assert all(quarry[book]["sections"]["upper"] == 0.0 and quarry[book]["mean"] > 60.0 for book in (HOEK, STONE))
+    assert all(meadow[book]["error_mean"] < -35.0 for book in (HOEK, STONE))
     assert all(quarry[CALIBRATED]["checks"].values())
-    assert quarry[HOEK]["left"] == quarry[STONE]["left"] == 1.0
-    assert quarry[CALIBRATED]["side_sd"] < RESULTS["authume"]["field"]["side_sd_interval"][0]
-    assert meadow[CALIBRATED]["error_absolute"] < constant["error_absolute"]
-    assert constant["correlation"] < meadow[CALIBRATED]["correlation"] < 0.5
-    worst = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "rigid sphere"}
-    assert worst["tschamut"]["authume"] > 15.0 and worst["authume"]["tschamut"] < -10.0
+    assert quarry[CALIBRATED]["errors"][0] == pytest.approx(at_quarry["errors"][0], abs=0.3), "about as good"
+    assert quarry[CALIBRATED]["side_sd"] < at_quarry["side_sd"] < RESULTS["authume"]["field"]["side_sd_interval"][0]
+    assert meadow[CALIBRATED]["error_absolute"] > constant["error_absolute"] + 5.0, "worse at Tschamut"
+    assert abs(meadow[CALIBRATED]["correlation"]) < 0.3 and meadow[CALIBRATED]["runout_sd"] > 30.0
+    fits = [RESULTS[site]["calibrations"]["rigid sphere"]["parameters"]["rolling_friction"] for site in SITES]
+    assert abs(fits[0] - fits[1]) <= 0.05, "much the same at both sites"
+    carried = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "rigid sphere"}
+    assert abs(carried["authume"]["tschamut_absolute"] - meadow[CALIBRATED]["error_absolute"]) < 3.0
+    assert carried["tschamut"]["authume_distance"] < 10.0 and carried["chant_sura"]["authume"] < -15.0
+    about = np.array(RESULTS["authume"]["sensitivity"]["rigid sphere"]["rolling_friction"]["mean"])
+    assert np.abs(np.diff(about[1:4])).min() > 5.0
 
 
 def test_what_is_calibrated_stands_within_what_was_searched() -> None:
@@ -210,9 +234,44 @@ def test_a_model_that_scenes_cannot_name_has_no_row() -> None:
 
 def test_parameters_go_to_the_rebound_model_or_to_the_ground() -> None:
     row = row_named("rigid sphere")
-    keys = row.keys({"normal_restitution": 0.3, "damping": 0.9, "rolling_friction": 0.2})
-    assert keys["rebound"] == {"coulomb_sphere": {"damping": 0.9}} and keys["ground"] == "sphere"
-    assert keys["materials"]["default"] == row.fixed | {"normal_restitution": 0.3, "rolling_friction": 0.2}
+    parameters = {"normal_restitution": 0.3, "rolling_friction": 0.2}
+    assert row.keys(parameters)["rebound"] == {"coulomb_sphere": {}} and row.keys(parameters)["ground"] == "sphere"
+    keys = row._replace(of_rebound=("impact_friction",)).keys({**parameters, "impact_friction": 0.9})
+    assert keys["rebound"] == {"coulomb_sphere": {"impact_friction": 0.9}} and keys["ground"] == "sphere"
+    assert keys["materials"]["default"] == row.fixed | parameters
+
+
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row.name)
+def test_scenes_accept_both_ends_of_what_is_searched(row: Row) -> None:
+    scene = read_scene(chant_sura.ANY_SCENE)
+    for ends in ({one.name: one.low for one in row.free}, {one.name: one.high for one in row.free}):
+        flown = with_keys(scene, row.keys(ends))
+        assert flown.rebound.name == row.rebound and flown.ground.name == row.ground
+        assert flown.materials["default"].model_dump(include=set(ends)) == ends
+
+
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row.name)
+def test_each_parameter_of_single_impacts_changes_the_prediction(row: Row) -> None:
+    impact = chant_sura.Impact("", "", Rock(780.0, 0.4), (3.0, 4.0, -20.0), None, 1.0, None)
+    base, middle = PUBLISHED["chant_sura"][HOEK]["default"], {one.name: 0.5 for one in row.at_impacts}
+
+    def speed(parameters: Mapping[str, float]) -> float:
+        ground = chant_sura.calibrated_surface(base, parameters)
+        return math.hypot(*chant_sura.predicted(chant_sura.model_for(row, parameters), ground, impact, 0.0))
+
+    for one in row.at_impacts:
+        assert speed(middle | {one.name: one.low}) != pytest.approx(speed(middle | {one.name: one.high}), abs=0.1)
+
+
+def test_a_spinning_sphere_of_the_page_is_arrested_by_its_rolling_friction() -> None:
+    """A drop that spins, without friction at the contact: the moment mu_r R P takes 5/2 mu_r (1 + R_n) v_n off R w."""
+    values = PUBLISHED["chant_sura"][STONE]["default"]._replace(friction_angle_deg=0.0, rolling_friction=0.1)
+    ground, rock = chant_sura.surface(values), Rock(780.0, 0.4)
+    motion = Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, -4.0), (0.0, 50.0, 0.0))
+    after = rebound(chant_sura.model_of("coulomb_sphere"), ground, motion, (0.0, 0.0, 1.0),
+                    Falling(rock, RockKey(1, 0, 0), 0))  # fmt: skip
+    assert after.w[1] == pytest.approx(50.0 - 2.5 * 0.1 * 1.35 * 4.0 / 0.4, rel=1e-12)
+    assert after.v == pytest.approx((0.0, 0.0, 1.4), abs=1e-12)
 
 
 def test_a_scene_of_constant_restitution_predicts_the_closed_form() -> None:
