@@ -22,11 +22,13 @@ from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Mode, Outcome
 
 SIDE = 12.0
-"""m: side of the square that every mesh covers."""
+"""m: side of the square that a mesh covers, if it is not LARGE."""
+LARGE = 100.0
+"""How much larger some meshes are: the tolerance grows with them, and so does what may go wrong within it."""
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
 """m: an offset as of survey coordinates, which is added and taken off again, so that vertices are rounded by it."""
 DEEP = 1e-6
-"""m: a rock this far below a facet that it lies over has fallen through; 10,000 times the largest tolerance."""
+"""m: a rock this far below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
 INSIDE = 1e-7
 """m in plan: points this close to a facet's edge are judged by the facets on either side of it alone."""
 
@@ -127,8 +129,18 @@ def junctions(draw: Draw) -> Terrain:
     return terrain_of(vertices, triangles)
 
 
+def fans(draw: Draw) -> Terrain:
+    """Four to eight facets of any slope around one vertex, with ridges and gullies between them."""
+    count = int(draw.integers(4, 9))
+    angles = 2.0 * math.pi * (np.arange(count) + draw.uniform(-0.3, 0.3, count)) / count
+    rim = 0.5 * SIDE * np.stack([np.cos(angles), np.sin(angles)], 1)
+    plan, a = np.concatenate([[(0.0, 0.0)], rim]), np.arange(count)
+    heights = draw.uniform(-2.0, 2.0, count) + draw.choice([0.0, 2.0])
+    return _mesh(plan, np.concatenate([[0.0], heights]), np.stack([0 * a, 1 + a, 1 + (a + 1) % count], 1))
+
+
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
-    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions)
+    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans)
 }
 
 
@@ -146,8 +158,10 @@ def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terra
 
 def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Case:
     """The case of a family and a seed, with so many rocks."""
-    draw = np.random.default_rng([sorted(FAMILIES).index(family), seed])
+    draw = np.random.default_rng([list(FAMILIES).index(family), seed])
     terrain = FAMILIES[family](draw)
+    if draw.uniform() < 0.3:
+        terrain = replace(terrain, vertices=LARGE * terrain.vertices)
     far = draw.uniform() < 0.3
     if far:
         terrain = replace(terrain, vertices=terrain.vertices + UTM - UTM, frame=Frame(UTM))
@@ -180,7 +194,7 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
     share /= share.sum(1)[:, None]
     x = (corners * share[:, :, None]).sum(1)
     dropped = draw.uniform(size=rocks) < 0.35
-    x[dropped, 2] += 10.0 ** draw.uniform(-6.0, 0.7, int(dropped.sum()))
+    x[dropped, 2] += 10.0 ** draw.uniform(-9.0, 0.7, int(dropped.sum()))
     v = np.zeros((rocks, 3))
     along = draw.uniform(size=rocks) < 0.3
     v[along] = (corners[:, 1] - corners[:, 0])[along] * draw.uniform(-2.0, 2.0, (int(along.sum()), 1))

@@ -183,13 +183,15 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
     """When a rock within tolerance of a plane meets it: now, unless it leaves the plane faster than rounding.
 
     c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
+    A rock that rises through the plane from below, as across a crack, meets it where it falls back onto it.
     Moving along the plane counts as meeting it where gravity presses the rock on (a < 0).
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
     if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
-    return falling_time(max(c, 0.0), b, a)
+    rises = c < 0.0 < b and a < 0.0 and b * b > 4.0 * a * c
+    return falling_time(c if rises else max(c, 0.0), b, a)
 
 
 @kernel

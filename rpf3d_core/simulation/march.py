@@ -6,7 +6,7 @@ from typing import Any
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel, model_function
 from rpf3d_core.detection.contact import Contact, Left
-from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground
+from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
@@ -14,7 +14,6 @@ from rpf3d_core.simulation.parabola import next_parabola, out_of_air
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
 from rpf3d_core.simulation.state import (
-    NONE_PASSED,
     State,
     Tally,
     ended,
@@ -26,7 +25,7 @@ from rpf3d_core.simulation.state import (
     with_piece,
 )
 from rpf3d_core.simulation.sustained import carry_on, held_by
-from rpf3d_core.terrain.facet_geometry import contains, on_line, on_plane, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
@@ -170,16 +169,28 @@ def land_point(contact: Contact, physics: Physics, state: State, falling: Fallin
         held = held_by(facets, physics.settings, state, contact, n)
         if held.left.facet >= 0:
             return _stand(facets, state, held.left, held.v)
-    who = as_it_is(falling, state)
-    after = rebounded(physics, state.motion, contact.facet, n, who)
-    note_impact(record, state.tally, state.motion, after, contact.facet, n)
+    who, before = as_it_is(falling, state), _raised(facets, contact.facet, n, state.motion)
+    after = rebounded(physics, before, contact.facet, n, who)
+    note_impact(record, state.tally, before, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
     left = Left(contact.facet, -1, contact.side, False, -1)
-    passed = state.passed if state.tally.idle > 0 else NONE_PASSED
+    passed = still_at(physics.effects, after, state.passed, who)
     bounced = State(after, left, False, tally, MOVING, passed)
-    if breaks(physics.effects, state.motion, after, n, who):
+    if breaks(physics.effects, before, after, n, who):
         return ended(bounced, FRAGMENTED)
     return _settle(physics, bounced, n, falling, record)
+
+
+@kernel
+def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
+    """The motion of a rock that meets facet f, put back on its plane from below; n (3,) is turned towards the rock.
+
+    Across a crack a rock may lie below the facet that takes it (`detection.contact`). Such depths would add up from
+    facet to facet until no facet takes the rock.
+    """
+    if dot(n, subtract(motion.x, corner(facets, f, 0))) >= -NEAR * facets.tolerance:
+        return motion
+    return Motion(motion.t, on_plane(facets, f, motion.x), motion.v, motion.w)
 
 
 @kernel
@@ -187,8 +198,11 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Fal
     """The motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
     An effect's normal that the rock would not hit, or that would send it into the ground, is none: it then hits the
-    ground as it is. Where even that would send it into the ground, its speed into the ground is dropped.
+    ground as it is. Where even that would send it into the ground, its speed into the ground is dropped. A rock that
+    only touches the facet, on its way off it, has no impulse to take.
     """
+    if dot(motion.v, n) > 0.0:
+        return motion
     zone = physics.facets.zone[facet]
     surface = surface_of(physics.materials, zone, falling)
     felt = felt_normal(physics.effects, n, motion, falling)
@@ -279,6 +293,6 @@ def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True
-    for corner in corners:
-        inside = inside and contains(facets, f, corner, False, facets.tolerance)
+    for each in corners:
+        inside = inside and contains(facets, f, each, False, facets.tolerance)
     return inside

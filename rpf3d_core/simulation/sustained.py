@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.arc import Arc
 from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
-from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle
+from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
@@ -80,7 +80,8 @@ def along_piece(physics: Physics, state: State, piece: Piece, falling: Falling, 
     tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, tolerance)
-    return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), state.passed)
+    passed = still_at(physics.effects, piece.motion, state.passed, as_it_is(falling, state))
+    return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), passed)
 
 
 @kernel
@@ -204,7 +205,7 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
             return Hold(Left(contact.facet, last, contact.side, True, before), kept)
-        return Hold(alone, kept)  # the line ends here
+        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends here; no underside carries
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 
