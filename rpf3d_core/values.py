@@ -13,6 +13,10 @@ STANDARD_GRAVITY = 9.81
 """Gravity used by the published test cases (m/s^2); shared/reference/validation.md section 2."""
 
 
+SPHERE_INERTIA_RATIO = 0.4
+"""I / (m R^2) of a solid sphere (-)."""
+
+
 class Motion(NamedTuple):
     """Where a rock is and how it moves: t (s), x (3,) m, v (3,) m/s, w (3,) rad/s."""
 

@@ -270,9 +270,9 @@ def test_what_a_run_prints_fits_a_terminal_of_80_columns(folder: Path) -> None:
     lines = done.stdout.splitlines()
     header = next(i for i, line in enumerate(lines) if line.startswith("zone"))
     end = next(i for i, line in enumerate(lines) if line.startswith("shares of all rocks"))
-    rows = lines[header + 1 : end]
+    rows = [line for line in lines[header + 1 : end] if "more in hazard/benches.csv" not in line]
     assert len(rows) > 3 and all(re.match(r"\S+ +\d[\d.]* % \([\d.]+-[\d.]+\)  ", row) for row in rows), "a line a row"
-    assert max(map(len, lines[: end + 1])) <= 80
+    assert max(map(len, lines[: end + 2])) <= 80
 
 
 # --- help, check, pit, replay -----------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ import sys, rpf3d_core
 rpf3d_core.simulate(sys.argv[1], rocks=2, engine="reference")
 print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
 """
-DEFAULT = ["rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
-"""What of them every scene has that names nothing: the default rebound."""
+DEFAULT = ["rpf3d_core.builders.hazard", "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
+"""What of them every scene has that names nothing: its maps and the default rebound."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.builders.")
 """Where models and effects live that a scene may or may not name."""
 EFFECTS, ROCKS, KEYS = 2, 9, 10

@@ -40,11 +40,11 @@ def test_the_scenes_of_a_study_differ_in_one_thing_only():
     assert found["study_high"].terrain.pit == Pit(triangles=2_332_287, seed=1)
 
 
-def test_rocks_leave_the_west_wall_as_in_the_demo_a_hundred_thousand_of_them():
-    demo = read_scene(ROOT / "config" / "scenes" / "demo.yaml")
+def test_rocks_leave_the_west_wall_that_effects_are_measured_on_a_hundred_thousand_of_them():
+    wall = read_scene(ROOT / "docs" / "effects_wall.yaml")
     for scene in scenes().values():
-        assert scene.sources == tuple(source.model_copy(update={"rocks": 100_000}) for source in demo.sources)
-        assert difference(demo, scene) <= {"terrain", "materials", "sources"}
+        assert scene.sources == tuple(source.model_copy(update={"rocks": 100_000}) for source in wall.sources)
+        assert difference(wall, scene) <= {"terrain", "materials", "sources", "rebound", "ground", "hazard"}
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,13 @@ import numpy as np
 
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.kinetics.rebounds.spin import SPHERE
 from rpf3d_core.simulation.record import IMPACT_COLUMNS, PIECE_COLUMNS
+from rpf3d_core.values import SPHERE_INERTIA_RATIO
 
 
 def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> FloatArray:
     """Return I w^2 / 2 (N,) J with I = 2/5 m R^2, of masses (N,) kg, radii (N,) m and spins (N,) rad/s."""
-    return np.asarray(0.5 * SPHERE * mass * (radius * w) ** 2)
+    return np.asarray(0.5 * SPHERE_INERTIA_RATIO * mass * (radius * w) ** 2)
 
 
 def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
@@ -47,5 +47,5 @@ def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
     if batch.pieces.shape[1] == PIECE_COLUMNS:
         return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
     struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))
-    pieces = SPHERE * (moved[:, None] * batch.pieces[:, PIECE_COLUMNS:]) ** 2
-    return Spins(pieces, SPHERE * (struck * batch.impacts[:, IMPACT_COLUMNS]) ** 2)
+    pieces = SPHERE_INERTIA_RATIO * (moved[:, None] * batch.pieces[:, PIECE_COLUMNS:]) ** 2
+    return Spins(pieces, SPHERE_INERTIA_RATIO * (struck * batch.impacts[:, IMPACT_COLUMNS]) ** 2)

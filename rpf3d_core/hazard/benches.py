@@ -22,7 +22,7 @@ AT_MOST = "at most"
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
 """What the columns of the printed table are."""
 
-OPEN = "the intervals are of the number of rocks alone; the ground's coefficients and the model leave more open"
+OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
 """What the intervals of the printed table do not include."""
 
 MOST_DECIMALS = 4

@@ -208,7 +208,8 @@ def test_whole_grounds_are_made_while_another_is_patched():
 
     def make():
         for k in range(20):
-            bits.append(workshop.whole(grid(seed=k)).facets.geometry.copy())
+            ground = workshop.whole(grid(seed=k))  # in use until it has been copied
+            bits.append(ground.facets.geometry.copy())
 
     threads = [threading.Thread(target=make) for _ in range(2)]
     for thread in threads:

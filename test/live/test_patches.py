@@ -124,7 +124,7 @@ def made_anew(ground):
     some = live_facets(ground)[::-1]
     triangles, zone = ground.terrain.triangles[some].copy(), ground.terrain.zone[some].copy()
     terrain = replace(ground.terrain, triangles=triangles, zone=zone)
-    return Compiled(facets_of(terrain)._replace(tolerance=ground.facets.tolerance))
+    return Compiled(facets_of(terrain)._replace(tolerance=ground.facets.tolerance, crack=ground.facets.crack))
 
 
 def flown(ground, engine, seed):

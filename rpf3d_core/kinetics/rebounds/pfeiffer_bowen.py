@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces, sum_of_bounces
-from rpf3d_core.kinetics.rebounds.spin import SPHERE, heading
+from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.values import Motion, Vec
+from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
 AT_REST = 1.2
@@ -52,8 +52,8 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
     rolling = scale(radius, cross(w_t, n))  # the velocity at which this spin would roll
     slip = norm(subtract(v_t, rolling))
     share = friction(surface.R_t, slip / model.A) * scaling(surface.R_n, surface.R_t, v_n, model.B)
-    energy = SPHERE * dot(rolling, rolling) + dot(v_t, v_t)  # twice that along the ground, for a kilogram
-    speed = math.sqrt(energy * share / (SPHERE + 1.0))
+    energy = SPHERE_INERTIA_RATIO * dot(rolling, rolling) + dot(v_t, v_t)  # twice that along the ground, for a kilogram
+    speed = math.sqrt(energy * share / (SPHERE_INERTIA_RATIO + 1.0))
     away = surface.R_n * halved(v_n / model.K) * v_n
     kept = scale(speed, heading(v_t, rolling))
     return Motion(motion.t, motion.x, add(scale(away, n), kept), add(w_n, scale(1.0 / radius, cross(n, kept))))

@@ -4,9 +4,6 @@ from rpf3d_core.compiling import kernel
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import dot, norm, scale
 
-SPHERE = 0.4
-"""I / (m R^2) of a solid sphere."""
-
 
 @kernel
 def heading(v_t: Vec, rolling: Vec) -> Vec:

@@ -18,12 +18,12 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.compiling import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
-from rpf3d_core.kinetics.rebounds.spin import SPHERE, heading
+from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.materials.distributions import standard_normal
 from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
-from rpf3d_core.values import Motion, Vec
+from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 STREAM = int(Purpose.REBOUND_MATRIX)
@@ -106,7 +106,7 @@ def _no_faster(before: Vec, after: Vec) -> Vec:
 @kernel
 def _energy(state: Vec) -> float:
     """Twice the kinetic energy for a kilogram: translation, and rotation of a sphere."""
-    return state[0] * state[0] + state[1] * state[1] + SPHERE * state[2] * state[2]
+    return state[0] * state[0] + state[1] * state[1] + SPHERE_INERTIA_RATIO * state[2] * state[2]
 
 
 @rest_of_bounces.rule(StochasticMatrix)
