@@ -126,7 +126,11 @@ def _widened(facets: Facets) -> Facets:
 
 @kernel
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: Left, best: Contact) -> Contact:
-    """The earlier of `best` and the arc's first contact with facet f."""
+    """The earlier of `best` and the arc's first contact with facet f.
+
+    Across a crack the next facet may lie higher than the place where the rock sets out. So down to NEAR cracks below a
+    facet the rock is on its free side; otherwise it would meet the facet from behind and be sent into the ground.
+    """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -135,20 +139,10 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: Left, best: Contact)
     if f == left.facet and not left.resting:
         return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
     c, s = dot(n, subtract(arc.x, corner(facets, f, 0))), left.side
-    if -_sunk(facets, left) <= s * c <= NEAR * facets.tolerance:
+    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:
         return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
     best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
     return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
-
-
-@kernel
-def _sunk(facets: Facets, left: Left) -> float:
-    """How far below a facet (m) a rock is still on the side of it that it left the last one on.
-
-    Across a crack the next facet may lie that much higher. Without this a rock that leaves one facet would meet the
-    next from behind, and be sent into the ground.
-    """
-    return NEAR * (facets.crack if left.facet >= 0 else facets.tolerance)
 
 
 @kernel

@@ -95,7 +95,7 @@ GUARDS = (
         "test_edges_and_vertices.py::"
         "test_a_rock_released_at_rest_on_level_ground_stays_there[on a vertex-1e-12 m below-sliding-reference]",
         CONTACT,
-        "    if -_sunk(facets, left) <= s * c <= NEAR * facets.tolerance:\n",
+        "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if c == 0.0:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock is on it",
         "a rock 1e-12 m under a floor falls through it",
@@ -129,7 +129,7 @@ GUARDS = (
     Guard(
         "test_gullies.py::test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it[sliding-reference]",
         CONTACT,
-        "    if -_sunk(facets, left) <= s * c <= NEAR * facets.tolerance:\n",
+        "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if False:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
         "a rock in the corner falls between the three facets",
@@ -137,7 +137,7 @@ GUARDS = (
     Guard(
         "test_gullies.py::test_a_rock_dropped_into_a_needle_pit_stays_in_it[3-sliding-reference]",
         CONTACT,
-        "    if -_sunk(facets, left) <= s * c <= NEAR * facets.tolerance:\n",
+        "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if False:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
         "a rock in the tip of the pit falls through it",
@@ -227,9 +227,9 @@ GUARDS = (
     Guard(
         "test_never_below.py::test_no_rock_falls_through_a_crack_that_survey_coordinates_opened[70]",
         CONTACT,
-        "    return NEAR * (facets.crack if left.facet >= 0 else facets.tolerance)\n",
-        "    return NEAR * facets.tolerance\n",
-        "`_sunk`: across a crack a rock is still on the side of the next facet that it left the last one on",
+        "    if -NEAR * facets.crack <= s * c",
+        "    if -NEAR * facets.tolerance <= s * c",
+        "`earlier_contact`: down to NEAR cracks below a facet a rock is on its free side",
         "the rock meets the next facet from behind, and is sent into the ground",
     ),
     Guard(
