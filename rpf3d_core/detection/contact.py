@@ -198,8 +198,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
         return True
     if f == left.facet:
         return False
-    speed = norm(arc.v)
-    return speed == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / speed, arc.v), ALONG_EDGE)
+    return norm(arc.v) == 0.0 or _comes_over(facets, f, arc, left.side)
 
 
 @kernel

@@ -19,6 +19,14 @@ CRACKED = [27, 42, 70, 82]
 """Seeds of meshes with T-junctions, rounded as survey coordinates are, through which rocks fell."""
 
 
+FALLEN = [
+    ("junctions", 35, "coulomb_limited", 17),  # released at a crack
+    ("junctions", 145, "coulomb_limited", 24),
+    ("junctions", 419, "coulomb_limited", 163),
+    ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
+]
+"""Family, seed, rebound and row of rocks that fell."""
+
 FAN = [(1.0, -0.02, -0.52), (1.0, 1.0, 0.5), (-0.2, 1.0, 0.2), (-1.0, 0.6, 1.0), (-0.5, -1.0, 0.3)]
 """m: the rim of five facets around a vertex at the origin.
 
@@ -59,6 +67,12 @@ def test_a_rock_at_rest_on_a_vertex_stays_on_the_ground(engine):
 def test_no_rock_falls_through_a_crack_that_survey_coordinates_opened(seed):
     case = case_of("junctions", seed, 250)
     assert len(fallen(case, flown(case))) == 0, case.words
+
+
+@pytest.mark.parametrize(("family", "seed", "rebound", "row"), FALLEN)
+def test_rocks_that_a_campaign_saw_fall_stay_above_the_ground(family, seed, rebound, row):
+    case = case_of(family, seed, 250, rebound)
+    assert len(fallen(case, flown(case, "compiled", slice(row, row + 1)))) == 0, case.words
 
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))
