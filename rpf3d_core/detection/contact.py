@@ -184,7 +184,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
     if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
-    rises = c < 0.0 < b and a < 0.0 and b * b > 4.0 * a * c
+    rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
     return falling_time(c if rises else max(c, 0.0), b, a)
 
 

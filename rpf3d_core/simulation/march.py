@@ -186,9 +186,10 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
     """The motion of a rock that meets facet f, put back on its plane from below; n (3,) is turned towards the rock.
 
     Across a crack a rock may lie below the facet that takes it (`detection.contact`). Such depths would add up from
-    facet to facet until no facet takes the rock.
+    facet to facet until no facet takes the rock. Contacts found in steps lie far deeper, and stay where they are.
     """
-    if dot(n, subtract(motion.x, corner(facets, f, 0))) >= -NEAR * facets.tolerance:
+    depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
+    if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
         return motion
     return Motion(motion.t, on_plane(facets, f, motion.x), motion.v, motion.w)
 
