@@ -119,9 +119,7 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
 def _widened(facets: Facets) -> Facets:
     """The same facets for a second look."""
     crack = facets.crack
-    return Facets(
-        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack
-    )
+    return Facets(facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack)
 
 
 @kernel
@@ -198,7 +196,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
         return True
     if f == left.facet:
         return False
-    return norm(arc.v) == 0.0 or _comes_over(facets, f, arc, left.side)
+    return _comes_over(facets, f, arc, left.side)
 
 
 @kernel
@@ -239,11 +237,12 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     Above facets that face upwards this is decided in plan, where the facets that meet at a vertex lie around it without
     gap or overlap: the way leads over one of them, whichever it is. Projected squarely on each facet in turn, the same
     way may lead over none, and the rock would fall between them. A wall has no plan; there that projection counts.
+    A rock at rest, or one that goes straight into f, does not leave it.
     """
     n, v = stored_normal(facets, f), arc.v
     way = (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
     length = norm(way)
-    return length > 0.0 and leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE)
+    return length == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE)
 
 
 @kernel
