@@ -36,8 +36,8 @@ GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 STRIPS = 0.25
 """Strips across the places of R rocks, over the square root of R: rocks that fly one after another start side by side
 and look at the same facets, which are then in the cache."""
-REFERENCE_BATCH = 8
-"""As LARGEST_BATCH, for the reference engine: three are flown to their end when the user interrupts, in about 0.5 s."""
+REFERENCE_BATCH = 4
+"""As LARGEST_BATCH, for the reference engine: two are flown to their end when the user interrupts, in about 0.3 s."""
 SMALLEST_BATCH = 512
 """But for the last of a group. What it costs to begin one is then a hundredth of flying it."""
 BATCHES_A_THREAD = 4
@@ -107,12 +107,13 @@ def fly_batches(
     stop : asked between batches; once it says True, what flies comes to its end and nothing more takes off
     advance : told of progress
     """
-    workers = (threads or os.cpu_count() or 1) if isinstance(engine, Compiled) else 1
-    groups = _dealt(releases, workers, LARGEST_BATCH if isinstance(engine, Compiled) else REFERENCE_BATCH)
+    compiled = isinstance(engine, Compiled)
+    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    groups = _dealt(releases, workers, LARGEST_BATCH if compiled else REFERENCE_BATCH)
     room = _room_for(len(releases.x), spins_of(flight.models))
     crew = Crew(engine, flight, releases, keep, watch, *room, [])
     parts: list[Written] = []
-    for written in _flown_by(workers, crew, groups, stop):
+    for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, stop):
         parts += written
         if advance:
             advance(sum(len(part.rows) for part in written))
@@ -129,14 +130,14 @@ def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
 
 
 def _flown_by(
-    workers: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
+    workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[Written]]:
-    """What was written down of each batch, in their order; each thread always has its next at hand."""
+    """What was written down of each batch, in their order; a group takes off where fewer batches than `at_hand` wait."""
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         group: list[IntArray] | None = next(groups, None)
         while group or running:
-            while group and len(running) < 2 * workers:
+            while group and len(running) < at_hand:
                 running += [pool.submit(_fly_rows, crew, rows) for rows in group]
                 group = next(groups, None)
             yield running.popleft().result()
