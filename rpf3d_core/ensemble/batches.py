@@ -132,7 +132,7 @@ def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[Written]]:
-    """What was written down of each batch, in their order; a group takes off where fewer batches than `at_hand` wait."""
+    """What was written down of each batch, in their order; a group takes off where fewer than `at_hand` wait."""
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         group: list[IntArray] | None = next(groups, None)
