@@ -1,4 +1,4 @@
-"""Write docs/accuracy.md and its pictures: what accuracy costs on the demo pit and on Authume, measured on the spot.
+"""Write docs/accuracy.md and its pictures: what accuracy costs on the demo pit with either rebound, and on Authume.
 
 python docs/accuracy.py    (or make accuracy; takes about a minute a scene)
 """
@@ -7,16 +7,34 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 from rpf3d_core.accuracy.files import PICTURE, write_price_list
 from rpf3d_core.accuracy.measure import price_list
 from rpf3d_core.accuracy.tables import document
 from rpf3d_core.errors import InputError
+from rpf3d_core.io.scene import read_scene
+from rpf3d_core.io.scene_models import ConstantSpec, ReboundSpec
 
 DOCS = Path(__file__).parent
 SCENES = DOCS.parent / "config" / "scenes"
 TARGET = 0.05
-MEASURED = {"demo": "The demo pit", "authume_p1": "Authume"}
+
+
+class Measured(NamedTuple):
+    """A section: which scene is measured, and the rebound that replaces the scene's own."""
+
+    stem: str
+    title: str
+    rebound: ReboundSpec | None = None
+
+
+MEASURED = {
+    "demo": Measured("demo", "The demo pit"),
+    "demo_constant": Measured("demo", "The demo pit with the rebound `constant`", ReboundSpec(constant=ConstantSpec())),
+    "authume_p1": Measured("authume_p1", "Authume, with the rebound `constant`"),
+}
+"""By the name of its picture."""
 
 HEAD = """# What accuracy costs
 `rpf3d cost SCENE --out DIR` measures, on your own scene, what each setting leaves open and what it costs: a table on
@@ -79,29 +97,35 @@ READING = """## How to read it
 def main() -> int:
     """Measure, write and say how long it took; the exit code."""
     parts = [HEAD]
-    for stem, title in MEASURED.items():
-        parts.append(_section(stem, title))
+    for name, measured in MEASURED.items():
+        parts.append(_section(name, measured))
     (DOCS / "accuracy.md").write_text("\n".join([*parts, READING]), encoding="utf-8")
     return 0
 
 
-def _section(stem: str, title: str) -> str:
-    """What was measured on a scene, or why it was not."""
+def _section(name: str, measured: Measured) -> str:
+    """Return what was measured on a scene, or why it was not measured."""
     began = time.process_time()
     try:
-        prices = price_list(SCENES / f"{stem}.yaml", lambda line: print(f"{stem}: {line}", file=sys.stderr))
+        scene = read_scene(SCENES / f"{measured.stem}.yaml")
+        if measured.rebound is not None:
+            scene = scene.model_copy(update={"rebound": measured.rebound})
+        prices = price_list(scene, lambda line: print(f"{name}: {line}", file=sys.stderr))
     except InputError as fault:
-        return f"## {title}\nNot measured: {str(fault).splitlines()[-1]}\n"
+        return f"## {measured.title}\nNot measured: {str(fault).splitlines()[-1]}\n"
     seconds = time.process_time() - began
     with tempfile.TemporaryDirectory() as folder:
         write_price_list(folder, prices, TARGET, recording=False)
-        picture = DOCS / "pictures" / f"cost_{stem}.png"
+        picture = DOCS / "pictures" / f"cost_{name}.png"
         picture.write_bytes((Path(folder) / PICTURE).read_bytes())
     facts = (
-        f"`config/scenes/{stem}.yaml`: {prices.triangles:,} triangles, maps in cells of {prices.cell:g} m. Measured in "
-        f"{seconds:.0f} s of one core, compiling included."
+        f"`config/scenes/{measured.stem}.yaml`, rebound `{scene.rebound.name}`: {prices.triangles:,} triangles, maps "
+        f"in cells of {prices.cell:g} m. Measured in {seconds:.0f} s of one core, compiling included."
     )
-    return f"## {title}\n{facts}\n\n![what accuracy costs](pictures/{picture.name})\n\n{document(prices, TARGET)}\n"
+    return (
+        f"## {measured.title}\n{facts}\n\n![what accuracy costs](pictures/{picture.name})\n\n"
+        f"{document(prices, TARGET)}\n"
+    )
 
 
 if __name__ == "__main__":

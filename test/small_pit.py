@@ -12,11 +12,12 @@ materials:
 sources:
   - {{name: top, zone: bench_1, above_ground: 8, rocks: 75, velocity_spread: [9, 9, 0]}}
   - {{name: below, zone: bench_3, above_ground: 8, rocks: 25, velocity_spread: [9, 9, 0]}}
-hazard: {{cell: 10}}
+hazard: {{cell: {cell}}}
 areas_of_interest: [{{name: east_side, polygons: east.geojson}}]
 outputs: {{trajectories: 10}}
 {more}
 """
+HAZARD_CELL = 10
 EAST = '{"type": "Polygon", "coordinates": [[[0, -300], [300, -300], [300, 300], [0, 300], [0, -300]]]}'
 
 
@@ -26,5 +27,5 @@ def scene_file(
     """Write the scene, and the area of interest that it names; models are the thesis' unless `more` names others."""
     (folder / "east.geojson").write_text(EAST)
     path = folder / name
-    path.write_text(with_models(SCENE.format(R_n=R_n, R_t=R_t, more=more, spills=spills)))
+    path.write_text(with_models(SCENE.format(R_n=R_n, R_t=R_t, more=more, spills=spills, cell=HAZARD_CELL)))
     return path

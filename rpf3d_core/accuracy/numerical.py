@@ -17,6 +17,7 @@ from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.prepared import Prepared
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine, Reference, stepping
@@ -52,7 +53,7 @@ class OnRaster(NamedTuple):
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Cells in those of the scene's maps, which are half as large as a facet; time steps in s."""
+"""Cells as multiples of half a facet, whatever the cells of the scene's maps; time steps in s."""
 MOST_NODES = 2_000_000
 """Heights of a raster; a finer one is left out."""
 GUESSED_STEP = 2e-5
@@ -114,7 +115,8 @@ def stepped_answers(
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Measured]:
     """As `stepped_answers`, on rasters of the terrain: rocks start at their height above the raster's ground."""
-    for cell in (times * prepared.raster.cell for times in RASTER_CELLS):
+    finest = raster_over(prepared.terrain).cell
+    for cell in (times * finest for times in RASTER_CELLS):
         low, high = prepared.engine.facets.low, prepared.engine.facets.high
         if (high[0] - low[0]) * (high[1] - low[1]) > MOST_NODES * cell * cell:
             continue

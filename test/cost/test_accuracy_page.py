@@ -13,6 +13,6 @@ def test_the_page_on_accuracy_has_the_text_and_the_pictures_of_the_command_that_
     spec.loader.exec_module(module)
     page = (DOCS / "accuracy.md").read_text()
     assert page.startswith(module.HEAD) and page.endswith(module.READING), "run: make accuracy"
-    for stem, title in module.MEASURED.items():
-        assert f"## {title}\n" in page
-        assert f"pictures/cost_{stem}.png" not in page or (DOCS / "pictures" / f"cost_{stem}.png").is_file()
+    for name, measured in module.MEASURED.items():
+        assert f"## {measured.title}\n" in page
+        assert f"pictures/cost_{name}.png" not in page or (DOCS / "pictures" / f"cost_{name}.png").is_file()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import call, refused
-from small_pit import scene_file
+from small_pit import HAZARD_CELL, scene_file
 
 from rpf3d_core.accuracy import geometric, measure, numerical, statistical
 from rpf3d_core.accuracy.files import read_price_list, write_price_list
@@ -15,6 +15,7 @@ from rpf3d_core.accuracy.numerical import Steps
 from rpf3d_core.accuracy.statistical import Sampled
 from rpf3d_core.accuracy.tables import NOTE
 from rpf3d_core.errors import SceneError
+from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.io.scene import read_scene
 from rpf3d_core.prepared import prepare
 from rpf3d_core.run import simulate
@@ -51,6 +52,9 @@ def test_the_price_list_has_every_series_and_a_run_buys_from_it(
             assert 0.0 <= line["error"] <= 1.0 and line["seconds_per_1000_rocks"] > 0.0
     methods = [line["setting"]["method"] for line in facts["numerical"]]
     assert methods[0] == "events" and "raster" in methods
+    rasters = {line["setting"]["cell"] for line in facts["numerical"] if line["setting"]["method"] == "raster"}
+    finest = raster_over(prepare(read_scene(scene)).terrain).cell
+    assert finest != HAZARD_CELL and rasters == {finest, 4.0 * finest}, "as fine as the facets, not as the map"
     assert facts["scene"]["method"] == {"method": "stepping", "dt": 0.02, "threshold": 0.1, "squared": False}
     assert facts["scene"]["method"] in [line["setting"] for line in facts["numerical"]]
     errors = {(s.get("dt"), s.get("threshold")): line["error"] for line in facts["numerical"] if (s := line["setting"])}
