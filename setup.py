@@ -50,11 +50,11 @@ setup(
     entry_points={
         "console_scripts": [
             "rpf3d = rpf3d_core.cli:main",
-            "rpf3d_simulator = rpf3d_ros.simulator_node:main",
-            "rpf3d_recorder = rpf3d_ros.recorder_node:main",
-            "rpf3d_acknowledge = rpf3d_ros.acknowledge:main",
-            "rpf3d_play_bag = rpf3d_ros.play_bag:main",
-            "rpf3d_scene_publisher = rpf3d_ros.scene_publisher_node:main",
+            "rpf3d_simulator = rpf3d_ros.nodes.simulator_node:main",
+            "rpf3d_recorder = rpf3d_ros.nodes.recorder_node:main",
+            "rpf3d_acknowledge = rpf3d_ros.nodes.acknowledge:main",
+            "rpf3d_play_bag = rpf3d_ros.recording.play_bag:main",
+            "rpf3d_scene_publisher = rpf3d_ros.nodes.scene_publisher_node:main",
         ],
     },
     zip_safe=True,

@@ -24,16 +24,16 @@ import numpy as np
 from flight import BENCH, CONE, TRIANGLES, Case, ground_of
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import loop
 from rpf3d_core.ensemble.batches import Keep, fly_batches
 from rpf3d_core.ensemble.fly import flights_of
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
-from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
-from rpf3d_core.io.mesh_writer import write_mesh
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.hazard.walks.ground import ground_over
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.results.mesh_writer import write_mesh
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 PASSES = 5
 LONG = 4

@@ -29,7 +29,7 @@ from rpf3d_core.materials.library import Surface, materials_of
 from rpf3d_core.simulation.engines import Engine, Models, engine_of
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.values import Rock
 
 TRIANGLES = 2_332_287  # thesis, table 5-2
@@ -128,7 +128,7 @@ FIRST_CALL = """
 import sys, time
 from rpf3d_core.simulation.engines import engine_of, warm
 from rpf3d_core.terrain.facets import facets_of
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from flight import BENCH, flight_of
 facets, flight = facets_of(pit_terrain(Pit(triangles=2000))), flight_of(BENCH, sys.argv[1])
 began = time.process_time()

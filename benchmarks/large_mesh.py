@@ -18,12 +18,12 @@ from typing import Any
 from flight import BENCH, TRIANGLES, flight_of, releases
 
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.io.mesh_writer import write_mesh
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.results.mesh_writer import write_mesh
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 REFERENCE_ROCKS = 200
 SCENE = """

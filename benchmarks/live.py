@@ -19,9 +19,9 @@ from live_stack import Heartbeat, Stack, machine
 from live_table import Row, Rows, gaps_of, print_table
 from rclpy.serialization import serialize_message
 
-from rpf3d_core.compiling import HAS_NUMBA
-from rpf3d_core.terrain.pit import Pit, pit_terrain
-from rpf3d_ros.stand_in import StandIn
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
+from rpf3d_ros.demo.stand_in import StandIn
 
 TRIANGLES = 2_332_287  # thesis, table 5-2
 PATCH = 71

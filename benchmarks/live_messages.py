@@ -17,9 +17,9 @@ from std_msgs.msg import Header
 
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.shift_content import heights_at
-from rpf3d_ros.terrain_messages import COUNT, HEADER, MeshSurvey, cdr_of_mesh
+from rpf3d_ros.demo.shift_content import heights_at
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.terrain_messages import COUNT, HEADER, MeshSurvey, cdr_of_mesh
 
 Floats = NDArray[np.float64]
 SECOND = 1_000_000_000

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Self
 
-from rpf3d_ros.demo_processes import ended, isolated_environment, node_process, tails
+from rpf3d_ros.demo.processes import ended, isolated_environment, node_process, tails
 
 KB = 1024
 MB = 1e6

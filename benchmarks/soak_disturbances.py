@@ -11,9 +11,9 @@ from soak_mine import LISTENER, RECORDER, SIMULATOR, Mine, Told, start
 from soak_world import PATCHED, World
 from std_msgs.msg import Bool
 
-from rpf3d_ros.qos import LATCHED
-from rpf3d_ros.shift_content import patch_message
-from rpf3d_ros.stand_in import StandIn
+from rpf3d_ros.demo.shift_content import patch_message
+from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.nodes.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip

@@ -17,10 +17,10 @@ from soak_world import SCENE, SITE, SPEED, SPREAD_V, SPREAD_X
 from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.alert_reading import ALERT
-from rpf3d_ros.health import healths_of
-from rpf3d_ros.simulated_clock import SimulatedClock
-from rpf3d_ros.stand_in import StandIn
+from rpf3d_ros.demo.simulated_clock import SimulatedClock
+from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.messages.alert_reading import ALERT
+from rpf3d_ros.messages.health import healths_of
 
 RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
 """Seconds between messages of the radar, between looks at memory, between sentences on how it goes."""

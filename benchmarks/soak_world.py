@@ -14,11 +14,11 @@ from live_messages import Heights
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence, areas_of
 from rpf3d_core.alerts.levels import Level
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.site import read_site
-from rpf3d_core.run import run_scene
-from rpf3d_core.terrain.pit import Pit, pit_terrain
-from rpf3d_ros.shift_content import ShiftContent, shift_content
+from rpf3d_core.alerts.site import read_site
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
+from rpf3d_ros.demo.shift_content import ShiftContent, shift_content
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE, SITE = ROOT / "config/scenes/shift.yaml", ROOT / "config/site_shift.yaml"

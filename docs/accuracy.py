@@ -13,8 +13,8 @@ from rpf3d_core.accuracy.files import PICTURE, write_price_list
 from rpf3d_core.accuracy.measure import price_list
 from rpf3d_core.accuracy.tables import document
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_models import ConstantSpec, ReboundSpec
+from rpf3d_core.scene.models import ConstantSpec, ReboundSpec
+from rpf3d_core.scene.reading import read_scene
 
 DOCS = Path(__file__).parent
 SCENES = DOCS.parent / "config" / "scenes"

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.choices import chosen_scene
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.stream import Shown, Stream
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_offers_list import COSTS, Offered, offers
-from rpf3d_core.prepared import Prepared, prepare, releases_in_ranges
+from rpf3d_core.scene.catalogue import COSTS, Offered, offers
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.choices import chosen_scene
+from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
 from rpf3d_core.values import Outcome
 
 DOCS = Path(__file__).parent

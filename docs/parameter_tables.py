@@ -7,9 +7,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from rpf3d_core.io.scene_fields import SceneField
 from rpf3d_core.live.scene import live_parameters
-from rpf3d_ros.parameters import FrameParameters, RecorderParameters, ScenePublisherParameters, SimulatorParameters
+from rpf3d_core.scene.fields import SceneField
+from rpf3d_ros.nodes.parameters import (
+    FrameParameters,
+    RecorderParameters,
+    ScenePublisherParameters,
+    SimulatorParameters,
+)
 
 PAGE = Path(__file__).with_name("operations.md")
 KINDS = {

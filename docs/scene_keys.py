@@ -9,25 +9,23 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from rpf3d_core.io import (
-    scene_barriers,
-    scene_berms,
-    scene_effects_air,
-    scene_effects_fragmentation,
-    scene_effects_scarring,
-    scene_forest,
-    scene_grounds,
-    scene_hazard,
-    scene_method,
-    scene_model,
-    scene_models,
-    scene_rebounds,
-    scene_releases,
-    scene_roughness,
-    scene_sphere,
-    scene_terrain,
-)
-from rpf3d_core.terrain.pit_parameters import RANGES, Pit
+from rpf3d_core.scene import air as scene_effects_air
+from rpf3d_core.scene import barriers as scene_barriers
+from rpf3d_core.scene import berms as scene_berms
+from rpf3d_core.scene import forest as scene_forest
+from rpf3d_core.scene import fragmentation as scene_effects_fragmentation
+from rpf3d_core.scene import grounds as scene_grounds
+from rpf3d_core.scene import hazard as scene_hazard
+from rpf3d_core.scene import method as scene_method
+from rpf3d_core.scene import model as scene_model
+from rpf3d_core.scene import models as scene_models
+from rpf3d_core.scene import rebounds as scene_rebounds
+from rpf3d_core.scene import releases as scene_releases
+from rpf3d_core.scene import roughness as scene_roughness
+from rpf3d_core.scene import scarring as scene_effects_scarring
+from rpf3d_core.scene import sphere as scene_sphere
+from rpf3d_core.scene import terrain as scene_terrain
+from rpf3d_core.terrain.pit.parameters import RANGES, Pit
 
 PARTS = (
     ("The scene", scene_model.Scene),
@@ -226,7 +224,7 @@ def pit_table() -> str:
         low, high = RANGES.get(name, (None, None))
         bounds = "" if low is None else f"{low:g} to {high:g}"
         rows.append(f"| `{name}` | {bounds} | `{plain(getattr(pit, name))}` |")
-    text = "Lengths in m, angles in degrees; what each means stands in `rpf3d_core/terrain/pit_parameters.py`."
+    text = "Lengths in m, angles in degrees; what each means stands in `rpf3d_core/terrain/pit/parameters.py`."
     return "\n".join(["## terrain.pit", text, "", "| key | bounds | default |", "|---|---|---|", *rows, ""])
 
 

@@ -11,12 +11,12 @@ __all__ = ["InputError", "Run", "read_scene", "read_terrain", "replay", "simulat
 
 _HOMES = {
     "InputError": "rpf3d_core.errors",
-    "Run": "rpf3d_core.run",
-    "read_scene": "rpf3d_core.io.scene",
-    "read_terrain": "rpf3d_core.io.terrain",
-    "replay": "rpf3d_core.run",
-    "simulate": "rpf3d_core.run",
-    "write_run": "rpf3d_core.run",
+    "Run": "rpf3d_core.runs.run",
+    "read_scene": "rpf3d_core.scene.reading",
+    "read_terrain": "rpf3d_core.setup.terrain",
+    "replay": "rpf3d_core.runs.run",
+    "simulate": "rpf3d_core.runs.run",
+    "write_run": "rpf3d_core.runs.run",
 }
 
 

@@ -6,7 +6,7 @@ Source: thesis, equations 2-1 and 2-2.
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import Motion, Vec
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import Vec
 
 

@@ -8,8 +8,8 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence, untouched
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.io.site_model import Thresholds
 
 S = 1_000_000_000
 """ns of a second."""

@@ -16,20 +16,20 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.totals import totals_of
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import scales_of
-from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import tallies_over
-from rpf3d_core.io.areas import local_outlines, read_areas
-from rpf3d_core.io.findings import Findings
-from rpf3d_core.io.observed import position_along
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.terrain.edges import edges_of
+from rpf3d_core.hazard.walks.ground import ground_over
+from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.observed import position_along
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.areas import local_outlines, read_areas
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.faults import FaultReport, fault_report
 from rpf3d_core.terrain.frame import Frame
-from rpf3d_core.terrain.winding import repair_winding
+from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.mesh.faults import FaultReport, fault_report
+from rpf3d_core.terrain.mesh.winding import repair_winding
 from rpf3d_core.values import STANDARD_GRAVITY, Mode, Outcome
 
 NORMAL, TANGENTIAL, FRICTION, BOUNCES = 0.5, 0.8, 0.6, 4

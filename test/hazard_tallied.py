@@ -6,9 +6,9 @@ import scenes_of_facets as made
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
-from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.tallies import tallies_over
+from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.terrain.facets import facets_of
 
 MASS = 1000.0

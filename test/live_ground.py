@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import small_pit
 
-from rpf3d_core.compiling import HAS_NUMBA
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.simulation.engines import engine_of
 from rpf3d_core.terrain.facets import facets_of
 

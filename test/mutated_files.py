@@ -18,10 +18,10 @@ from vtkmodules.vtkIOGeometry import vtkOBJWriter
 from vtkmodules.vtkIOLegacy import vtkPolyDataWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
-from rpf3d_core.io.point_files import read_points
-from rpf3d_core.io.polygons import read_polygons
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.terrain import read_terrain
 
 VERTICES, TRIANGLES = grid(3, 4)
 CORNERS = VERTICES[TRIANGLES]

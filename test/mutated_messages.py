@@ -14,15 +14,15 @@ from visualization_msgs.msg import MarkerArray
 
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.zones import ShownZone
-from rpf3d_ros.area_messages import rings_of_equipment, rings_of_polygon
-from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
-from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
-from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
-from rpf3d_ros.result_messages import ResultFacts, facts_of, results_message
-from rpf3d_ros.source_messages import poses_of_sources, sources_of_cloud, sources_of_point, sources_of_poses
-from rpf3d_ros.terrain_messages import check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
+from rpf3d_ros.messages.area_messages import rings_of_equipment, rings_of_polygon
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_messages import trajectory_markers, zone_markers
+from rpf3d_ros.messages.marker_reading import facets_of_markers, strips_of_markers
+from rpf3d_ros.messages.result_messages import ResultFacts, facts_of, results_message
+from rpf3d_ros.messages.source_messages import poses_of_sources, sources_of_cloud, sources_of_point, sources_of_poses
+from rpf3d_ros.messages.terrain_messages import check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
 
 MAP, HEADER = MapFrame(), Header(frame_id="map")
 MOST = 1000

@@ -8,9 +8,9 @@ from scenes_of_facets import ENGINES
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.simulation.engines import Engine
-from rpf3d_core.terrain.edges import edges_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.winding import repair_winding
+from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.mesh.winding import repair_winding
 from rpf3d_core.values import Mode, Outcome
 
 G = 9.81

@@ -6,9 +6,7 @@ from typing import Any
 import numpy as np
 from scenes_of_facets import flight
 
-from rpf3d_core.builders.rebounds import angle_table, cholesky, mass_scaled
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.io.scene_rebounds import AngleTableSpec, MassScaledSpec
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
 from rpf3d_core.kinetics.rebounds.pfeiffer_bowen import PfeifferBowen
@@ -18,6 +16,8 @@ from rpf3d_core.kinetics.rebounds.v_half import VHalf
 from rpf3d_core.kinetics.rebounds.velocity_scaled import VelocityScaled
 from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.scene.rebounds import AngleTableSpec, MassScaledSpec
+from rpf3d_core.setup.builders.rebounds import angle_table, cholesky, mass_scaled
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import ZERO, Motion, Rock, Vec
 

@@ -19,14 +19,14 @@ from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import MarkerArray
 
 from rpf3d_core.live.zones import ShownZone
-from rpf3d_ros.alert_reading import ALERT
-from rpf3d_ros.bag_writer import BagWriter, typestore
-from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.diagnostic_messages import diagnostics_of
-from rpf3d_ros.health import ERROR, OK, WARN, Health
-from rpf3d_ros.marker_messages import area_markers, trajectory_markers, zone_markers
-from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import cdr_of_mesh
+from rpf3d_ros.messages.alert_reading import ALERT
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
+from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
+from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
+from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
+from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 
 SECOND = 1_000_000_000
 SIDE = 40

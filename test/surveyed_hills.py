@@ -4,8 +4,8 @@ import numpy as np
 
 from rpf3d_core.live.ground import Ground
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey
-from rpf3d_core.terrain.edges import edges_of
 from rpf3d_core.terrain.grid_rows import grid_mesh
+from rpf3d_core.terrain.mesh.edges import edges_of
 
 EAST, NORTH = 5000.0, 3000.0
 

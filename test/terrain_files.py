@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.scene.model import Scene
 
 SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
 

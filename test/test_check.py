@@ -11,12 +11,12 @@ from command_line import python, rpf3d
 from terrain_files import SLOPE, grid, with_models, write_binary_stl
 
 from rpf3d_core import cli
-from rpf3d_core.check import COMPILE_S, PILOT_ROCKS, check_scene
-from rpf3d_core.choices import chosen_scene
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
-from rpf3d_core.io.scene import read_scene
+from rpf3d_core.runs.check import COMPILE_S, PILOT_ROCKS, check_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.choices import chosen_scene
 
 ABOVE = "  - {name: above, points: [[1.3, 1.2, 9], [2.5, 2.5, 8]], rocks: 4}\n"
 UNDER = "  - {name: under, points: [[1.3, 1.2, 9], [1.3, 1.2, -9]], rocks: 5}\n"
@@ -122,7 +122,7 @@ def test_rocks_and_engine_can_be_chosen_and_the_scenes_own_number_counts(folder:
 def test_of_very_many_rocks_a_part_is_looked_at_and_said_to_be(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.check.LOOKED_AT", 100)
+    monkeypatch.setattr("rpf3d_core.runs.check.LOOKED_AT", 100)
     (source,) = checked(folder, SLOPE + ABOVE.replace("rocks: 4", "rocks: 1001")).sources
     assert (source.rocks, source.looked_at) == (1001, 91)
     assert source.describe().startswith("1,001 rocks (91 looked at), ")
@@ -146,7 +146,7 @@ def test_what_the_maps_need_is_told_and_too_much_is_refused_as_a_run_refuses_it(
 def test_the_compiled_engine_without_numba_is_refused_as_a_run_refuses_it(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.prepared.HAS_NUMBA", False)
+    monkeypatch.setattr("rpf3d_core.setup.prepared.HAS_NUMBA", False)
     with pytest.raises(InputError, match="'compiled' cannot be used: numba is not installed"):
         checked(folder, SLOPE + ABOVE + "engine: compiled\n")
 

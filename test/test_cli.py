@@ -11,8 +11,8 @@ import pytest
 from command_line import call, python, refused, rpf3d
 from terrain_files import SLOPE, ascii_stl, grid, write_binary_stl
 
-from rpf3d_core.io.terrain import read_surface
-from rpf3d_core.terrain.pit_parameters import Pit
+from rpf3d_core.setup.terrain import read_surface
+from rpf3d_core.terrain.pit.parameters import Pit
 
 SCENE = f"""\
 {SLOPE}  - {{name: top, points: [[1.3, 1.2, 9]], rocks: 3}}
@@ -52,7 +52,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
-    monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
+    monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
     monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
 
 
@@ -135,7 +135,7 @@ def test_a_scene_that_is_not_there_or_is_a_folder_is_refused(
 def test_a_result_folder_that_is_occupied_is_refused_before_any_work(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.run.prepare", lambda *_: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("rpf3d_core.runs.run.prepare", lambda *_: pytest.fail("it worked before it looked"))
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder)
     assert "holds files that are not rpf3d's; give the path of a new or empty folder" in said
     file = folder / "slope.stl"
@@ -165,7 +165,7 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(f"rpf3d_core.io.tables.{table}", full)
+    monkeypatch.setattr(f"rpf3d_core.results.tables.{table}", full)
     said = refused(monkeypatch, capsys, "run", folder / "scene.yaml", "--out", folder / "out")
     assert said == f"{folder / 'out'}: could not be written (No space left on device)"
     assert [path.name for path in folder.iterdir() if "out" in path.name] == []
@@ -350,7 +350,7 @@ def test_a_pit_with_an_unknown_extension_is_refused_before_it_is_dug(
     def dug(pit: Pit) -> None:
         pytest.fail("it dug before it looked")
 
-    monkeypatch.setattr("rpf3d_core.terrain.pit.pit_terrain", dug)
+    monkeypatch.setattr("rpf3d_core.terrain.pit.synthetic.pit_terrain", dug)
     assert "the extension must be" in refused(monkeypatch, capsys, "pit", tmp_path / "pit.xyz")
 
 

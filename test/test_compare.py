@@ -7,14 +7,14 @@ from command_line import rpf3d as command
 from small_pit import scene_file
 
 import rpf3d_core as rpf3d
-from rpf3d_core.compare import Counted, compare_runs, compare_summaries, comparison_section
-from rpf3d_core.compare_tables import decimals_for, lines_of, markdown_of, percent, points, share_rows
 from rpf3d_core.ensemble.statistics import share_of
 from rpf3d_core.ensemble.two_shares import newcombe_interval
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.earlier_results import stops_by_zone
-from rpf3d_core.io.summary import summary
-from rpf3d_core.run import findings_of
+from rpf3d_core.results.earlier_results import stops_by_zone
+from rpf3d_core.results.summary import summary
+from rpf3d_core.runs.compare import Counted, compare_runs, compare_summaries, comparison_section
+from rpf3d_core.runs.compare_tables import decimals_for, lines_of, markdown_of, percent, points, share_rows
+from rpf3d_core.runs.run import findings_of
 
 
 def place(reached, stopped, rocks, energy=1000.0):

@@ -7,15 +7,15 @@ from typing import NamedTuple
 import pytest
 from command_line import ROOT, python
 
-from rpf3d_core import compiling
-from rpf3d_core.compiling import model_function, source_digest
+from rpf3d_core.jit import dispatch as compiling
+from rpf3d_core.jit.dispatch import model_function, source_digest
 from rpf3d_core.kinetics.rebound import rebound
 
 numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
 
-HALF = "from rpf3d_core.compiling import kernel\n\n\n@kernel\ndef factor(x):\n    return {factor} * x\n"
+HALF = "from rpf3d_core.jit.dispatch import kernel\n\n\n@kernel\ndef factor(x):\n    return {factor} * x\n"
 LOOP = """\
-from rpf3d_core.compiling import loop
+from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.factor import factor
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 from command_line import LONGEST, environment
 
-from rpf3d_core import compiling_beside
+from rpf3d_core.jit import background as compiling_beside
 
 pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
 
 LOOP = """\
 import time
-from rpf3d_core.compiling import loop
+from rpf3d_core.jit.dispatch import loop
 
 
 @loop

@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from rpf3d_core.io.scene_offers_list import COSTS, offers
+from rpf3d_core.scene.catalogue import COSTS, offers
 
 ROOT = Path(__file__).parents[1]
 

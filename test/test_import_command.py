@@ -12,7 +12,7 @@ GRIDS = {"rockyfor3d": rockyfor3d_grids, "stone": stone_grids}
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures and recording take most of the time of a run, and are looked at elsewhere."""
-    monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
+    monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
     monkeypatch.setattr("rpf3d_core.recordings.log.write_recording", lambda *_: None)
 
 

@@ -10,7 +10,7 @@ pytest.importorskip("numba", reason="numba is not installed: there is nothing to
 COMPILED = """
 import math
 from numba.core.codegen import JITCodeLibrary
-from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.jit.dispatch import kernel, loop
 
 made = []
 usual = JITCodeLibrary._finalize_final_module
@@ -48,7 +48,7 @@ import numpy as np
 from rpf3d_core import compiling
 from rpf3d_core.simulation.engines import engine_of
 from rpf3d_core.terrain.facets import facets_of
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 facets = facets_of(pit_terrain(Pit(triangles=6000)))
 low, high = np.array(facets.low), np.array(facets.high)

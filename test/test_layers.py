@@ -51,21 +51,21 @@ ACROSS = {
 """What one folder may take from another of its own layer; None for everything."""
 
 CONFINED = {
-    "numba": ("rpf3d_core/compiling.py", "rpf3d_core/inlining.py"),
-    "llvmlite": ("rpf3d_core/compiling.py",),
+    "numba": ("rpf3d_core/jit/dispatch.py", "rpf3d_core/jit/inlining.py"),
+    "llvmlite": ("rpf3d_core/jit/dispatch.py",),
     "vtk": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),
     "vtkmodules": ("rpf3d_core/detection/vtk_", "rpf3d_core/io/"),
     "rclpy": ("rpf3d_ros/",),
     "rerun": ("rpf3d_core/recordings/",),
     "matplotlib": ("rpf3d_core/io/plots",),
-    "pyarrow": ("rpf3d_core/io/tables.py", "rpf3d_core/io/vtp_file.py"),
+    "pyarrow": ("rpf3d_core/results/tables.py", "rpf3d_core/formats/vtp.py"),
     "rasterio": ("rpf3d_core/io/",),
     "shapely": (
         "rpf3d_core/io/",
         *(f"rpf3d_core/terrain/{file}.py" for file in ("zones", "cloud", "ring", "gaps", "steep_gaps", "outer_walls")),
     ),
     "pydantic": ("rpf3d_core/io/scene", "rpf3d_core/io/site"),
-    "yaml": ("rpf3d_core/io/yaml_lines.py",),
+    "yaml": ("rpf3d_core/formats/yaml.py",),
     "typer": ("rpf3d_core/cli.py", "rpf3d_core/commands/"),
     "rich": ("rpf3d_core/commands/",),
 }
@@ -149,13 +149,13 @@ def test_every_file_and_folder_of_the_core_stands_in_a_layer() -> None:
         ("kinetics", "rpf3d_core.values", True),
         ("kinetics", "rpf3d_core.simulation.march", False),
         ("kinetics", "rpf3d_core.terrain.facets", True),
-        ("kinetics", "rpf3d_core.terrain.pit", False),
+        ("kinetics", "rpf3d_core.terrain.pit.synthetic", False),
         ("io", "rpf3d_core.recordings.log", False),
-        ("recordings", "rpf3d_core.io.scene", False),
+        ("recordings", "rpf3d_core.scene.reading", False),
         ("effects", "rpf3d_core.kinetics.flight", True),
         ("kinetics", "rpf3d_core.effects.drag", False),
-        ("rpf3d_ros", "rpf3d_core.run", True),
-        ("run", "rpf3d_ros.results", False),
+        ("rpf3d_ros", "rpf3d_core.runs.run", True),
+        ("run", "rpf3d_ros.messages.columns", False),
     ],
 )
 def test_the_layer_rule_itself_can_say_no(importer: str, module: str, allowed: bool) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from rpf3d_core.check import check_scene
-from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.streams import Purpose
+from rpf3d_core.runs.check import check_scene
+from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.simulation import engines
 
 ROOT = Path(__file__).parents[1]
@@ -24,7 +24,7 @@ import sys, rpf3d_core
 rpf3d_core.simulate(sys.argv[1], rocks=2, engine="reference")
 print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
 """
-DEFAULT = ["rpf3d_core.builders.hazard", "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
+DEFAULT = ["rpf3d_core.setup.builders.hazard", "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
 """What of them every scene has that names nothing: its maps and the default rebound."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.builders.")
 """Where models and effects live that a scene may or may not name."""

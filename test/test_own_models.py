@@ -89,7 +89,7 @@ def test_what_cannot_be_used_is_refused_with_the_key_and_the_reason(folder: Path
 
 
 LOOP = """
-from rpf3d_core.compiling import loop
+from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
@@ -104,7 +104,7 @@ def bounce(model, out):
 RUN = """
 import sys
 import numpy as np
-from rpf3d_core.io.scene import read_scene
+from rpf3d_core.scene.reading import read_scene
 from little_loop import bounce
 out = np.zeros(1)
 bounce(read_scene(sys.argv[1]).rebound.offer.made(), out)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from small_pit import scene_file
 
-from rpf3d_core import prepared as prepared_module
-from rpf3d_core import run as run_module
-from rpf3d_core.compiling_beside import Beside
 from rpf3d_core.detection import bucket_grid, slabs
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.prepared import prepare
-from rpf3d_core.run import simulate
+from rpf3d_core.jit.background import Beside
+from rpf3d_core.runs import run as run_module
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup import prepared as prepared_module
+from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.simulation import engines
 from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index
 from rpf3d_core.terrain import facets

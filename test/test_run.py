@@ -10,11 +10,11 @@ from command_line import python
 from terrain_files import grid, write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core.choices import with_choices
-from rpf3d_core.io.scene_model import LARGEST_SEED
-from rpf3d_core.io.scene_releases import RockSpec
-from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.prepared import scene_flight
+from rpf3d_core.scene.model import LARGEST_SEED
+from rpf3d_core.scene.releases import RockSpec
+from rpf3d_core.setup.choices import with_choices
+from rpf3d_core.setup.prepared import scene_flight
+from rpf3d_core.setup.sources import rock_of
 from rpf3d_core.values import Outcome
 
 SCENES = Path(__file__).parents[1] / "config" / "scenes"
@@ -129,7 +129,7 @@ def test_progress_is_told_the_total_and_then_every_rock(scene: Path) -> None:
 def test_a_damaged_file_of_points_is_refused_before_the_terrain_is_read(
     scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.prepared.read_terrain", lambda _: pytest.fail("it read the terrain first"))
+    monkeypatch.setattr("rpf3d_core.setup.prepared.read_terrain", lambda _: pytest.fail("it read the terrain first"))
     (scene.parent / "points.xyz").write_text("1 2 3\n1 nan 3\n")
     scene.write_text(SCENE.replace("points: [[1.3, 1.2, 9]]", "points_file: points.xyz"))
     with pytest.raises(rpf3d.InputError, match=r"points\.xyz, line 2, column 2: y must be a plain, finite number"):
@@ -144,7 +144,7 @@ def test_the_times_of_a_run_add_up(scene: Path) -> None:
 def test_a_run_without_recording_is_written_without_rerun(
     scene: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
+    monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
     run = rpf3d.simulate(scene)
     folder = rpf3d.write_run(run, tmp_path / "out", recording=False)
     assert folder == tmp_path / "out" and not (folder / "run.rrd").exists()

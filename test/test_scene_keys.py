@@ -3,7 +3,7 @@
 import importlib.util
 from pathlib import Path
 
-from rpf3d_core.io.scene import read_scene
+from rpf3d_core.scene.reading import read_scene
 
 DOCS = Path(__file__).parents[1] / "docs"
 

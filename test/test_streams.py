@@ -14,13 +14,13 @@ from command_line import call, refused
 from terrain_files import SLOPE, grid, write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core import run as run_module
-from rpf3d_core.choices import FIRST_ROUND, rounds_of
 from rpf3d_core.ensemble import samples, stream
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import blocks_of
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.run import Run, run_scene
+from rpf3d_core.runs import run as run_module
+from rpf3d_core.runs.run import Run, run_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.choices import FIRST_ROUND, rounds_of
 from rpf3d_core.values import Outcome
 
 SCENE = f"""\
@@ -50,7 +50,7 @@ def folder(tmp_path: Path) -> Path:
 @pytest.fixture
 def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures take most of the time of a run, and are looked at elsewhere."""
-    monkeypatch.setattr("rpf3d_core.io.results._write_pictures", lambda *_: None)
+    monkeypatch.setattr("rpf3d_core.results.folder._write_pictures", lambda *_: None)
 
 
 def more(folder: Path, text: str) -> Path:
@@ -116,7 +116,7 @@ def test_the_rocks_that_are_shown_are_spread_over_all_blocks(
     folder: Path, monkeypatch: pytest.MonkeyPatch, no_pictures: None
 ) -> None:
     monkeypatch.setattr(stream, "BLOCK", 50)
-    monkeypatch.setattr("rpf3d_core.run.SHOWN", 40)
+    monkeypatch.setattr("rpf3d_core.runs.run.SHOWN", 40)
     scene = more(folder, "outputs: {trajectories: 20}\n")
     run = run_scene(scene, folder / "out", rocks=FEW, engine="reference", recording=False)
     assert len(run.flights.deposits.rock) == 40 and run.totals.rocks == FEW
@@ -171,7 +171,7 @@ def test_memory_does_not_grow_with_the_rocks(folder: Path, monkeypatch: pytest.M
     pytest.importorskip("numba", reason="numba is not installed: plain Python would fly for an hour")
     monkeypatch.setattr(stream, "BLOCK", 8192)
     monkeypatch.setattr(samples, "EXACT", 5000)
-    monkeypatch.setattr("rpf3d_core.run.SHOWN", 1000)
+    monkeypatch.setattr("rpf3d_core.runs.run.SHOWN", 1000)
     scene = more(folder, "outputs: {impacts: false, trajectories: 10}\nhazard: {cell: 0.5}\n")
     peaks = [peak_of(scene, folder / "out", rocks) for rocks in (3000, 24_000, 200_000)][1:]  # in blocks of 8,000
     assert facts(folder / "out")["rocks"] == 200_000
@@ -191,7 +191,7 @@ def peak_of(scene: Path, out: Path, rocks: int) -> int:
 def test_maps_that_need_too_much_memory_are_refused_before_a_rock_flies(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("rpf3d_core.run._fly", lambda *_: pytest.fail("it flew"))
+    monkeypatch.setattr("rpf3d_core.runs.run._fly", lambda *_: pytest.fail("it flew"))
     for command in ("run", "check"):
         scene = more(folder, "hazard: {cell: 0.01, memory_gb: 0.1}\n")
         said = refused(monkeypatch, capsys, command, scene, *(("--out", folder / "out") if command == "run" else ()))

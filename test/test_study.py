@@ -9,13 +9,13 @@ import pytest
 from small_pit import scene_file
 
 import rpf3d_core as rpf3d
-from rpf3d_core import study as study_module
 from rpf3d_core.ensemble import samples
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.summary import summary
-from rpf3d_core.prepared import prepare
-from rpf3d_core.run import findings_of
-from rpf3d_core.study import fly_part, fly_parts, merged, rounds_of_parts, study
+from rpf3d_core.results.summary import summary
+from rpf3d_core.runs import parallel as study_module
+from rpf3d_core.runs.parallel import fly_part, fly_parts, merged, rounds_of_parts, study
+from rpf3d_core.runs.run import findings_of
+from rpf3d_core.setup.prepared import prepare
 
 PARTS = 8
 TIMES = ("read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s")

@@ -7,15 +7,15 @@ import pytest
 from command_line import ROOT, rpf3d
 from small_pit import scene_file
 
-from rpf3d_core import thesis, thesis_report
-from rpf3d_core.compare import Counted
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.zone_materials import material_of
-from rpf3d_core.run import run_scene
-from rpf3d_core.terrain.pit import Pit
-from rpf3d_core.thesis import LOCALISED, RESOLUTION, STUDIES, Printed, runs_of, scene_files, study_named
-from rpf3d_core.thesis_report import Finding, report_of, report_section, stops_in_pit, verdict_of, write_report
+from rpf3d_core.runs import thesis, thesis_report
+from rpf3d_core.runs.compare import Counted
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.runs.thesis import LOCALISED, RESOLUTION, STUDIES, Printed, runs_of, scene_files, study_named
+from rpf3d_core.runs.thesis_report import Finding, report_of, report_section, stops_in_pit, verdict_of, write_report
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.scene.zone_materials import material_of
+from rpf3d_core.terrain.pit.synthetic import Pit
 
 UNITS = {0: (0.5, 0.8), 1: (0.6, 0.8), 2: (0.5, 0.8), 3: (0.4, 0.7), 4: (0.5, 0.8), 5: (0.5, 0.8), 6: (0.25, 0.4)}
 """Table 5-3 of the thesis: R_n and R_t."""

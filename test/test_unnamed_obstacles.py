@@ -10,7 +10,7 @@ import small_pit
 ROOT = Path(__file__).parents[1]
 CODE = """
 import sys
-from rpf3d_core.run import run_scene
+from rpf3d_core.runs.run import run_scene
 run_scene(sys.argv[1], sys.argv[2], rocks=4, engine="reference", recording=False)
 print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.") and name.split(".")[-1] in {
     "barriers", "barrier_passages", "forest", "obstacle_cells", "hazard_barriers", "gamma", "tree_files"}))

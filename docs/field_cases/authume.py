@@ -16,9 +16,9 @@ from field_cases.figures import bootstrap, distance, distance_of_halves, distanc
 from field_cases.flying import Ends, Keys, Site
 from field_cases.rows import Row, row_named
 from field_cases.search import Found, search
-from rpf3d_core.choices import chosen_scene
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.setup.choices import chosen_scene
 
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data" / "authume"

@@ -17,14 +17,14 @@ from field_cases.flying import with_keys
 from field_cases.rows import HOEK, PUBLISHED, Row, Values, row_named
 from field_cases.search import Found, Free, search
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_models import ReboundSpec
-from rpf3d_core.io.terrain import read_terrain
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.named import models_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models import ReboundSpec
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.named import models_of
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Motion, Rock, Vec
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_flight
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.prepared import Prepared, check_releases, prepare, releases_in_ranges, scene_flight
 from rpf3d_core.values import Outcome
 
 Keys = Mapping[str, Any]

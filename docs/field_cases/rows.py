@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from field_cases.search import Free
-from rpf3d_core.io.scene_model import Material
-from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
+from rpf3d_core.scene.model import Material
+from rpf3d_core.scene.models import GroundSpec, ReboundSpec
 
 HOEK = "Hoek 1987"
 STONE = "STONE"

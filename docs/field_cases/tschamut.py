@@ -17,9 +17,9 @@ from field_cases.figures import bootstrap
 from field_cases.flying import Ends, Keys, Site
 from field_cases.rows import Row, row_named
 from field_cases.search import Found, search
-from rpf3d_core.choices import chosen_scene
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.choices import chosen_scene
 
 DATA = ROOT.parent / "shared" / "data" / "tschamut2014"
 RUNS = 18

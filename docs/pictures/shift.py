@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from rpf3d_ros.demo import BEGINS_NS
+from rpf3d_ros.demo.run import BEGINS_NS
 
 SECOND = 158.0
 """s of the shift that is shown: the ramp is evacuated."""

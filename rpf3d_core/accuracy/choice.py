@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.accuracy.price_list import EVENTS, Priced, PriceList
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_method import MethodSpec
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.scene.method import MethodSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene
 
 MOST_ROCKS = 10_000_000
 """Where to give up: as `target.most_rocks` of a scene."""

@@ -6,8 +6,8 @@ from rpf3d_core.accuracy.choice import check_target
 from rpf3d_core.accuracy.files import read_price_list, write_price_list
 from rpf3d_core.accuracy.measure import Tell, price_list
 from rpf3d_core.accuracy.price_list import PriceList
-from rpf3d_core.io.results import check_folder
-from rpf3d_core.io.scene import read_scene, scene_digest
+from rpf3d_core.results.folder import check_folder
+from rpf3d_core.scene.reading import read_scene, scene_digest
 
 
 def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:

@@ -7,8 +7,8 @@ from rpf3d_core.accuracy.price_list import PriceList, price_list_of, section
 from rpf3d_core.accuracy.series import series_of
 from rpf3d_core.accuracy.tables import document, findings
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.results import check_folder
-from rpf3d_core.io.summary import plain, versions
+from rpf3d_core.results.folder import check_folder
+from rpf3d_core.results.summary import plain, versions
 
 JSON, PICTURE, RECORDING = "cost.json", "cost.png", "cost.rrd"
 
@@ -21,8 +21,8 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
     InputError
         The folder holds something else, or cannot be written to.
     """
-    from rpf3d_core.io.plots_cost import write_cost  # matplotlib takes most of a second to import
     from rpf3d_core.recordings.cost import write_cost_recording
+    from rpf3d_core.results.plots_cost import write_cost  # matplotlib takes most of a second to import
 
     place, series = check_folder(folder), series_of(prices)
     facts = {**section(prices), "versions": versions(), "target": target, "findings": findings(prices, target)}

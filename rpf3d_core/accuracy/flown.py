@@ -12,7 +12,7 @@ from rpf3d_core.ensemble.releases import Releases, share_out
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.hazard.convergence import Step, step_of
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.prepared import Prepared, check_releases, empty_tallies, releases_in_ranges
+from rpf3d_core.setup.prepared import Prepared, check_releases, empty_tallies, releases_in_ranges
 from rpf3d_core.simulation.engines import Engine, warm
 from rpf3d_core.values import Mode
 

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rpf3d_core.accuracy.decimated import decimated
 from rpf3d_core.accuracy.differences import Difference, difference
 from rpf3d_core.accuracy.flown import Flown, fly
 from rpf3d_core.accuracy.from_above import nearest_ground
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
-from rpf3d_core.io.decimated import decimated
-from rpf3d_core.prepared import Prepared
+from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain

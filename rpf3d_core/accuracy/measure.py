@@ -20,13 +20,13 @@ from rpf3d_core.accuracy.price_list import (
     steps_setting,
 )
 from rpf3d_core.accuracy.statistical import Sampled, doublings
-from rpf3d_core.choices import rounds_of, with_choices
-from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene import read_scene, scene_digest
-from rpf3d_core.io.scene_method import MethodSpec
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.prepared import Prepared, places_of, prepare
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.scene.method import MethodSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.setup.choices import rounds_of, with_choices
+from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 
 PAIRED = 2000
 """Rocks that are flown by events and in steps: enough to tell a hundredth of a share, few enough for small steps."""

@@ -18,7 +18,7 @@ from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.hazard.raster import raster_over
-from rpf3d_core.prepared import Prepared
+from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine, Reference, stepping
 from rpf3d_core.terrain.facet_geometry import NEAR

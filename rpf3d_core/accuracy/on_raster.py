@@ -7,7 +7,7 @@ import numpy as np
 from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import over_terrain
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.prepared import Prepared
+from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.simulation.capped import engine_over
 from rpf3d_core.simulation.engines import Engine, stepping_over_squares
 from rpf3d_core.terrain.facets import Terrain

@@ -17,7 +17,7 @@ from rpf3d_core.kinetics.rebound import ConstantRestitution
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
 from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface, surface_of
-from rpf3d_core.prepared import Prepared
+from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Mode
 

@@ -5,7 +5,7 @@ from itertools import cycle
 from typing import Any
 
 from rpf3d_core.accuracy.price_list import Priced, PriceList
-from rpf3d_core.series import Colour, Series
+from rpf3d_core.results.series import Colour, Series
 
 LEAST = 1e-4
 """Where an error below this is drawn, 0 above all: logarithms have no place for it. Its word then says what it is."""

@@ -9,7 +9,7 @@ from rpf3d_core.accuracy.differences import map_distance
 from rpf3d_core.accuracy.flown import Flown, Reached, fly, some_rocks
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
-from rpf3d_core.prepared import Prepared
+from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
 """Rocks that the doublings begin with."""

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
 from rpf3d_core.alerts.limits import Finding, limits_of
-from rpf3d_core.io.site_model import Thresholds
+from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
 UNTOLD = "the answer says nothing of it"

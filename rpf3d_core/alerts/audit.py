@@ -19,9 +19,9 @@ from rpf3d_core.alerts.lines import (
     decision_of,
 )
 from rpf3d_core.alerts.log_files import files_in
+from rpf3d_core.alerts.site import site_of
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError, SceneError
-from rpf3d_core.io.site import site_of
-from rpf3d_core.io.site_model import Thresholds
 
 MOST_FINDINGS = 100
 """Sentences about what is wrong that are kept: a log whose middle is missing would have one for each line."""

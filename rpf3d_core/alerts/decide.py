@@ -11,9 +11,9 @@ from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
 from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
 from rpf3d_core.alerts.times import ns_of, when
-from rpf3d_core.io.site_model import Thresholds
 
 
 class _Held(NamedTuple):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Level
-from rpf3d_core.io.site_model import AreaSpec, EvidenceSpec, LimitsSpec, Thresholds
+from rpf3d_core.alerts.site_model import AreaSpec, EvidenceSpec, LimitsSpec, Thresholds
 
 
 class Finding(NamedTuple):

@@ -23,8 +23,8 @@ from rpf3d_core.alerts.log_files import (
     tail_of,
     write_whole,
 )
-from rpf3d_core.io.site import site_digest, site_text
-from rpf3d_core.io.site_model import Thresholds
+from rpf3d_core.alerts.site import site_digest, site_text
+from rpf3d_core.alerts.site_model import Thresholds
 
 LARGEST_BYTES = 16 * 1024 * 1024
 """Bytes of a file from which on the next line begins another: some thousands of decisions, read in a second."""

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Alert
 from rpf3d_core.alerts.limits import limits_of
+from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.times import ns_of, span
-from rpf3d_core.io.site_model import Thresholds
 
 
 def faults_of(

@@ -9,13 +9,13 @@ from rpf3d_core.commands.screen import print_warnings, rocks_in_words, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.check import Check, Cost
+    from rpf3d_core.runs.check import Check, Cost
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
     """Report the faults of a scene's terrain, where its sources are, and what running it will cost and take."""
-    from rpf3d_core.check import check_scene
-    from rpf3d_core.choices import chosen_scene
+    from rpf3d_core.runs.check import check_scene
+    from rpf3d_core.setup.choices import chosen_scene
 
     report = check_scene(chosen_scene(scene, number_of_rocks(rocks), engine, None))
     _print_check(report)
@@ -26,7 +26,7 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 def _print_check(report: "Check") -> None:
     """What was found out about a scene, a line each."""
-    from rpf3d_core.io.zone_materials import words_on_friction
+    from rpf3d_core.scene.zone_materials import words_on_friction
 
     named = report.scene
     lines = [line.split("  ", 1) for line in report.faults.describe()]

@@ -15,8 +15,8 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
 ) -> None:
     """Compare two results: shares of each zone and area side by side, and which differences are significant."""
-    from rpf3d_core.compare import compare_runs, comparison_section
-    from rpf3d_core.compare_tables import ENERGIES_HEADER, SHARES_HEADER, energy_rows, lines_of, share_rows
+    from rpf3d_core.runs.compare import compare_runs, comparison_section
+    from rpf3d_core.runs.compare_tables import ENERGIES_HEADER, SHARES_HEADER, energy_rows, lines_of, share_rows
 
     comparison = compare_runs(run_a, run_b)
     if as_json:

@@ -9,7 +9,7 @@ from rpf3d_core.commands.options import SceneFile
 from rpf3d_core.commands.screen import end_interrupted, print_table, screen
 
 if TYPE_CHECKING:
-    from rpf3d_core.io.scene_model import Scene
+    from rpf3d_core.scene.model import Scene
 
 TargetOption = Annotated[float, typer.Option(help="What the total error (-) is to keep to, between 0 and 1.")]
 

@@ -12,7 +12,7 @@ from rpf3d_core.commands.screen import GAP, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.io.scene_offers_list import Offered
+    from rpf3d_core.scene.catalogue import Offered
 
 
 def effects(
@@ -20,7 +20,7 @@ def effects(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all parameters.")] = False,
 ) -> None:
     """List the rebound models, ground models and effects that a scene may name, with parameters, sources and cost."""
-    from rpf3d_core.io.scene_offers_list import offers
+    from rpf3d_core.scene.catalogue import offers
 
     listed = [offer for offer in offers() if name in (None, offer.name, f"{offer.kind}.{offer.name}")]
     if not listed:

@@ -9,7 +9,7 @@ import typer
 from rpf3d_core.commands.screen import complaints, screen
 from rpf3d_core.errors import InputError
 
-READER = "rpf3d_ros.from_bag"
+READER = "rpf3d_ros.recording.from_bag"
 """Reads the nodes' messages, so it lies with them; named here, not imported: the core does without the nodes."""
 
 SHOWN = 10

@@ -8,7 +8,7 @@ import typer
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.choices import Rocks
+    from rpf3d_core.setup.choices import Rocks
 
 SceneFile = Annotated[Path, typer.Argument(help="A scene file (YAML).", show_default=False)]
 RocksOption = Annotated[str | None, typer.Option(help="Rocks in total, or auto, instead of the scene's.")]

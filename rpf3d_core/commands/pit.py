@@ -14,8 +14,8 @@ def pit(
     seed: Annotated[int, typer.Option(help="Seed of roughness, spills and relief.")] = 1,
 ) -> None:
     """Write a synthetic open pit after the thesis' Arturo mine."""
-    from rpf3d_core.io.mesh_writer import check_mesh_path, write_mesh
-    from rpf3d_core.terrain.pit import Pit, pit_terrain
+    from rpf3d_core.results.mesh_writer import check_mesh_path, write_mesh
+    from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
     check_mesh_path(out)  # before the digging, not after
     terrain = pit_terrain(Pit(triangles=triangles, seed=seed))

@@ -16,9 +16,9 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.values import Outcome
 
 if TYPE_CHECKING:
-    from rpf3d_core.choices import Rocks
-    from rpf3d_core.io.scene_model import Scene
-    from rpf3d_core.run import Run
+    from rpf3d_core.runs.run import Run
+    from rpf3d_core.scene.model import Scene
+    from rpf3d_core.setup.choices import Rocks
 
 
 def run(
@@ -35,7 +35,7 @@ def run(
 
     Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
     """
-    from rpf3d_core.run import run_scene
+    from rpf3d_core.runs.run import run_scene
 
     began: list[float] = []
     try:
@@ -73,8 +73,8 @@ def _print_run(result: "Run", write_s: float) -> None:
     """What came of a run, what a user should know of it, and the seconds it took."""
     from rpf3d_core.ensemble.statistics import words_on_pieces
     from rpf3d_core.hazard.benches import lost_in_words
-    from rpf3d_core.io.hazard_zones import zones_without_cells
-    from rpf3d_core.io.scene_warnings import warnings_of
+    from rpf3d_core.results.hazard_zones import zones_without_cells
+    from rpf3d_core.setup.warnings import warnings_of
 
     totals, flights = result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
@@ -98,8 +98,8 @@ def _print_run(result: "Run", write_s: float) -> None:
 
 def _print_outcomes(run: "Run") -> None:
     """A table of outcomes, each with its sentence, and the materials whose friction is the default."""
-    from rpf3d_core.io.outcome_sentences import sentence_of
-    from rpf3d_core.io.zone_materials import without_friction, words_on_friction
+    from rpf3d_core.results.outcome_sentences import sentence_of
+    from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)
     for outcome in Outcome:
@@ -128,7 +128,7 @@ def _print_benches(run: "Run") -> None:
 
 def _print_maps(run: "Run") -> None:
     """Say which cells the hazard maps have, and the largest numbers on them."""
-    from rpf3d_core.io.hazard_words import words_on_maps
+    from rpf3d_core.results.hazard_words import words_on_maps
 
     screen.print(words_on_maps(run.maps), style="dim", highlight=False, soft_wrap=True)
 
@@ -137,7 +137,7 @@ def _print_barriers(run: "Run") -> None:
     """What rocks did at each barrier, where the scene names some."""
     if not run.maps.barriers:
         return
-    from rpf3d_core.io.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
+    from rpf3d_core.results.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
 
     table = Table(*TEXT_HEADER, box=None, padding=GAP, pad_edge=False)
     for row in text_rows(run.maps.barriers):

@@ -15,9 +15,9 @@ def study(
     rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
 ) -> None:
     """Make one of the thesis' studies: resolution of the terrain, or localised coefficients of restitution."""
-    from rpf3d_core.run import run_scene
-    from rpf3d_core.thesis import runs_of, study_named
-    from rpf3d_core.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report
+    from rpf3d_core.runs.run import run_scene
+    from rpf3d_core.runs.thesis import runs_of, study_named
+    from rpf3d_core.runs.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report
 
     chosen = study_named(name)
     runs = runs_of(chosen, out)

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.detection.plan_boxes import packed_box, part_of
-from rpf3d_core.memory import Memory, Share, fresh, one_by_one
+from rpf3d_core.jit.dispatch import kernel, loop
+from rpf3d_core.jit.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc, position
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
 from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
-from rpf3d_core.memory import Memory, Share, fresh, one_by_one
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.jit.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 

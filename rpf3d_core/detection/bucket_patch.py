@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.detection.bucket_grid import BAND, ENTRIES_PER_FACET, box_over, span_of
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, add_normal, clear_block, lean_upwards, raise_over, slab_row
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.memory import Kept, Share
+from rpf3d_core.jit.dispatch import kernel, loop
+from rpf3d_core.jit.memory import Kept, Share
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc, time_over
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, first_contact
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec

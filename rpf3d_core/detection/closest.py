@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.bucket_grid import cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

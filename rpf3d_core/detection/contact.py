@@ -17,8 +17,8 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.ties import wins_tie
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     NEAR,

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.detection.bucket_grid import cell_index, span_of
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.bucket_patch import Block, Entries
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.terrain.frame import FloatArray
 
 STAYS, GOES = 0, 2

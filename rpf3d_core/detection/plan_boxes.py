@@ -4,7 +4,7 @@ A facet's box and a probe's are rounded to parts by the same function, which nev
 boxes that overlap in metres overlap in parts, whatever rounding does; some more do.
 """
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 
 PARTS = 128
 """Parts of a cell, along x and along y: what a byte can count beside its guard."""

@@ -8,7 +8,7 @@ every root has a bracket of its own, none is missed, and plus, times and roots a
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
 """Steps within a bracket: bisection alone takes 64 in one scale, false position about ten."""

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.detection.bucket_grid import Grid, bands, span_of
-from rpf3d_core.memory import Memory, Share, fresh, one_by_one
+from rpf3d_core.jit.dispatch import kernel, loop
+from rpf3d_core.jit.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

@@ -16,9 +16,9 @@ Nothing of it depends on which facet the sphere has left, nor on the order in wh
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import GRAZING, falling_time
 from rpf3d_core.detection.quartic import Quartic, first_fall
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, edge_distance, edge_inward, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec

@@ -8,8 +8,8 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position, velocity
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, first_contact
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

@@ -7,9 +7,9 @@ out of reach by REACH tolerances, which is far more than rounding and than the s
 from typing import NamedTuple
 
 from rpf3d_core.arc import Arc, position
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_grid import Grid
 from rpf3d_core.detection.plan_boxes import packed_probe, part_of
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH, corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.bucket_grid import cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.detection.contact import Left, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
 from rpf3d_core.detection.touching import Sweep, looked_at, scan
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH, corner
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

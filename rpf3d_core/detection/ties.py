@@ -4,7 +4,7 @@ Speeds, normals and places decide, so that the order of the facets in the file d
 """
 
 from rpf3d_core.arc import Arc, gravity_along, position, velocity
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec

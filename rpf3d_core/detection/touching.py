@@ -3,10 +3,10 @@
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.closest import closest_point
 from rpf3d_core.detection.contact import GRAZING
 from rpf3d_core.detection.sphere_contact import ON_RIM, Course, Touch, earlier_touch, stays_on
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import NEAR, corner, edge_distance, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec

@@ -13,7 +13,7 @@ than h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8). `stretch_for` solves tha
 
 import math
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
 """Seconds of flight for which an accuracy is promised: a fall of 120 m. A longer one is off by its square, at most."""

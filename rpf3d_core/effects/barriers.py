@@ -17,9 +17,9 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
 from rpf3d_core.effects.obstacle_cells import SLOWEST, Cells, first_in_cells, time_to
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.values import MOVING, ZERO, Motion, Outcome
 from rpf3d_core.vectors import dot, scale

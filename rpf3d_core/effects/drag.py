@@ -7,9 +7,9 @@ is drag while bounces below `smallest_bounce` are summed up and while a rock sli
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.air import stretch_for
 from rpf3d_core.effects.hooks import in_air, longest_flight
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale

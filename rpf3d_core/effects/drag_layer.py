@@ -14,9 +14,9 @@ out the layer's border is known to within a stretch.
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.air import FLIGHT, stretch_for
 from rpf3d_core.effects.hooks import asks_height, in_air, longest_flight
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale

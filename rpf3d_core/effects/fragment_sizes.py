@@ -20,7 +20,7 @@ A comparison that nothing was fitted to: the largest share 1 / zeta(p) is 0.88, 
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 
 LOGS = tuple(math.log(k) for k in range(2, 12))
 """Of the terms of a zeta function that are added one by one."""

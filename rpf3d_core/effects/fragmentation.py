@@ -17,8 +17,8 @@ r = 0.5, 5 at 0.6, 2 from 0.64). Their surface has nothing to do with A_new.
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.hooks import breaks
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import Motion, Rock, Vec

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import MOVING, Motion, Vec

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.effects.hooks import NO_MEETING, Meeting
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.terrain.frame import FloatArray
 

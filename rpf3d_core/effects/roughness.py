@@ -22,8 +22,8 @@ leaves is the ground's own normal to the last bit.
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.hooks import felt_normal
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.distributions import standard_normal
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.streams import Purpose, uniform_at

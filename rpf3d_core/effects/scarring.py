@@ -27,8 +27,8 @@ the vertical one, the same on level ground.
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.effects.hooks import in_ground
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Motion, Rock, Vec

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.effects.fragment_sizes import Cascade, cascade_of, count_from, share_at
 from rpf3d_core.effects.fragmentation import Fragmentation, surface_created, unbroken, volume_of
 from rpf3d_core.effects.hooks import chain_of, links_of
 from rpf3d_core.ensemble.broken import DUST_UNITS, NONE_BROKEN, SOURCES, Broken, rows_of_broken
 from rpf3d_core.ensemble.releases import FloatArray, IntArray, Releases
 from rpf3d_core.errors import InputError
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rpf3d_core.compiling import loop
+from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.materials.distributions import FEW, Distribution, quantiles
 from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.terrain.frame import FloatArray

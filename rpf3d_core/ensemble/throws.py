@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import loop
+from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.materials.distributions import FEW, Distribution
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import position
-from rpf3d_core.compiling import kernel
-from rpf3d_core.hazard.tracks import Track, time_at, top_speed2
-from rpf3d_core.hazard.visits import Visits, note_stay, note_track_energy, visit
+from rpf3d_core.hazard.walks.tracks import Track, time_at, top_speed2
+from rpf3d_core.hazard.walks.visits import Visits, note_stay, note_track_energy, visit
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 

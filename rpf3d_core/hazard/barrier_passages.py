@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc, velocity
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of
 from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.frame import FloatArray
 
 PER_OCTAVE = 8

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import loop
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
-from rpf3d_core.hazard.lines import Found
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
 from rpf3d_core.hazard.tally import SUM_UNITS, Tally
-from rpf3d_core.hazard.ways import WAY_UNITS
+from rpf3d_core.hazard.walks.cache_lines import Found
+from rpf3d_core.hazard.walks.ways import WAY_UNITS
+from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.frame import FloatArray
 
 ENERGY = 0

@@ -12,7 +12,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.statistics import wilson_intervals
 from rpf3d_core.hazard.maps import HazardMaps, StatisticArray
-from rpf3d_core.hazard.ways import SQUARE, WAY
+from rpf3d_core.hazard.walks.ways import SQUARE, WAY
 from rpf3d_core.terrain.frame import FloatArray
 
 

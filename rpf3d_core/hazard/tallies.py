@@ -13,20 +13,20 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.compiling_beside import Call
 from rpf3d_core.ensemble.batch import NOTHING, Batch
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.hazard.areas import Areas
 from rpf3d_core.hazard.bins import Scales
-from rpf3d_core.hazard.ground import Ground, plain_ground
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tally import Tally
-from rpf3d_core.hazard.visiting import Scratch, visit_all, with_more_room
-from rpf3d_core.hazard.visits import empty_visits
-from rpf3d_core.hazard.walk_buckets import empty_spans
+from rpf3d_core.hazard.walks.buckets import empty_spans
+from rpf3d_core.hazard.walks.ground import Ground, plain_ground
+from rpf3d_core.hazard.walks.visiting import Scratch, visit_all, with_more_room
+from rpf3d_core.hazard.walks.visits import empty_visits
+from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
 """Visits to one kind of cell that are gathered before they are folded in: 4 MB."""

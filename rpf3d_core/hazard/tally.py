@@ -15,11 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop, prefetch
-from rpf3d_core.compiling_beside import Call
 from rpf3d_core.hazard.bins import PER_OCTAVE, Scales, bin_of
 from rpf3d_core.hazard.carries import AT_ONCE, Carries, in_pairs
-from rpf3d_core.hazard.lines import (
+from rpf3d_core.hazard.walks.cache_lines import (
     LINE,
     LINE_DEPOSITS,
     LINE_FIRST,
@@ -34,9 +32,11 @@ from rpf3d_core.hazard.lines import (
     empty_lines,
     found_in,
 )
-from rpf3d_core.hazard.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits, energy2_of
-from rpf3d_core.hazard.ways import WAY_BYTES, add_way
-from rpf3d_core.memory import longer
+from rpf3d_core.hazard.walks.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits, energy2_of
+from rpf3d_core.hazard.walks.ways import WAY_BYTES, add_way
+from rpf3d_core.jit.background import Call
+from rpf3d_core.jit.dispatch import kernel, loop, prefetch
+from rpf3d_core.jit.memory import longer
 
 FEWEST_SLOTS = 1024
 GROWTH = 4

@@ -25,8 +25,8 @@ from rpf3d_core.imports.scene_text import (
     stopping,
 )
 from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, Starts, source_rocks, starts_of
-from rpf3d_core.io.scene_model import Material
-from rpf3d_core.io.scene_models import GroundSpec
+from rpf3d_core.scene.model import Material
+from rpf3d_core.scene.models import GroundSpec
 
 PROGRAM = "STONE"
 NORMAL, TANGENTIAL, FRICTION = "nrest", "trest", "friction"

@@ -21,7 +21,7 @@ Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Lei
 
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rolling_moment import STICKS, impulses_of
 from rpf3d_core.materials.falling import Falling

@@ -6,7 +6,7 @@ what the deceleration k comes from, and when the rock has stopped, is the ground
 
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.materials.library import Surface
 
 

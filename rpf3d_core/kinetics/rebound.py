@@ -7,7 +7,7 @@ against the velocity, v_n = (v . n) n and v_t = v - v_n, the rock leaves with v'
 from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
-from rpf3d_core.compiling import kernel, model_function
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import ZERO, Motion, Vec

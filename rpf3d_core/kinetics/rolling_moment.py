@@ -21,7 +21,7 @@ PlatRock with Siconos (physics reference 2.6).
 
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, norm, scale, subtract
 

@@ -8,7 +8,7 @@ Source: Guzzetti et al. 2002, Comput. Geosci. 28:1079-1093, as implemented in r.
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.ground import Law, law_in_gully, law_on_facet, shared
 from rpf3d_core.materials.library import Surface
 

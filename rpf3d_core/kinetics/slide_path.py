@@ -12,7 +12,7 @@ Derived from first principles; checked against quadrature in test/analytic/test_
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.ground import Law
 from rpf3d_core.kinetics.slide_path import (
     SlidePath,

@@ -15,7 +15,7 @@ Derived from rigid-body mechanics (validation reference 2.5).
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import CREEP, HOLDS
 from rpf3d_core.materials.library import Surface

@@ -12,25 +12,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import HAS_NUMBA
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
 from rpf3d_core.detection.bucket_patch import Block, Plan
 from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.detection.footprint import STAYS
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patching import Change, change_of
 from rpf3d_core.live.room import Room, Rooms
 from rpf3d_core.live.sewing import sewn
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
-from rpf3d_core.memory import Share, Threads, halves
 from rpf3d_core.simulation.capped import caps_within
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
-from rpf3d_core.terrain.border import border_after, border_of, net_sides
 from rpf3d_core.terrain.cloud import cloud_mesh
 from rpf3d_core.terrain.facets import Facets, Terrain, contact_tolerance, facets_from, lay_out
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.terrain.grid_rows import Mesh, grid_mesh
-from rpf3d_core.terrain.mesh_ready import ready_mesh
+from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
+from rpf3d_core.terrain.mesh.mesh_ready import ready_mesh
 
 ZONE = "terrain"
 """The zone of every facet: surveys carry no zones."""

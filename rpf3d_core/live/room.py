@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.memory import Kept
+from rpf3d_core.jit.memory import Kept
 
 SETS = 2
 """Sets that are kept while nobody uses them: the running ground's and the one that the next is made in."""

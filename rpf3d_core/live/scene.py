@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene import read_scene, scene_of_values
-from rpf3d_core.io.scene_fields import SceneField, scene_fields
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.scene.fields import SceneField, scene_fields
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_of_values
 
 SCENE = "scene"
 """The name under which a scene file is given."""

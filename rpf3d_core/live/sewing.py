@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.detection.bucket_patch import patched_locator
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.jit.memory import Share, halves
 from rpf3d_core.live.patching import Change
 from rpf3d_core.live.room import Room
-from rpf3d_core.memory import Share, halves
 from rpf3d_core.terrain.facets import (
     RELATIVE_TOLERANCE,
     Facets,

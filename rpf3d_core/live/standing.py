@@ -12,21 +12,21 @@ from typing import Protocol
 
 import numpy as np
 
-from rpf3d_core.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.sizes import SPHERE, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE
-from rpf3d_core.hazard.ground import ground_after, ground_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import Tally
-from rpf3d_core.io.areas import area_outlines
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_sources import rock_of
+from rpf3d_core.hazard.walks.ground import ground_after, ground_over
 from rpf3d_core.live.cells import Cells, cells_after, cells_over
 from rpf3d_core.live.ground import Changed
-from rpf3d_core.prepared import scene_flight, scene_raster
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.areas import area_outlines
+from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
+from rpf3d_core.setup.prepared import scene_flight, scene_raster
+from rpf3d_core.setup.sources import rock_of
 from rpf3d_core.simulation.engines import Compiled, Engine, spins_of
 from rpf3d_core.terrain.facets import Facets, Terrain
 from rpf3d_core.terrain.frame import FloatArray

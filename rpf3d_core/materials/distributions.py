@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.materials.normal_quantile import normal_quantile
 
 FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)

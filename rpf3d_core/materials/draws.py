@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.distributions import FIXED, Distribution, fixed, quantile
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of

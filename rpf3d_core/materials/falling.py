@@ -5,7 +5,7 @@ A column that no model of a scene asks for is None, so it is neither filled in n
 
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import Rock
 
 

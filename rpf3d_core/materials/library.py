@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import model_function
+from rpf3d_core.jit.dispatch import model_function
 from rpf3d_core.materials.falling import Falling
 
 

@@ -6,7 +6,7 @@ Wichura 1988, Algorithm AS 241, Applied Statistics 37(3):477-484, doi 10.2307/23
 
 import math
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 
 Coefficients = tuple[float, float, float, float, float, float, float, float]
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rpf3d_core.compiling import HAS_NUMBA, kernel, loop
+from rpf3d_core.jit.dispatch import HAS_NUMBA, kernel, loop
 
 ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)

@@ -8,7 +8,7 @@ import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
-from rpf3d_core.series import Series
+from rpf3d_core.results.series import Series
 
 LINE, POINT = 1.5, 4.0
 """Radii on the screen."""

@@ -4,10 +4,10 @@ import numpy as np
 
 from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.simulation.engines import Engine, engine_of
-from rpf3d_core.terrain.border import border_of
 from rpf3d_core.terrain.facets import CRACK, Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.gaps import Caps, caps_over
+from rpf3d_core.terrain.mesh.border import border_of
 
 FEWEST = 2
 """Facets of caps: the corners of a single one lie in memory as no others do, and would be compiled for again."""

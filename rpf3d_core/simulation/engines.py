@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import HAS_NUMBA, loop
 from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
+from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
 from rpf3d_core.materials.falling import Falling, RockColumns, RockKeys, key_of, rock_of
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.simulation.march import follow, locator_for, set_down

@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.compiling import guarded, kernel, model_function
 from rpf3d_core.detection.contact import Contact, Left
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
+from rpf3d_core.jit.dispatch import guarded, kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of

@@ -4,7 +4,6 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.caps import Loss, loss_on
 from rpf3d_core.detection.contact import (
     NOTHING_LEFT,
@@ -15,6 +14,7 @@ from rpf3d_core.detection.contact import (
     radius_of,
 )
 from rpf3d_core.effects.hooks import Meeting, asks_height, first_obstacle, in_air, longest_flight
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.state import State

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.simulation.settings import Settings

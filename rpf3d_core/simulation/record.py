@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.simulation.state import Tally
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale

@@ -9,7 +9,6 @@ corners before the normal has turned by CURVE; then the centre is put back to it
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.caps import Loss, loss_on_way
 from rpf3d_core.detection.contact import GRAZING, Left, falling_time
 from rpf3d_core.detection.sphere_contact import (
@@ -22,6 +21,7 @@ from rpf3d_core.detection.sphere_contact import (
 )
 from rpf3d_core.detection.swept import Swept, box_of, stretch_end
 from rpf3d_core.detection.touching import Sweep, scan
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.rolling_moment import STICKS

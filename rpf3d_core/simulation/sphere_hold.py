@@ -7,9 +7,9 @@ cylinders around edges, balls around corners.
 
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.touching import Against, scan
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import NEAR, PARALLEL
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import ZERO, Vec

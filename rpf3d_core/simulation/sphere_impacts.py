@@ -3,12 +3,12 @@
 import math
 from typing import Any
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import GRAZING, Left
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
 from rpf3d_core.effects.hooks import breaks, still_at
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down

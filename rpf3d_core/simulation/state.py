@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.contact import NOTHING_LEFT, Left
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 

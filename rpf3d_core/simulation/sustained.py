@@ -4,9 +4,9 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.compiling import kernel, model_function
 from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
+from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,

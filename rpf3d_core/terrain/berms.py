@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_core.terrain.welding import weld
+from rpf3d_core.terrain.mesh.welding import weld
 
 Polygon = list[FloatArray]
 """Corners (3,) m of a convex polygon in space, in order."""

@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of

@@ -2,7 +2,7 @@
 
 import math
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without

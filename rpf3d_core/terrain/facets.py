@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.compiling import kernel, loop
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.values import Vec
 from rpf3d_core.vectors import cross, norm, scale, subtract

@@ -18,9 +18,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from rpf3d_core.terrain.border import left_over
-from rpf3d_core.terrain.components import components
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.border import left_over
+from rpf3d_core.terrain.mesh.components import components
 from rpf3d_core.terrain.outer_walls import outer_walls
 from rpf3d_core.terrain.steep_gaps import without_steep_rings
 from rpf3d_core.values import Outcome

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.compiling import loop
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.memory import Memory, Share, fresh, halves, one_by_one
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.jit.memory import Memory, Share, fresh, halves, one_by_one
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 

@@ -3,9 +3,9 @@
 import numpy as np
 import shapely
 
-from rpf3d_core.terrain.border import Corners
-from rpf3d_core.terrain.components import components
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.border import Corners
+from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
 """Vertical part of the area of a ring over all of it below which the ring is closed in its own plane: 78 degrees."""

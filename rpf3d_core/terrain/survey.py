@@ -3,12 +3,12 @@
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.terrain.edges import edges_of
 from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray, Frame
-from rpf3d_core.terrain.welding import weld
-from rpf3d_core.terrain.winding import repair_winding
-from rpf3d_core.terrain.zero_area import NO_AREA_AT_ALL, without_area
+from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.mesh.welding import weld
+from rpf3d_core.terrain.mesh.winding import repair_winding
+from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL, without_area
 
 
 def mesh_terrain(vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float | None = None) -> Terrain:

@@ -6,8 +6,8 @@ import pytest
 from alert_evidence import EXAMPLE
 
 from rpf3d_core.alerts.limits import limits_of
+from rpf3d_core.alerts.site import read_site, site_digest, site_of, site_text
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.site import read_site, site_digest, site_of, site_text
 
 TEXT = EXAMPLE.read_text()
 

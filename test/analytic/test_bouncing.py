@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor, fly, incline, surface
 
-from rpf3d_core.io.mesh_writer import write_mesh
-from rpf3d_core.run import simulate
+from rpf3d_core.results.mesh_writer import write_mesh
+from rpf3d_core.runs.run import simulate
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Mode, Outcome

@@ -16,9 +16,9 @@ from rpf3d_core.accuracy.statistical import Sampled
 from rpf3d_core.accuracy.tables import NOTE
 from rpf3d_core.errors import SceneError
 from rpf3d_core.hazard.raster import raster_over
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.prepared import prepare
-from rpf3d_core.run import simulate
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
 
 LINE = {"setting", "error", "seconds_per_1000_rocks"}
 """What every line of the three lists has."""

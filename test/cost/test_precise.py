@@ -14,9 +14,9 @@ from rpf3d_core.accuracy import flown
 from rpf3d_core.accuracy.precise import impacts_in_digits, off_exact
 from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.effects.roughness import RocfallRoughness
-from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.prepared import prepare
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.values import STANDARD_GRAVITY
 
 CLOSE = mpmath.mpf(10) ** -45

@@ -17,6 +17,7 @@ from rpf3d_core.accuracy.choice import (
     rocks_needed,
     statistical_error,
 )
+from rpf3d_core.accuracy.decimated import decimated
 from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_distance, metres, share_distance
 from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
@@ -28,7 +29,6 @@ from rpf3d_core.accuracy.tables import findings, ordinal
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
-from rpf3d_core.io.decimated import decimated
 from rpf3d_core.simulation.engines import Engine, stepping
 from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.values import STANDARD_GRAVITY

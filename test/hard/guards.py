@@ -177,7 +177,7 @@ GUARDS = (
     ),
     Guard(
         "test_zeno.py::test_a_scene_without_gravity_is_refused_by_name",
-        "rpf3d_core/io/scene_model.py",
+        "rpf3d_core/scene/model.py",
         'gt=0, description="a number above 0 (m/s2)"',
         'ge=0, description="a number above 0 (m/s2)"',
         "`Scene.gravity`: refused at the door, since every formula divides by it",
@@ -336,7 +336,7 @@ GUARDS = (
     ),
     Guard(
         "test_reproducible.py::test_hard_places_give_the_same_bits_on_both_engines[rough slope-none]",
-        "rpf3d_core/compiling.py",
+        "rpf3d_core/jit/dispatch.py",
         'OPTIONS = {"error_model": "numpy", "_nrt": False}\n',
         'OPTIONS = {"error_model": "numpy", "_nrt": False, "fastmath": True}\n',
         "OPTIONS: no fastmath, so sums keep their order and nothing is contracted",

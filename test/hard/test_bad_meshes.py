@@ -9,7 +9,7 @@ from scenes_of_facets import engine_over, flight, floor, fly, joined, rough_grid
 
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.welding import weld
+from rpf3d_core.terrain.mesh.welding import weld
 from rpf3d_core.values import Outcome
 
 CRACK = 1e-9

@@ -11,7 +11,7 @@ from command_line import call
 from scenes_of_facets import strip
 
 import rpf3d_core as rpf3d
-from rpf3d_core.io.mesh_writer import write_mesh
+from rpf3d_core.results.mesh_writer import write_mesh
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 ROCKS, HEIGHT, FACE = 500, 15.0, 70.0

@@ -16,7 +16,7 @@ from scenes_of_facets import ENGINES, engine_over, flight, fly, same_bits, surfa
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.values import Outcome
 
 HAIR = 1e-12

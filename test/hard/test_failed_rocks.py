@@ -10,9 +10,9 @@ import pytest
 from scenes_of_facets import ENGINES, engine_over, flight, floor, same_bits, surface
 
 import rpf3d_core as rpf3d
-from rpf3d_core.compiling import HAS_NUMBA, OPTIONS
 from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.jit.dispatch import HAS_NUMBA, OPTIONS
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface

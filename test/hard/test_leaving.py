@@ -7,7 +7,7 @@ import pytest
 from on_both_engines import BOTH, MODELS, NEAR, G
 from scenes_of_facets import box, engine_over, flight, floor, fly, joined, strip, surface, without_facets
 
-from rpf3d_core.compiling import HAS_NUMBA
+from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import DEPOSITED, Outcome
 

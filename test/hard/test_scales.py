@@ -23,7 +23,7 @@ from scenes_of_facets import (
 )
 
 import rpf3d_core as rpf3d
-from rpf3d_core.io.mesh_writer import write_mesh
+from rpf3d_core.results.mesh_writer import write_mesh
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Outcome

@@ -13,8 +13,8 @@ from flights_on_a_floor import FRAMES, maps_of, scene
 from hazard_layers import laid_out_maps
 
 from rpf3d_core.ensemble.paths import sample_paths
-from rpf3d_core.io.areas import read_areas
-from rpf3d_core.io.polygons import read_polygons
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.setup.areas import read_areas
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Outcome

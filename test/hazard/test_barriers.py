@@ -13,9 +13,9 @@ from hazard_tallied import numbers as layers
 from obstacles_made import RADIUS, fence, rough_ground
 
 from rpf3d_core.ensemble.statistics import wilson_interval
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.run import run_scene, simulate
-from rpf3d_core.study import fly_parts
+from rpf3d_core.runs.parallel import fly_parts
+from rpf3d_core.runs.run import run_scene, simulate
+from rpf3d_core.scene.reading import read_scene
 
 FENCES = """
 effects:

@@ -7,10 +7,10 @@ from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.hazard.cell_size import coarsest_cell, filled_cell
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_cells import fewest_rocks, least_cell
-from rpf3d_core.prepared import prepare
-from rpf3d_core.run import simulate
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.cells import fewest_rocks, least_cell
+from rpf3d_core.setup.prepared import prepare
 
 LOW, HIGH = (0.0, 0.0, 0.0), (1000.0, 800.0, 100.0)
 SCENE = """\

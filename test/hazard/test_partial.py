@@ -10,8 +10,8 @@ from small_pit import scene_file
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.partial import add_packed, packed, packed_tallies, unpacked
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.prepared import empty_tallies, prepare, releases_in_ranges
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import empty_tallies, prepare, releases_in_ranges
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from hazard_tallied import MASS, flown, over, rough
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
-from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import Raster, reach_probability
 from rpf3d_core.hazard.partial import add_packed, packed_tallies
 from rpf3d_core.hazard.passages import passage_per_metre, reached_over
 from rpf3d_core.hazard.tallies import tallies_over, with_ways
+from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.hazard.zones import Matrix, matrix_zones
 from rpf3d_core.terrain.facets import facets_of
 

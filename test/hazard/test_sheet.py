@@ -9,8 +9,8 @@ from hazard_layers import laid_out_maps
 from hazard_tallied import flown, numbers, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
-from rpf3d_core.hazard.ground import plain_ground
-from rpf3d_core.hazard.sheet import CROWDED, NO, NOTHING, UNKNOWN, YES, facet_beyond, is_alone, unknown_sheet
+from rpf3d_core.hazard.walks.ground import plain_ground
+from rpf3d_core.hazard.walks.sheet import CROWDED, NO, NOTHING, UNKNOWN, YES, facet_beyond, is_alone, unknown_sheet
 from rpf3d_core.terrain.facets import facets_of
 
 ON_EDGES = 0.05

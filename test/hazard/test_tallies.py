@@ -16,10 +16,10 @@ from rpf3d_core.hazard import layers as layers_module
 from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
-from rpf3d_core.hazard.ground import ground_over
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, Raster
 from rpf3d_core.hazard.partial import add_packed, packed, packed_tallies, unpacked
 from rpf3d_core.hazard.tallies import tallies_over
+from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.terrain.facets import facets_of
 
 EXACT = 1e-9

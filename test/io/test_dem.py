@@ -7,8 +7,8 @@ from rasterio.transform import from_origin
 from terrain_files import SHARED_DATA
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.io.dem import read_dem
-from rpf3d_core.io.surface import facet_count
+from rpf3d_core.formats.grids import read_dem
+from rpf3d_core.formats.surface import facet_count
 
 HEIGHTS = "7 8 9\n4 5 6\n1 2 3\n"  # row by row from the north
 CORNER = "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n"

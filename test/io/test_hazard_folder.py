@@ -6,9 +6,9 @@ import numpy as np
 from flights_on_a_floor import SURVEY, floor
 from hazard_layers import lines_of_rocks, maps_of
 
-from rpf3d_core.io.findings import Flown
-from rpf3d_core.io.hazard_folder import write_hazard
-from rpf3d_core.io.scene_hazard import HazardSpec
+from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.hazard_folder import write_hazard
+from rpf3d_core.scene.hazard import HazardSpec
 
 OUTPUTS = Path(__file__).parents[2] / "docs" / "outputs.md"
 

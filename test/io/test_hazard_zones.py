@@ -9,10 +9,10 @@ from flights_on_a_floor import FRAMES, SURVEY, SURVEY_Y_UP, floor
 from hazard_layers import laid_out, lines_of_rocks, maps_of
 from shapely.geometry import shape
 
+from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.hazard.maps import HazardMaps, Raster
-from rpf3d_core.io.hazard_zones import hazard_zones, write_hazard_zones
-from rpf3d_core.io.polygons import read_polygons
-from rpf3d_core.io.scene_hazard import HazardSpec
+from rpf3d_core.results.hazard_zones import hazard_zones, write_hazard_zones
+from rpf3d_core.scene.hazard import HazardSpec
 from rpf3d_core.terrain.zones import covered, in_plan
 
 CELL = 2.0

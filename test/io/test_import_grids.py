@@ -14,9 +14,9 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.imports.classes import MOST_CLASSES, classes_of, facets_of_cells
 from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 from rpf3d_core.imports.stone import import_stone
-from rpf3d_core.io.cell_outlines import enclosed_cell
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.results.cell_outlines import enclosed_cell
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.terrain import read_terrain
 
 
 @pytest.fixture

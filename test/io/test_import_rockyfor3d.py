@@ -11,16 +11,16 @@ import pytest
 from imported_folders import CELL, COLUMNS, CORNER, ROWS, Grid, full, rockyfor3d_grids, write_folder
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.formats.polygons import read_polygons
 from rpf3d_core.imports.rockyfor3d import import_rockyfor3d
 from rpf3d_core.imports.rockyfor3d_ground import SOILS, tangential_restitution
-from rpf3d_core.io.point_files import read_points
-from rpf3d_core.io.polygons import read_polygons
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.scene_model import Material, Scene
-from rpf3d_core.io.scene_models import EffectsSpec
-from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.io.zone_materials import material_of
-from rpf3d_core.run import simulate
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.model import Material, Scene
+from rpf3d_core.scene.models import EffectsSpec
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.scene.zone_materials import material_of
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.zones import in_plan
 

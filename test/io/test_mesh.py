@@ -12,9 +12,9 @@ from vtkmodules.vtkIOPLY import vtkPLYWriter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.io import stl
-from rpf3d_core.io.surface import facet_count
-from rpf3d_core.io.terrain import read_surface
+from rpf3d_core.formats import stl
+from rpf3d_core.formats.surface import facet_count
+from rpf3d_core.setup.terrain import read_surface
 
 VERTICES, TRIANGLES = grid(6, 7)
 CORNERS = VERTICES[TRIANGLES]

@@ -8,8 +8,8 @@ from command_line import ROOT, python
 from flights_on_a_floor import SURVEY, SURVEY_Y_UP, UNMOVED, floor
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.mesh_writer import WRITERS, check_mesh_path, write_mesh
-from rpf3d_core.io.terrain import read_surface
+from rpf3d_core.results.mesh_writer import WRITERS, check_mesh_path, write_mesh
+from rpf3d_core.setup.terrain import read_surface
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
@@ -101,7 +101,7 @@ def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp
         "import resource, sys; from pathlib import Path\n"
         f"sys.path.insert(0, {str(ROOT / 'test')!r})\n"
         "from flights_on_a_floor import floor; from rpf3d_core.errors import InputError\n"
-        "from rpf3d_core.io.mesh_writer import write_mesh\n"
+        "from rpf3d_core.results.mesh_writer import write_mesh\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FULL}, {FULL}))\n"
         f"try:\n    write_mesh(Path({str(path)!r}), floor(cells=60))\n"
         "except InputError as fault:\n    print(fault)\n"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.point_files import read_points
+from rpf3d_core.formats.points import read_points
 
 TWO = [[1.0, 2.0, 3.0], [4.0, -5.5, 6e3]]
 

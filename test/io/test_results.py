@@ -8,8 +8,8 @@ from flights_on_a_floor import SURVEY, findings, floor, none_thrown, scene, thro
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Place, Step
-from rpf3d_core.io import results
-from rpf3d_core.io.results import check_folder, result_folder, write_all_tables, write_findings
+from rpf3d_core.results import folder as results
+from rpf3d_core.results.folder import check_folder, result_folder, write_all_tables, write_findings
 
 FILES = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",

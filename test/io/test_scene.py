@@ -10,11 +10,11 @@ from pydantic import ValidationError
 from rasterio.transform import from_origin
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene import read_scene, scene_digest
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_terrain import TerrainSpec
-from rpf3d_core.io.zone_materials import material_of
-from rpf3d_core.terrain.pit_parameters import Pit
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.scene.terrain import TerrainSpec
+from rpf3d_core.scene.zone_materials import material_of
+from rpf3d_core.terrain.pit.parameters import Pit
 
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 

@@ -5,12 +5,6 @@ from pathlib import Path
 import pytest
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene import read_scene, scene_digest
-from rpf3d_core.io.scene_draws import distribution_of
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_releases import RockSpec
-from rpf3d_core.io.scene_sources import rock_of
-from rpf3d_core.io.zone_materials import material_of
 from rpf3d_core.materials.distributions import (
     Distribution,
     fixed,
@@ -19,6 +13,12 @@ from rpf3d_core.materials.distributions import (
     truncated_power_law,
     uniform_between,
 )
+from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import read_scene, scene_digest
+from rpf3d_core.scene.releases import RockSpec
+from rpf3d_core.scene.zone_materials import material_of
+from rpf3d_core.setup.sources import rock_of
 
 SCENE = """\
 terrain: {{files: [{{path: slope.obj, zone: hard}}]}}

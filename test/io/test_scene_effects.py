@@ -10,8 +10,8 @@ from rpf3d_core.effects.drag import Drag
 from rpf3d_core.effects.drag_layer import stands_at
 from rpf3d_core.effects.hooks import links_of
 from rpf3d_core.errors import InputError, SceneError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.prepared import prepare
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
 
 
 def effects_of(folder: Path, written: str) -> list:

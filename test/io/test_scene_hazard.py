@@ -8,9 +8,10 @@ from pydantic import ValidationError, create_model
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.hazard.maps import PERCENTILES
-from rpf3d_core.io import scene, scene_faults
-from rpf3d_core.io.scene_hazard import REACH_LEVELS, HazardSpec, matrix_of
-from rpf3d_core.io.scene_model import Scene
+from rpf3d_core.scene import faults as scene_faults
+from rpf3d_core.scene import reading as scene
+from rpf3d_core.scene.hazard import REACH_LEVELS, HazardSpec, matrix_of
+from rpf3d_core.scene.model import Scene
 
 MATRIX = "matrix: {energy_levels_kj: [30, 300], probability_levels: [0.1], classes: [[a, a], [a, b], [null, b]]}"
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import small_pit
 
-from rpf3d_core.builders.forest import forest_as_obstacles
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.terrain import read_terrain
-from rpf3d_core.named import models_of, obstacles_of
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.builders.forest import forest_as_obstacles
+from rpf3d_core.setup.named import models_of, obstacles_of
+from rpf3d_core.setup.terrain import read_terrain
 
 PANEL = "{{name: net, along: {along}, height: {height}, capacity_kj: {capacity}}}"
 TREES = "x,y,dbh_cm,height,kind\n10,20,40,20,conifer\n-30,5,60,,silver_fir\n0,0,25,12,\n"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.named import models_called, models_of
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.named import models_called, models_of
 
 SMALL = """\
 terrain: {pit: {}}
@@ -160,7 +160,7 @@ def test_a_wrong_parameter_is_refused_with_its_line_and_key(tmp_path, text, sent
 
 
 def test_a_figure_that_is_not_confirmed_says_so_where_it_is_described():
-    from rpf3d_core.io.scene_rebounds import MassScaledSpec
+    from rpf3d_core.scene.rebounds import MassScaledSpec
 
     assert MassScaledSpec.CONFIRMED == "UNCONFIRMED"
     assert "unconfirmed" in str(MassScaledSpec.model_fields["C"].description)

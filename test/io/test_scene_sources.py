@@ -9,7 +9,7 @@ import pytest
 from terrain_files import write_binary_stl
 
 import rpf3d_core as rpf3d
-from rpf3d_core.io.scene_sources import scene_sources
+from rpf3d_core.setup.sources import scene_sources
 from rpf3d_core.terrain.clipping import areas_of
 from rpf3d_core.terrain.zones import in_plan
 

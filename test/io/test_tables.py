@@ -10,7 +10,7 @@ import pytest
 from flights_on_a_floor import BOUNCES, FRAMES, MASS, SOURCES, floor, none_thrown, thrown
 
 from rpf3d_core.ensemble.paths import sample_paths
-from rpf3d_core.io.tables import open_tables, write_trajectories
+from rpf3d_core.results.tables import open_tables, write_trajectories
 
 DEPOSIT_COLUMNS = [
     "source", "rock", "piece", "outcome", "x", "y", "z", "t", "path_m", "runout_m", "impacts", "max_speed",

@@ -8,9 +8,9 @@ import pytest
 from terrain_files import SHARED_DATA, grid, scene_of, write_binary_stl
 
 from rpf3d_core.errors import InputError
-from rpf3d_core.io.polygons import read_polygons
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.terrain import read_terrain
 
 AUTHUME = SHARED_DATA / "authume"
 needs_authume = pytest.mark.skipif(not AUTHUME.exists(), reason="needs the Authume quarry of the shared reference data")
@@ -202,7 +202,7 @@ sys.path[:0] = sys.argv[2:]
 import numpy as np
 from pathlib import Path
 from terrain_files import scene_of
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.simulation.engines import engine_of
 terrain, _ = read_terrain(scene_of(Path(sys.argv[1])))
@@ -263,7 +263,7 @@ import sys, time
 sys.path[:0] = sys.argv[2:]
 from pathlib import Path
 from terrain_files import scene_of
-from rpf3d_core.io.terrain import read_terrain
+from rpf3d_core.setup.terrain import read_terrain
 begin = time.process_time()
 terrain, report = read_terrain(scene_of(Path(sys.argv[1])))
 took = time.process_time() - begin

@@ -9,9 +9,9 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 from rpf3d_core.ensemble.paths import sample_paths
-from rpf3d_core.io import vtp_file
-from rpf3d_core.io.vtp import write_terrain, write_trajectories
-from rpf3d_core.io.vtp_file import PolyData, Scattered, write_poly_data
+from rpf3d_core.formats import vtp as vtp_file
+from rpf3d_core.formats.vtp import PolyData, Scattered, write_poly_data
+from rpf3d_core.results.trace_map import write_terrain, write_trajectories
 
 
 @pytest.fixture(params=FRAMES, ids=lambda frame: f"{frame.up}-up at {frame.origin[0]:.0f}")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from surveyed_hills import EAST, NORTH, cloud, grid, live_facets
 
-from rpf3d_core.hazard.sheet import UNKNOWN, facet_beyond, is_alone, unknown_sheet
+from rpf3d_core.hazard.walks.sheet import UNKNOWN, facet_beyond, is_alone, unknown_sheet
 from rpf3d_core.live.answers import answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around

@@ -9,7 +9,7 @@ from surveyed_hills import grid
 from rpf3d_core.alerts.evidence import unfinished_of
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.survey import GridSurvey
-from rpf3d_core.terrain.border import border_of
+from rpf3d_core.terrain.mesh.border import border_of
 from rpf3d_core.values import Outcome
 
 

@@ -191,7 +191,7 @@ def test_the_digest_tells_surveys_apart_and_the_same_survey_again():
 
 
 def test_a_sound_mesh_is_not_sorted_whatever_it_overhangs(monkeypatch):
-    monkeypatch.setattr("rpf3d_core.terrain.mesh_ready.mesh_terrain", None)
+    monkeypatch.setattr("rpf3d_core.terrain.mesh.mesh_ready.mesh_terrain", None)
     Workshop().whole(boulders(mesh(grid()), True))
     with pytest.raises(TypeError):
         Workshop().whole(wound(mesh(grid()), slice(0, 400, 7)))

@@ -15,8 +15,8 @@ from small_pit import scene_file
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.prepared import prepare, releases_in_ranges
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare, releases_in_ranges
 
 pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")
 

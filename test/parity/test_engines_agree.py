@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 import rpf3d_core as rpf3d
-from rpf3d_core.choices import with_choices
 from rpf3d_core.ensemble import batches
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases, releases_of
-from rpf3d_core.io.scene_model import Scene
-from rpf3d_core.io.scene_models import GroundSpec, ReboundSpec
-from rpf3d_core.io.scene_sources import rock_of, scene_sources
-from rpf3d_core.prepared import scene_flight
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.setup.choices import with_choices
+from rpf3d_core.setup.prepared import scene_flight
+from rpf3d_core.setup.sources import rock_of, scene_sources
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Terrain, facets_of
 

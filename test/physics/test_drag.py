@@ -17,9 +17,9 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.io.scene import read_scene
 from rpf3d_core.materials.falling import Falling
-from rpf3d_core.prepared import prepare, releases_in_ranges
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import ZERO, Motion, Outcome, Rock
 

@@ -82,8 +82,8 @@ def test_a_model_that_is_not_named_is_not_imported():
     """What a scene imports stands in the names of the modules that are loaded."""
     code = """
 import sys
-from rpf3d_core.named import models_called
-import rpf3d_core.run
+from rpf3d_core.setup.named import models_called
+import rpf3d_core.runs.run
 before = [name for name in sys.modules if ".rebounds." in name and "builders" not in name]
 models_called("v_half", "none")
 after = [name for name in sys.modules if ".rebounds." in name and "builders" not in name]

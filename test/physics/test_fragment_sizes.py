@@ -10,7 +10,7 @@ from rpf3d_core.effects.fragmentation import Fragmentation
 from rpf3d_core.ensemble.broken import DUST_UNITS, Broken
 from rpf3d_core.ensemble.pieces import pieces_of
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.run import simulate
+from rpf3d_core.runs.run import simulate
 
 DENSITY = 2700.0
 FACTOR, POWER = 0.0031, 0.7562

@@ -10,7 +10,6 @@ from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, floor
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.errors import SceneError
-from rpf3d_core.io.scene import read_scene
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.rolling import Rolling
 from rpf3d_core.kinetics.rolling_stone import RollingStone
@@ -18,8 +17,9 @@ from rpf3d_core.kinetics.sphere_ground import SphereGround
 from rpf3d_core.materials.distributions import fixed, uniform_between
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.prepared import prepare
-from rpf3d_core.run import simulate
+from rpf3d_core.runs.run import simulate
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import Outcome
 

@@ -11,12 +11,12 @@ from rolling_spheres import spheres
 
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.sizes import diameter_of
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.tables import impacts_table, with_energies, with_spins
 from rpf3d_core.kinetics.rebounds.pfeiffer_bowen import PfeifferBowen
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.named import models_called
-from rpf3d_core.run import run_scene
+from rpf3d_core.results.tables import impacts_table, with_energies, with_spins
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup.named import models_called
 from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Mode
 

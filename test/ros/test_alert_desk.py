@@ -17,10 +17,10 @@ from rpf3d_core.alerts.levels import Level
 from rpf3d_core.alerts.lines import Decision
 from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
-from rpf3d_ros import alert_desk
-from rpf3d_ros.alert_desk import NO_CLOCK, AlertDesk
-from rpf3d_ros.heard_topics import BY_HAND
-from rpf3d_ros.station import Station
+from rpf3d_ros.engine import alert_desk
+from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
+from rpf3d_ros.engine.heard_topics import BY_HAND
+from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
 """Seconds; what is waited for takes some hundredths."""
@@ -392,7 +392,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
 
 
 def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
-    monkeypatch.setattr("rpf3d_ros.station.LAST_WORD", 0.01)
+    monkeypatch.setattr("rpf3d_ros.engine.station.LAST_WORD", 0.01)
     outlets = MagicMock()
     station = SimpleNamespace(
         flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), _outlets=outlets, _is_silent=False

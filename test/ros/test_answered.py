@@ -8,9 +8,9 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import over_the_wall
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.answered import AnsweredSources
-from rpf3d_ros.heard_topics import BY_HAND
-from rpf3d_ros.intake import SECOND
+from rpf3d_ros.engine.answered import AnsweredSources
+from rpf3d_ros.engine.heard_topics import BY_HAND
+from rpf3d_ros.engine.intake import SECOND
 
 
 def stamped(*seconds, topic="sources"):

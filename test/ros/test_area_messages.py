@@ -10,9 +10,9 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from geometry_msgs.msg import Point, Point32, Polygon, PolygonStamped, Pose, PoseArray
 from std_msgs.msg import Header
 
-from rpf3d_ros.area_messages import MOST_CORNERS, MOST_EQUIPMENT, rings_of_equipment, rings_of_polygon
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.messages.area_messages import MOST_CORNERS, MOST_EQUIPMENT, rings_of_equipment, rings_of_polygon
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
 
 MAP = MapFrame()
 SURVEY = MapFrame(survey="utm", origin=(1000.0, 2000.0, 0.0))

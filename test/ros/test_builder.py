@@ -14,9 +14,9 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
-from rpf3d_ros.builder import Arrival, Builder
-from rpf3d_ros.flyer import Flyer
-from rpf3d_ros.intake import WaitingSources, WaitingTerrain
+from rpf3d_ros.engine.builder import Arrival, Builder
+from rpf3d_ros.engine.flyer import Flyer
+from rpf3d_ros.engine.intake import WaitingSources, WaitingTerrain
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
@@ -108,7 +108,7 @@ def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(ma
     def no_ground(*given):
         raise TerrainError("no ground")
 
-    monkeypatch.setattr("rpf3d_ros.builder.stand_after", no_ground)
+    monkeypatch.setattr("rpf3d_ros.engine.builder.stand_after", no_ground)
     waiting.put_patch(arrival(GridSurvey(hill().points[5:10, 5:10] + (0.5, 0.5, 0.1))))
     wait(lambda: heard.refused)
     assert flyer.standing is None, "its arrays have changed"

@@ -11,8 +11,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import Time
 
-from rpf3d_ros import simulator
-from rpf3d_ros.simulator import SimulatorNode
+from rpf3d_ros.nodes import simulator
+from rpf3d_ros.nodes.simulator import SimulatorNode
 
 
 def test_a_clock_that_is_set_back_is_noticed_once():

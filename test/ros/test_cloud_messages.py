@@ -11,10 +11,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.cloud_reading import columns_of_cloud, positions_of_cloud
-from rpf3d_ros.map_frame import FARTHEST
-from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.messages.map_frame import FARTHEST
+from rpf3d_ros.messages.refusals import MessageRefused
 
 FLOAT32_STEP = 2.0**-23
 """Relative step of float32: what a value may lose on its way through a cloud."""

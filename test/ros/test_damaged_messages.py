@@ -30,7 +30,7 @@ from mutated_files import mutated
 from mutated_messages import CONVERSIONS
 from recorded_messages import without_chance
 from rclpy.serialization import deserialize_message
-from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.messages.refusals import MessageRefused
 
 sound, kept, convert = CONVERSIONS[kind]()
 whole = without_chance(sound)

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
-from rpf3d_ros import demo
+from rpf3d_ros.demo import run as demo
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE = 60.0

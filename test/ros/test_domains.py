@@ -6,10 +6,10 @@ import sys
 import pytest
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros import domains
-from rpf3d_ros.demo_processes import isolated_environment
+from rpf3d_ros.demo import domains
+from rpf3d_ros.demo.processes import isolated_environment
 
-ASK = "from rpf3d_ros.domains import free_domain; domain, lock = free_domain(); print(domain, flush=True); input()"
+ASK = "from rpf3d_ros.demo.domains import free_domain; domain, lock = free_domain(); print(domain, flush=True); input()"
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from live_peer import full_disk, with_alerts
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.recordings.content import rows_by_entity, verify
-from rpf3d_ros.health import ERROR, WARN
+from rpf3d_ros.messages.health import ERROR, WARN
 
 pytestmark = pytest.mark.skipif(
     not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only"

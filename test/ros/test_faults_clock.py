@@ -7,7 +7,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_peer import SECOND, poses, with_alerts
 
 from rpf3d_core.alerts.log_files import files_in
-from rpf3d_ros.health import ERROR
+from rpf3d_ros.messages.health import ERROR
 
 LATE, EARLY = 100_000 * SECOND, 50_000 * SECOND
 

@@ -20,9 +20,9 @@ from live_peer import FEW_ROCKS, INPUTS, ON_THE_SLOPE, TOE, cloud, header, polyg
 from mutated_files import mutated
 from rclpy.serialization import serialize_message
 
-from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import cdr_of_mesh
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
 """For each of eight topics."""

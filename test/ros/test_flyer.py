@@ -15,9 +15,9 @@ from rpf3d_core.live.answers import answers
 from rpf3d_core.live.released import Around
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.answered import AnsweredSources
-from rpf3d_ros.flyer import Flyer
-from rpf3d_ros.intake import WaitingSources
+from rpf3d_ros.engine.answered import AnsweredSources
+from rpf3d_ros.engine.flyer import Flyer
+from rpf3d_ros.engine.intake import WaitingSources
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
@@ -240,7 +240,7 @@ def test_what_is_in_flight_when_its_trigger_is_forgotten_is_not_answered(made, m
         go_on.wait(PATIENCE)
         yield from answers(*given)
 
-    monkeypatch.setattr("rpf3d_ros.flyer.answers", slow)
+    monkeypatch.setattr("rpf3d_ros.engine.flyer.answers", slow)
     flyer.hand_over(ready=standing)
     flyer.activate()
     flyer.submit(over_the_wall(3, stamp_ns=5))
@@ -258,7 +258,7 @@ def test_a_thread_whose_listener_fails_goes_on(made, monkeypatch, capsys):
     flyer.activate()
     flyer.hand_over(ready=standing)
     monkeypatch.setattr(heard, "failed", lambda error: error.nothing)
-    monkeypatch.setattr("rpf3d_ros.flyer.answers", lambda *args: 1 / 0)
+    monkeypatch.setattr("rpf3d_ros.engine.flyer.answers", lambda *args: 1 / 0)
     flyer.submit(over_the_wall(3, stamp_ns=5))
     wait(lambda: flyer._trigger is not None and flyer._trigger.stamp_ns == 5)
     time.sleep(0.1)
@@ -345,7 +345,7 @@ def test_an_error_that_nobody_has_foreseen_is_told_and_the_next_trigger_is_answe
     flyer, heard, standing = made()
     flyer.activate()
     flyer.hand_over(ready=standing)
-    monkeypatch.setattr("rpf3d_ros.flyer.answers", lambda *args: 1 / 0)
+    monkeypatch.setattr("rpf3d_ros.engine.flyer.answers", lambda *args: 1 / 0)
     flyer.submit(over_the_wall(3, stamp_ns=5))
     assert isinstance(wait(lambda: heard.errors)[0], ZeroDivisionError)
     monkeypatch.undo()

@@ -15,8 +15,8 @@ from std_msgs.msg import Header
 from rpf3d_core.hazard.maps import HazardMaps, Layers, Raster, Spread
 from rpf3d_core.live.cells import Cells
 from rpf3d_core.terrain.frame import Frame
-from rpf3d_ros.cloud_reading import columns_of_cloud
-from rpf3d_ros.hazard_messages import hazard_points, occupancy_grid, percentages
+from rpf3d_ros.messages.cloud_reading import columns_of_cloud
+from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid, percentages
 
 HEADER = Header(frame_id="map", stamp=Time(sec=3))
 FRAME = Frame(origin=(100.0, 200.0, 50.0))

@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from property_budget import examples
 
-from rpf3d_ros.in_order import InOrder
+from rpf3d_ros.engine.in_order import InOrder
 
 QUEUES = 3
 

@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros import intake
-from rpf3d_ros.intake import SECOND, UNTRIED, Moment, StampGuards, WaitingSources, WaitingTerrain
-from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.engine import intake
+from rpf3d_ros.engine.intake import SECOND, UNTRIED, Moment, StampGuards, WaitingSources, WaitingTerrain
+from rpf3d_ros.messages.refusals import MessageRefused
 
 SIZE = 50.0
 """m, of a region."""

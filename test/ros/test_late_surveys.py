@@ -6,8 +6,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_peer import FEW_ROCKS, cloud, ramp, ramp_of
 
-from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import cdr_of_mesh
+from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SIDE = 600
 """Points a side of a mesh whose 15 MB come in many fragments."""

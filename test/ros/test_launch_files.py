@@ -12,8 +12,13 @@ import yaml
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.scene import SCENE, live_parameters
-from rpf3d_ros import recorder_node, scene_publisher_node, simulator_node
-from rpf3d_ros.parameters import FrameParameters, RecorderParameters, ScenePublisherParameters, SimulatorParameters
+from rpf3d_ros.nodes import recorder_node, scene_publisher_node, simulator_node
+from rpf3d_ros.nodes.parameters import (
+    FrameParameters,
+    RecorderParameters,
+    ScenePublisherParameters,
+    SimulatorParameters,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))

@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 BEGIN = """
 import os, signal, sys
-from rpf3d_ros.leaving import unless_signalled
+from rpf3d_ros.nodes.leaving import unless_signalled
 
 class Struck:
     def __del__(self):

@@ -23,11 +23,11 @@ from std_srvs.srv import Trigger
 
 from rpf3d_core.alerts.audit import audit_log
 from rpf3d_core.live.survey import GridSurvey
-from rpf3d_ros.alert_reading import alerts_of
-from rpf3d_ros.cloud_messages import cloud_of_grid
-from rpf3d_ros.health import healths_of
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_reading import outlines_of_markers
+from rpf3d_ros.messages.alert_reading import alerts_of
+from rpf3d_ros.messages.cloud_messages import cloud_of_grid
+from rpf3d_ros.messages.health import healths_of
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_reading import outlines_of_markers
 
 ROOT = Path(__file__).resolve().parents[2]
 NODE = "rpf3d_simulator"
@@ -86,7 +86,7 @@ def acknowledge(peer, said):
 
 def acknowledge_by_program(*words):
     """What a person does at a terminal: the exit code, and what was printed."""
-    command = [sys.executable, "-m", "rpf3d_ros.acknowledge", *words]
+    command = [sys.executable, "-m", "rpf3d_ros.nodes.acknowledge", *words]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, timeout=60.0)
     return done.returncode, done.stdout + done.stderr
 

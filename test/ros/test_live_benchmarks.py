@@ -16,10 +16,10 @@ from sensor_msgs.msg import PointCloud2
 from soak_ledger import Ledger
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.cloud_reading import positions_of_cloud
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.result_messages import ResultFacts, results_message
-from rpf3d_ros.terrain_messages import MeshSurvey, cdr_of_mesh, mesh_of_cdr
+from rpf3d_ros.messages.cloud_reading import positions_of_cloud
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.result_messages import ResultFacts, results_message
+from rpf3d_ros.messages.terrain_messages import MeshSurvey, cdr_of_mesh, mesh_of_cdr
 
 AT = 1_767_250_800_123_456_789
 

@@ -17,8 +17,8 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from rpf3d_core.live.zones import ShownZone
-from rpf3d_ros.marker_layout import CLEARING, NO_POINTS, Layout, cdr_of_markers
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
+from rpf3d_ros.messages.marker_layout import CLEARING, NO_POINTS, Layout, cdr_of_markers
+from rpf3d_ros.messages.marker_messages import trajectory_markers, zone_markers
 
 BURST = 0.020
 """CPU seconds that all markers of a burst of sources may take: a fifth of what its answer may."""

@@ -12,10 +12,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from rpf3d_core.ensemble.colours import speed_colours
 from rpf3d_core.live.zones import ShownZone
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_messages import area_markers, evenly, trajectory_markers, zone_markers
-from rpf3d_ros.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
-from rpf3d_ros.refusals import MessageRefused
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_messages import area_markers, evenly, trajectory_markers, zone_markers
+from rpf3d_ros.messages.marker_reading import facets_of_markers, outlines_of_markers, strips_of_markers
+from rpf3d_ros.messages.refusals import MessageRefused
 
 HEADER = Header(frame_id="map")
 MAP = MapFrame()

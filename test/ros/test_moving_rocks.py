@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rpf3d_ros.moving_rocks import FRAME, MOST_FRAMES, MOST_ROCKS, motion_of
+from rpf3d_ros.messages.moving_rocks import FRAME, MOST_FRAMES, MOST_ROCKS, motion_of
 
 
 def along(*tracks):

@@ -34,7 +34,7 @@ def python(*arguments):
 
 
 @pytest.mark.parametrize("node", NODES)
-@pytest.mark.parametrize("module", ["rclpy", "rclpy.executors", "rpf3d_ros.parameters", "rpf3d_ros.health_report"])
+@pytest.mark.parametrize("module", ["rclpy", "rclpy.executors", "rpf3d_ros.nodes.parameters", "rpf3d_ros.nodes.health_report"])
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_a_node_that_is_interrupted_while_it_starts_ends_with_exit_code_0(node, module, number):
     done = python("-c", INTERRUPTED_IN_AN_IMPORT.format(node=node, module=module, number=number))
@@ -52,7 +52,7 @@ def test_a_node_that_is_asked_for_help_tells_what_it_is_and_starts_nothing(node,
 
 
 def test_arguments_that_no_node_knows_are_refused():
-    done = python("-m", "rpf3d_ros.simulator_node", "--params-file", "config/rpf3d.yaml")
+    done = python("-m", "rpf3d_ros.nodes.simulator_node", "--params-file", "config/rpf3d.yaml")
     assert (done.returncode, done.stdout) == (2, "")
     assert "--params-file is no argument" in done.stderr and "after --ros-args" in done.stderr
 
@@ -62,7 +62,7 @@ def test_a_parameter_file_that_cannot_be_read_ends_a_node_with_exit_code_2_and_a
     path = tmp_path / "parameters.yaml"
     if content is not None:
         path.write_text(content)
-    done = python("-m", "rpf3d_ros.simulator_node", "--ros-args", "--params-file", path)
+    done = python("-m", "rpf3d_ros.nodes.simulator_node", "--ros-args", "--params-file", path)
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     (sentence,) = [line for line in done.stderr.splitlines() if line.startswith("rpf3d: ")]

@@ -18,8 +18,8 @@ import recorded_messages as made
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import content_of, repair, rows_by_entity, verify
-from rpf3d_ros.health import ERROR, OK, WARN
-from rpf3d_ros.recording_files import numbered_files
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.recording.files import numbered_files
 
 NODE = "rpf3d_recorder"
 LONGEST_WAIT = 1.0

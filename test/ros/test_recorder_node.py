@@ -15,11 +15,11 @@ from std_msgs.msg import Header
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.recordings.content import rows_by_entity, verify
-from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
-from rpf3d_ros.health import WARN
-from rpf3d_ros.marker_messages import trajectory_markers, zone_markers
-from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import GridSurvey, cdr_of_mesh
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.messages.health import WARN
+from rpf3d_ros.messages.marker_messages import trajectory_markers, zone_markers
+from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.terrain_messages import GridSurvey, cdr_of_mesh
 
 EVERYTHING = (
     "terrain/points", "terrain/mesh", "sources", "trajectories", "trajectories/points", "impacts", "deposits",

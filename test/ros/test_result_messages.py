@@ -12,11 +12,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
-from rpf3d_ros.alert_messages import LEVELS, alarm_message, alerts_message
-from rpf3d_ros.alert_reading import alerts_of
-from rpf3d_ros.health import OK, WARN, healths_of
-from rpf3d_ros.refusals import MessageRefused
-from rpf3d_ros.result_messages import ResultFacts, facts_of, results_message
+from rpf3d_ros.messages.alert_messages import LEVELS, alarm_message, alerts_message
+from rpf3d_ros.messages.alert_reading import alerts_of
+from rpf3d_ros.messages.health import OK, WARN, healths_of
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.result_messages import ResultFacts, facts_of, results_message
 
 HEADER = Header(frame_id="map", stamp=Time(sec=12, nanosec=34))
 FACTS = ResultFacts(7, 1, False, 400, 20, 1, 0.25, "0" * 64, "1" * 64, {"stopped": 390, "left_terrain": 10})

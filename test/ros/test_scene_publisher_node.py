@@ -8,10 +8,10 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from rclpy.serialization import serialize_message
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.scene_content import scene_content
-from rpf3d_ros.source_messages import sources_of_poses
-from rpf3d_ros.terrain_messages import mesh_of_cdr
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.scene_content import scene_content
+from rpf3d_ros.messages.source_messages import sources_of_poses
+from rpf3d_ros.messages.terrain_messages import mesh_of_cdr
 
 SLOPE = """
 v 0 0 20

@@ -13,13 +13,13 @@ from rclpy.node import Node
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence, areas_of
 from rpf3d_core.alerts.levels import Level
-from rpf3d_core.io.scene import read_scene
-from rpf3d_core.io.site import read_site
-from rpf3d_core.run import run_scene
-from rpf3d_ros import demo
-from rpf3d_ros.shift import EVENTS, LENGTH, Shift
-from rpf3d_ros.shift_content import EDGE, with_muck
-from rpf3d_ros.simulated_clock import SimulatedClock
+from rpf3d_core.alerts.site import read_site
+from rpf3d_core.runs.run import run_scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_ros.demo import run as demo
+from rpf3d_ros.demo.shift import EVENTS, LENGTH, Shift
+from rpf3d_ros.demo.shift_content import EDGE, with_muck
+from rpf3d_ros.demo.simulated_clock import SimulatedClock
 
 SLACK_NS = 50_000_000
 """ns that a busy machine may take between two looks at a clock."""

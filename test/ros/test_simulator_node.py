@@ -14,15 +14,15 @@ from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_core.values import STANDARD_GRAVITY
-from rpf3d_ros.answer_publishers import TOPICS
-from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
-from rpf3d_ros.cloud_reading import columns_of_cloud
-from rpf3d_ros.health import OK, WARN
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.marker_reading import facets_of_markers, strips_of_markers
-from rpf3d_ros.result_messages import facts_of
-from rpf3d_ros.survey_terrain import grid_mesh
-from rpf3d_ros.terrain_messages import cdr_of_mesh
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.messages.cloud_reading import columns_of_cloud
+from rpf3d_ros.messages.health import OK, WARN
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_reading import facets_of_markers, strips_of_markers
+from rpf3d_ros.messages.result_messages import facts_of
+from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
+from rpf3d_ros.nodes.answer_publishers import TOPICS
 
 SIDE, HEIGHT = 20, 5.0
 NODE = "rpf3d_simulator"

@@ -14,10 +14,10 @@ from geometry_msgs.msg import Point, PointStamped, Pose, PoseArray, Quaternion
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from rpf3d_ros.cloud_messages import cloud_of_columns
-from rpf3d_ros.map_frame import MapFrame
-from rpf3d_ros.refusals import MessageRefused
-from rpf3d_ros.source_messages import (
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.source_messages import (
     MOST_SOURCES,
     poses_of_sources,
     sources_of_cloud,

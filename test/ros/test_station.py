@@ -6,10 +6,10 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from rpf3d_ros import intake
-from rpf3d_ros import station as module
-from rpf3d_ros.intake import Moment, WaitingSources, WaitingTerrain
-from rpf3d_ros.station import Outlets, Station
+from rpf3d_ros.engine import intake
+from rpf3d_ros.engine import station as module
+from rpf3d_ros.engine.intake import Moment, WaitingSources, WaitingTerrain
+from rpf3d_ros.engine.station import Outlets, Station
 
 
 class Threads:

@@ -7,8 +7,8 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.facets import facets_of
-from rpf3d_ros.survey_terrain import grid_mesh, terrain_of
-from rpf3d_ros.terrain_messages import GridSurvey, MeshSurvey
+from rpf3d_ros.messages.survey_terrain import grid_mesh, terrain_of
+from rpf3d_ros.messages.terrain_messages import GridSurvey, MeshSurvey
 
 WELD = 1e-4
 ROUNDING = 1e-9

@@ -17,10 +17,10 @@ from shape_msgs.msg import Mesh, MeshTriangle
 from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey
-from rpf3d_ros.cloud_messages import cloud_of_columns, cloud_of_grid
-from rpf3d_ros.map_frame import FARTHEST, MapFrame
-from rpf3d_ros.refusals import MessageRefused
-from rpf3d_ros.terrain_messages import (
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
+from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.terrain_messages import (
     LITTLE_ENDIAN_CDR,
     GridSurvey,
     MeshSurvey,

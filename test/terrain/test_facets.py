@@ -3,7 +3,7 @@
 import numpy as np
 
 from rpf3d_core.terrain.facets import Terrain, facets_of
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 
 def test_corners_and_normals_are_those_of_the_facet():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from terrain_files import grid
 
-from rpf3d_core.terrain.edges import edges_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.faults import fault_report
 from rpf3d_core.terrain.frame import Frame
-from rpf3d_core.terrain.winding import repair_winding
+from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.mesh.faults import fault_report
+from rpf3d_core.terrain.mesh.winding import repair_winding
 
 SQUARE = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]])
 HALVES = [[0, 1, 2], [0, 2, 3]]

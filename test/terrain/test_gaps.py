@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scenes_of_facets import terrain_of
 
-from rpf3d_core.terrain.border import border_after, border_of, net_sides
 from rpf3d_core.terrain.gaps import caps_over
+from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
 from rpf3d_core.values import Outcome
 
 CRACK = 1e-9

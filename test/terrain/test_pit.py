@@ -7,7 +7,7 @@ import pytest
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.pit import Pit, pit_terrain
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 SMOOTH = {"roughness": 0.0, "spills": 0}
 NO_BERMS = {"bench_widths": (0.0, 0.0), "face_angle_deg": 48.0}

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from rpf3d_core.terrain.welding import weld
+from rpf3d_core.terrain.mesh.welding import weld
 
 TOLERANCE = 1e-4
 

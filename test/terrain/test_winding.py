@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from terrain_files import grid
 
-from rpf3d_core.terrain.components import components
-from rpf3d_core.terrain.edges import edges_of, shared_by_two
-from rpf3d_core.terrain.winding import repair_winding
+from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.edges import edges_of, shared_by_two
+from rpf3d_core.terrain.mesh.winding import repair_winding
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]], dtype=np.int32)
@@ -90,7 +90,7 @@ def test_edges_are_the_same_from_the_fast_sort_and_from_the_general_one(monkeypa
     vertices, triangles = grid(9, 11)
     triangles = np.random.default_rng(3).permutation(triangles)
     fast = edges_of(triangles, len(vertices))
-    monkeypatch.setattr("rpf3d_core.terrain.ordering.LARGEST_BITS", 0)
+    monkeypatch.setattr("rpf3d_core.terrain.mesh.ordering.LARGEST_BITS", 0)
     general = edges_of(triangles, len(vertices))
     assert all(np.array_equal(a, b) for a, b in zip(fast[:4], general[:4], strict=True))
     for ours, theirs in zip(shared_by_two(fast)[:2], shared_by_two(general)[:2], strict=True):

@@ -15,7 +15,7 @@ import pytest
 from command_line import rpf3d
 from terrain_files import SHARED_DATA
 
-from rpf3d_core.io.terrain import read_surface
+from rpf3d_core.setup.terrain import read_surface
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 DATA = SHARED_DATA / "authume"

@@ -18,9 +18,9 @@ from field_cases.page_default import quantities
 from field_cases.rows import ALL_ROWS, HOEK, PUBLISHED, STONE, Row, row_named, rows
 from field_cases.search import FINER, Free, search
 
-from rpf3d_core.io.scene import read_scene
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.falling import Falling, RockKey
+from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.values import Motion, Rock
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -29,7 +29,7 @@ Other bounces are summed one after the other.
 from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, at_once, endless, lumped, rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface

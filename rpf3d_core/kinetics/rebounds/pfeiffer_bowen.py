@@ -19,7 +19,7 @@ lumped mass. Kinetic energy, of translation and rotation together, never rises.
 import math
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved

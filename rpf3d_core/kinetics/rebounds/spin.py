@@ -1,6 +1,6 @@
 """What rebounds of a spinning sphere have in common."""
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import dot, norm, scale
 

@@ -16,7 +16,7 @@ scaled down so that it stays.
 import math
 from typing import Any, NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.materials.distributions import standard_normal

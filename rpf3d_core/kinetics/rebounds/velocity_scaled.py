@@ -7,7 +7,7 @@ implementations have it; RocFall offers it for the lumped mass; physics referenc
 
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface

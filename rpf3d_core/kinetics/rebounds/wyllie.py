@@ -7,7 +7,7 @@ RockGIS has them, which cuts R_n off at 2 (CC; physics reference 1.6). R_t is th
 
 from typing import NamedTuple
 
-from rpf3d_core.compiling import kernel
+from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle, no_faster
 from rpf3d_core.materials.falling import Falling

@@ -1,0 +1,42 @@
+"""A terrain with fewer triangles, as a coarser survey would have it: VTK's quadric decimation."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkFiltersCore import vtkQuadricDecimation
+
+from rpf3d_core.detection.vtk_closest import closest_by_vtk
+from rpf3d_core.detection.vtk_locator import VtkLocator
+from rpf3d_core.formats.vtk_mesh import triangle_mesh
+from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def decimated(terrain: Terrain, share: float) -> Terrain:
+    """The terrain with about a share (-) of its F triangles; each has the zone of the original facet nearest to it.
+
+    Sources
+    -------
+    Garland & Heckbert 1997, SIGGRAPH 97:209-216: edges are folded in the order in which that moves the surface least.
+    """
+    decimation = vtkQuadricDecimation()
+    decimation.SetInputData(triangle_mesh(terrain.vertices, terrain.triangles))
+    decimation.SetTargetReduction(1.0 - share)
+    decimation.Update()
+    mesh: Any = decimation.GetOutput()
+    vertices = np.array(vtk_to_numpy(mesh.GetPoints().GetData()), dtype=float)
+    triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int32)
+    used, triangles = np.unique(triangles, return_inverse=True)
+    vertices, triangles = vertices[used], np.ascontiguousarray(triangles.reshape(-1, 3), dtype=np.int32)
+    zone = terrain.zone[_nearest_facets(terrain, vertices[triangles].mean(axis=1))]
+    return Terrain(vertices, triangles, np.ascontiguousarray(zone), terrain.zones, terrain.frame)
+
+
+def _nearest_facets(terrain: Terrain, points: FloatArray) -> NDArray[np.int64]:
+    """The facet of a terrain that is closest to each of N points (m): (N,)."""
+    facets: Facets = facets_of(terrain)
+    locator = VtkLocator(facets)
+    anywhere = 2.0 * float(np.linalg.norm(np.subtract(facets.high, facets.low)))
+    return np.array([closest_by_vtk(locator, facets, (x, y, z), anywhere).facet for x, y, z in points.tolist()])

@@ -1,0 +1,67 @@
+"""Reading a site file: YAML in, `Thresholds` out, or one sentence for each thing that is wrong with it."""
+
+import hashlib
+import json
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.errors import SceneError
+from rpf3d_core.formats.yaml import Fault, read_yaml
+from rpf3d_core.scene.faults import faults_of
+
+KIND = "site"
+
+
+def read_site(path: str | Path) -> Thresholds:
+    """Read and check a site file (`config/site_example.yaml` shows every key).
+
+    Raises
+    ------
+    SceneError
+        One line for each fault: file, line, key, value and what would be right.
+    """
+    path = Path(path)
+    document = read_yaml(path, KIND)
+    if not isinstance(document.values, dict):
+        raise SceneError(f"{path}: must hold a mapping of keys ({', '.join(Thresholds.model_fields)}), but does not")
+    try:
+        thresholds = Thresholds.model_validate(document.values)
+    except ValidationError as error:
+        faults = [*document.faults, *faults_of(error.errors(), document, Thresholds)]
+        raise SceneError(_report(path, faults)) from None
+    if document.faults:
+        raise SceneError(_report(path, document.faults))
+    return thresholds
+
+
+def site_text(thresholds: Thresholds) -> str:
+    """The thresholds as one line of JSON, from which `site_of` makes them again.
+
+    Areas keep their order: the first pattern that fits is the one that counts.
+    """
+    return json.dumps(thresholds.model_dump(mode="json"), separators=(",", ":"), allow_nan=False)
+
+
+def site_of(text: str) -> Thresholds:
+    """The thresholds that `site_text` wrote.
+
+    Raises
+    ------
+    SceneError
+        The text is none that this version understands.
+    """
+    try:
+        return Thresholds.model_validate(json.loads(text))
+    except (ValidationError, ValueError, RecursionError) as error:
+        raise SceneError(f"the thresholds in the log are not understood: {str(error).splitlines()[0]}") from None
+
+
+def site_digest(thresholds: Thresholds) -> str:
+    """SHA-256 (64 hex digits) of `site_text`."""
+    return hashlib.sha256(site_text(thresholds).encode()).hexdigest()
+
+
+def _report(path: Path, faults: list[Fault]) -> str:
+    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))

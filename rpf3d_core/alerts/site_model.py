@@ -1,0 +1,169 @@
+"""What a site file may say: which rocks in which area mean which level, how old evidence may be, who is alarmed.
+
+Nothing here has a national or recommended value: thresholds are the mine's own (physics reference 7.6), so all keys
+that decide must be given, and a level that a site names no limits for is never reached.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95, wilson_interval
+from rpf3d_core.scene.values import Count, Name, Number, Part, refuse
+
+LONGEST = 1e9
+"""Seconds (31 years) that a period may have at most: as whole nanoseconds it fits 64 bits with room to add."""
+
+PATTERN_MARKS = "*?["
+"""A name of an area with one of these is a pattern."""
+
+LEVELS = ("watch", "restrict", "evacuate")
+"""Of an area, from the lowest."""
+
+Seconds = Annotated[Number, Field(ge=0, le=LONGEST)]
+Period = Annotated[Number, Field(gt=0, le=LONGEST)]
+Share = Annotated[Number, Field(gt=0, le=1)]
+
+
+class EvacuationSpec(Part):
+    """How soon a rock must not come: seconds to clear the area, and seconds to spare."""
+
+    evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to clear the area")
+    margin: Seconds = Field(description="a number >= 0 (s), the time to spare")
+
+    @property
+    def seconds(self) -> float:
+        """A rock that comes as soon as this, or sooner, comes too soon (s)."""
+        return self.evacuation + self.margin
+
+
+class LimitsSpec(Part):
+    """When a level is reached: any one of the limits given, at the limit or beyond."""
+
+    reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
+    p95_energy_j: Number | None = Field(None, gt=0, description="a number above 0 (J)")
+    first_arrival_s: EvacuationSpec | None = Field(
+        None, description="a mapping {evacuation, margin} (s): reached where a rock comes within their sum"
+    )
+
+    @model_validator(mode="after")
+    def _at_least_one(self) -> Self:
+        if self.reach_probability is None and self.p95_energy_j is None and self.first_arrival_s is None:
+            raise refuse("has no limit; give one or more of reach_probability, p95_energy_j, first_arrival_s")
+        return self
+
+
+class AreaSpec(Part):
+    """The limits of one area, or of all whose names fit a pattern."""
+
+    watch: LimitsSpec | None = Field(None, description="a mapping of limits, or left out: this level is never reached")
+    restrict: LimitsSpec | None = Field(
+        None, description="a mapping of limits, or left out: this level is never reached"
+    )
+    evacuate: LimitsSpec | None = Field(
+        None, description="a mapping of limits, or left out: this level is never reached"
+    )
+
+    @model_validator(mode="after")
+    def _graded(self) -> Self:
+        given = [(level, limits) for level in LEVELS if (limits := getattr(self, level)) is not None]
+        if not given:
+            raise refuse(f"names no level; give one or more of {', '.join(LEVELS)}")
+        for (lower, below), (higher, above) in combinations(given, 2):
+            for key, (low, high) in _pairs(below, above).items():
+                if low is not None and high is not None and low > high:
+                    raise refuse(_disorder(key, lower, higher), higher, key)
+        return self
+
+
+def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
+    """Each limit of a lower and a higher level, signed so that it must not fall from one to the other."""
+    early, late = below.first_arrival_s, above.first_arrival_s
+    return {
+        "reach_probability": (below.reach_probability, above.reach_probability),
+        "p95_energy_j": (below.p95_energy_j, above.p95_energy_j),
+        "first_arrival_s": (-early.seconds if early else None, -late.seconds if late else None),
+    }
+
+
+def _disorder(key: str, lower: str, higher: str) -> str:
+    rule = "longer than" if key == "first_arrival_s" else "below"
+    return f"is {rule} that of {lower}, so {lower} would never be seen before {higher}"
+
+
+class EvidenceSpec(Part):
+    """What evidence must be like to be believed; anything else is a fault."""
+
+    sources_max_age_s: Period = Field(
+        description="a number above 0 (s), the age at which what the monitoring said of sources is stale"
+    )
+    terrain_max_age_s: Period = Field(description="a number above 0 (s), the age at which the survey is stale")
+    clock_tolerance_s: Seconds = Field(
+        description="a number >= 0 (s), how far stamps may be ahead of this machine's clock"
+    )
+    fewest_rocks: Annotated[Count, Field(ge=1)] = Field(
+        description="a whole number of at least 1; an answer of fewer rocks may raise a level, and clears none"
+    )
+    most_unfinished: Annotated[Number, Field(ge=0, le=1)] = Field(
+        description="a share from 0 to 1 (-), of rocks whose flight was cut off; more are a fault"
+    )
+    reach_probability_is: Literal["upper_end", "share"] = Field(
+        "upper_end",
+        description="upper_end or share: what is compared with reach_probability, the upper end of the share's 95 % "
+        "Wilson interval or the share itself",
+    )
+
+
+def _named_areas(areas: Mapping[str, AreaSpec]) -> Mapping[str, AreaSpec]:
+    if not areas:
+        raise refuse("has no area; name at least one, with its limits")
+    if "" in areas:
+        raise refuse("has an area without a name")
+    return areas
+
+
+class Thresholds(Part):
+    """Everything that `alerts.decide` takes from the site."""
+
+    site: Name = Field(description="the name of the site, as it stands in the log of decisions")
+    evidence: EvidenceSpec = Field(description="a mapping: what evidence must be like to be believed")
+    valid_s: Period = Field(description="a number above 0 (s), how long a decision stands if no other follows")
+    alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
+        description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"
+    )
+    areas: Annotated[Mapping[str, AreaSpec], AfterValidator(_named_areas)] = Field(
+        description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"
+    )
+
+    @property
+    def named_in_full(self) -> tuple[str, ...]:
+        """Areas that must be in every answer: patterns fit areas that come and go."""
+        return tuple(name for name in self.areas if not any(mark in name for mark in PATTERN_MARKS))
+
+    @model_validator(mode="after")
+    def _enough_rocks(self) -> Self:
+        """With too few rocks, none of which came, the interval alone would reach a limit, and its level be held."""
+        fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
+        if lowest and self.evidence.reach_probability_is == "upper_end" and wilson_interval(0, fewest)[1] >= lowest[0]:
+            raise refuse(_too_few(fewest, *lowest), "evidence", "fewest_rocks")
+        return self
+
+    def _shares(self) -> Iterator[tuple[float, str]]:
+        """Every limit of reach probability, and where it stands."""
+        for name, area in self.areas.items():
+            for level in LEVELS:
+                limits: LimitsSpec | None = getattr(area, level)
+                if limits is not None and limits.reach_probability is not None:
+                    yield limits.reach_probability, f"areas.{name}.{level}"
+
+
+def _too_few(fewest: int, limit: float, where: str) -> str:
+    """Of n rocks none of which came, the upper end is z^2 / (n + z^2)."""
+    needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
+    return (
+        f"is {fewest}, but where none of so few rocks comes up to {100 * wilson_interval(0, fewest)[1]:.3g} % might, "
+        f"and `{where}` is reached at {100 * limit:.3g} %: it must be at least {needed}"
+    )

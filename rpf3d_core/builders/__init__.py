@@ -1,1 +1,0 @@
-"""What scenes name, built over their terrain where there is more to it than copying numbers."""

@@ -1,0 +1,1 @@
+"""Readers and writers of files that know nothing of a scene."""

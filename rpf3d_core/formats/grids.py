@@ -1,0 +1,123 @@
+"""Elevation grids: ESRI ASCII and GeoTIFF through rasterio.
+
+What the grid means: an elevation belongs to the centre of its cell. So the vertices of the mesh are the cell centres,
+half a cell inside the grid's outline (`xllcorner` names the outline's corner, `xllcenter` the first centre; both give
+the same mesh where they say the same thing). Four neighbouring centres make a square of two triangles, all squares
+cut along the same diagonal, from the first row and column to the next row and column (north-west to south-east in a
+north-up grid). A square with a corner without data is a hole.
+"""
+
+import gzip
+import logging
+import warnings
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rasterio
+from affine import Affine
+from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.surface import MOST_TRIANGLES, Surface
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.squares import grid_triangles
+
+DEM_EXTENSIONS = (".asc", ".asc.gz", ".tif", ".tiff")
+
+HEADER_KEYS = b"ncols nrows xllcorner yllcorner xllcenter yllcenter cellsize dx dy nodata_value".split()
+
+ESRI_NODATA = -9999.0
+"""What stands for a missing elevation in an ESRI ASCII grid that does not say (ESRI, ASCII raster format)."""
+
+logging.getLogger("rasterio").addHandler(logging.NullHandler())
+
+
+def read_dem(path: Path) -> Surface:
+    """The mesh over an elevation grid; its facets look up, square by square in row order.
+
+    Parameters
+    ----------
+    path : Path
+        .asc, .asc.gz, .tif or .tiff; one band of elevations, m, in a projected reference system (or none).
+
+    Raises
+    ------
+    TerrainError
+        If the file is no raster, is truncated, or is in degrees.
+    """
+    return _surface(*read_grid(path))
+
+
+def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
+    """The numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
+
+    NaN stands where there are none; `kind` is what messages call one of them.
+
+    Raises
+    ------
+    TerrainError
+        As `read_dem`.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            return _read_numbers(path, kind)
+    except (RasterioError, OSError, EOFError, zlib.error, MemoryError) as fault:
+        article = "an" if kind[0] in "aeiou" else "a"
+        raise TerrainError(f"{path}: cannot be read as {article} {kind} grid ({fault})") from fault
+
+
+def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
+    """As `read_grid`."""
+    is_text = path.name.lower().endswith((".asc", ".asc.gz"))
+    name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
+    options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}
+    with rasterio.open(name, **options) as grid:
+        _refuse_unusable(path, grid)
+        heights = _text_numbers(path, kind, grid.height, grid.width) if is_text else grid.read(1).astype(float)
+        nodata = ESRI_NODATA if is_text and grid.nodata is None else grid.nodata
+        missing = ~np.isfinite(heights) | (heights == nodata)
+        if not is_text:
+            missing |= grid.read_masks(1) == 0
+        heights = heights * grid.scales[0] + grid.offsets[0]
+        heights[missing] = np.nan
+        return heights, grid.transform
+
+
+def _refuse_unusable(path: Path, grid: Any) -> None:
+    if grid.crs is not None and grid.crs.is_geographic:
+        raise TerrainError(f"{path}: is in degrees ({grid.crs}); reproject it to a reference system in metres")
+    if 2 * grid.width * grid.height > MOST_TRIANGLES:
+        raise TerrainError(f"{path}: {grid.width:,} x {grid.height:,} cells are more than can be numbered; cut it")
+
+
+def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
+    """The numbers below the header of an ESRI ASCII grid.
+
+    Read here because GDAL turns the missing part of a truncated file, and words, into heights of 0.
+    """
+    data = gzip.decompress(path.read_bytes()) if path.suffix.lower() == ".gz" else path.read_bytes()
+    words = data.split()
+    begin = next((n for n in range(0, len(words), 2) if words[n].lower() not in HEADER_KEYS), len(words))
+    found = len(words) - begin
+    if found != rows * columns:
+        raise TerrainError(
+            f"{path}: has {found:,} {kind}s, but its header announces {rows} rows of {columns}, "
+            f"{rows * columns:,} in all; it is truncated or damaged"
+        )
+    try:
+        return np.array(words[begin:], dtype=float).reshape(rows, columns)
+    except ValueError as fault:
+        raise TerrainError(f"{path}: every {kind} must be a number ({fault})") from fault
+
+
+def _surface(heights: FloatArray, transform: Affine) -> Surface:
+    """Vertices at the centres of the cells that have data, and two triangles for each full square."""
+    row, column = np.nonzero(np.isfinite(heights))
+    x = transform.a * (column + 0.5) + transform.b * (row + 0.5) + transform.c
+    y = transform.d * (column + 0.5) + transform.e * (row + 0.5) + transform.f
+    # A north-up grid has rows running south: a negative determinant.
+    triangles = grid_triangles(np.isfinite(heights), rows_run_south=transform.determinant < 0)
+    return Surface(np.stack([x, y, heights[row, column]], axis=1), triangles)

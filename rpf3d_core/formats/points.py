@@ -1,0 +1,209 @@
+"""Points from a file: x y z first on each line of a text, the columns that a CSV's header names, or points of GeoJSON.
+
+Cells are taken as they stand: a text between quotes is one cell, and only a plain number is a coordinate. Whatever
+could be read in two ways (`1,234.5`, a name before the coordinates) is refused, for it would put rocks elsewhere.
+"""
+
+import csv
+import io
+import json
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import geometries
+from rpf3d_core.terrain.frame import FloatArray, Up
+
+GEOJSON = (".geojson", ".json")
+SEPARATORS = ";\t,"
+"""Of cells, the first of them that stands in the first line; a decimal comma makes no cells where there is another."""
+
+AXES = "xyz"
+COLUMN_NAMES = {
+    "x": ("east", "easting", "e"),
+    "y": ("north", "northing", "n"),
+    "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
+}
+"""What surveys call a column, beside x, y and z themselves."""
+
+UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
+QUOTED = re.compile(r'"[^"]*"')
+REMARK = re.compile(r"\s#.*")
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+
+
+class Row(NamedTuple):
+    """The cells of one line of a file, its number counted from 1."""
+
+    line: int
+    cells: list[str]
+
+
+def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
+    """Points (N, 3) of a file, N >= 1, in the input's own coordinates (m).
+
+    In a text, numbers are separated by blanks, and what follows a `#` is a comment. If the first line has a comma,
+    semicolon or tab, the file is a CSV: cells lie between those, and a line that begins with `#` is a comment. Empty
+    lines are skipped. A first line without any number is a header: it names the columns (`COLUMN_NAMES`); without one
+    they are the first three. A name that ends in .geojson or .json is GeoJSON with Points or MultiPoints.
+
+    Parameters
+    ----------
+    up : the input axis that points up; where it is y, no column can be called an easting, northing or elevation
+    heights : whether each point must have one; if not, points in plan will do, and a height that is left out is 0
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, holds no point, or holds anything but finite numbers where a point should be; names
+        the line and the column, or the position in GeoJSON.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
+    is_geojson = path.suffix.lower() in GEOJSON
+    points = _geojson_points(path, text, up, heights) if is_geojson else _text_points(path, text, up, heights)
+    if not points:
+        raise InputError(f"{path}: holds no point; each line must begin with x y z")
+    return np.array(points)
+
+
+def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
+    """The points of a text or CSV."""
+    rows = list(rows_of(path, text))
+    if not rows:
+        return []
+    first = rows[0]
+    if not any(NUMBER.fullmatch(cell) for cell in first.cells):
+        columns = _named_columns(path, first, up, heights)
+        return [_point(path, row, columns, first.cells) for row in rows[1:]]
+    columns = {axis: place for place, axis in enumerate(AXES)}
+    if not heights and len(first.cells) == 2:
+        columns = {axis: place for place, axis in enumerate(_plan_axes(up))}
+    return [_point(path, row, columns, None) for row in rows]
+
+
+def rows_of(path: Path, text: str) -> Iterator[Row]:
+    """The lines that hold anything, as cells without blanks around them."""
+    begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
+    separator = next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
+    rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
+    return (row for row in rows if any(row.cells) and not row.cells[0].startswith("#"))
+
+
+def _blank_rows(text: str) -> Iterator[Row]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        yield Row(number, [word.strip('"') for word in line.split("#")[0].split()])
+
+
+def _csv_rows(path: Path, text: str, separator: str) -> Iterator[Row]:
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True, strict=True)
+    try:
+        for cells in reader:
+            yield Row(reader.line_num, [cell.strip() for cell in cells])
+    except csv.Error as fault:
+        raise InputError(f"{path}, line {reader.line_num}: cannot be read as CSV ({fault})") from fault
+
+
+def _plan_axes(up: Up) -> str:
+    """The axes of a point in plan."""
+    return "xy" if up == "z" else "xz"
+
+
+def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
+    """The columns of x, y and z by what a header calls them; a height may be missing where none is needed.
+
+    Raises
+    ------
+    InputError
+        One of them has no column, or more than one; says which names are known.
+    """
+    names = [UNIT.sub("", cell.lower()) for cell in header.cells]
+    columns = {}
+    for axis in AXES:
+        # A file with z may have a height beside it, such as that of a tree.
+        found = [i for i, name in enumerate(names) if name == axis] or [
+            i for i, name in enumerate(names) if up == "z" and name in COLUMN_NAMES[axis]
+        ]
+        if len(found) == 1:
+            columns[axis] = found[0]
+        elif found or heights or axis in _plan_axes(up):
+            raise InputError(
+                f"{path}, line {header.line}: a header must name {_listed(AXES if heights else _plan_axes(up))} once "
+                f"each, but is {', '.join(header.cells)!r}; known are {_known(up)}"
+            )
+    return columns
+
+
+def _listed(axes: Sequence[str]) -> str:
+    return f"{', '.join(axes[:-1])} and {axes[-1]}"
+
+
+def _known(up: Up) -> str:
+    """The names of columns that a header may use."""
+    names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
+    return "; ".join(names) + ", in capitals too, with or without _m, (m) or [m]"
+
+
+def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] | None) -> tuple[float, ...]:
+    """The point of a row; 0 for a coordinate that has no column.
+
+    Raises
+    ------
+    InputError
+        A cell is missing or no plain, finite number.
+    """
+    point = dict.fromkeys(AXES, 0.0)
+    for axis, column in columns.items():
+        cell = row.cells[column] if column < len(row.cells) else ""
+        if not NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
+            named = f" ({header[column]})" if header else ""
+            found = f"is {cell!r}" if cell else "is missing"
+            must = "" if header else "; without a header the first columns must be x y z"
+            raise InputError(
+                f"{path}, line {row.line}, column {column + 1}{named}: {axis} must be a plain, finite number, but "
+                f"{found}{must}"
+            )
+        point[axis] = float(cell)
+    return tuple(point.values())
+
+
+def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
+    """The points of GeoJSON."""
+    try:
+        content = json.loads(text)
+    except ValueError as fault:
+        raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
+    return [_position(path, position, up, heights) for position in _positions(path, content)]
+
+
+def _positions(path: Path, content: Any) -> Iterator[Any]:
+    """What should be positions, in order."""
+    for geometry in geometries(path, content, ("Point", "MultiPoint")):
+        written = geometry.get("coordinates")
+        if geometry["type"] == "Point":
+            yield written
+        elif isinstance(written, list):
+            yield from written
+        else:
+            raise InputError(f"{path}: the coordinates of a MultiPoint must be a list, but are {str(written)[:40]!r}")
+
+
+def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
+    """Three finite numbers; two will do where no height is needed, as in polygons those of the plan."""
+    numbers = isinstance(position, list) and all(type(number) in (int, float) for number in position)
+    counts = (3,) if heights else (2, 3)
+    if not numbers or len(position) not in counts or not all(map(math.isfinite, position)):
+        without = "; two will do where the source has `above_ground`" if heights else ""
+        raise InputError(
+            f"{path}: a point must be three finite numbers [x, y, z], but is {str(position)[:60]}{without}"
+        )
+    if len(position) == 2:
+        position = [position[0], position[1], 0.0] if up == "z" else [position[0], 0.0, position[1]]
+    return tuple(map(float, position))

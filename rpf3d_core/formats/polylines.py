@@ -1,0 +1,63 @@
+"""Lines in plan: written out, or from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import geometries
+from rpf3d_core.terrain.frame import FloatArray
+
+LINES = ("LineString", "MultiLineString")
+
+Along = Path | tuple[tuple[float, float], ...]
+"""What a scene writes for lines: the path of a file, or the corners of one."""
+
+
+def lines_along(along: Along) -> list[FloatArray]:
+    """Lines (P, 2) m in plan, P >= 2, each without points that repeat the one before.
+
+    Raises
+    ------
+    InputError
+        Their file is damaged, or a line has no length.
+    """
+    written = [np.array(along, dtype=float)] if isinstance(along, tuple) else read_lines(along)
+    lines = [line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))] for line in written]
+    if any(len(line) < 2 for line in lines):
+        raise InputError("must be a line of two or more different points, but all its points are the same")
+    return lines
+
+
+def read_lines(path: Path) -> list[FloatArray]:
+    """The lines (P, 2) m of a GeoJSON file, at least one.
+
+    Raises
+    ------
+    InputError
+        If the file is not GeoJSON, holds anything but lines, none at all, or one with less than two points.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as fault:
+        raise InputError(f"{path}: cannot be read as GeoJSON ({fault})") from fault
+    lines = []
+    for geometry in geometries(path, content, LINES):
+        written = geometry.get("coordinates")
+        for line in [written] if geometry["type"] == LINES[0] else written or []:
+            lines.append(_line(path, line))
+    if not lines:
+        raise InputError(f"{path}: holds no line; it must be GeoJSON with at least one LineString")
+    return lines
+
+
+def _line(path: Path, written: Any) -> FloatArray:
+    try:
+        line: FloatArray = np.array([position[:2] for position in written], dtype=np.float64)
+    except (TypeError, ValueError) as fault:
+        raise InputError(f"{path}: the coordinates of a line are damaged ({fault})") from fault
+    if line.ndim != 2 or line.shape[1:] != (2,) or len(line) < 2 or not np.isfinite(line).all():
+        raise InputError(f"{path}: a line must be two or more points [x, y], but is {str(written)[:60]}")
+    return line

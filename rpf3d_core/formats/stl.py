@@ -1,0 +1,134 @@
+"""Binary STL, and what is wrong with an ASCII one.
+
+A binary STL is 84 + 50 F bytes: 80 of free text, the number F of facets, and for each its normal and three corners in
+float32 (Burns 1993, Automated Fabrication, section 6.5). The number is held against the file's size before anything
+is allocated. The stored normals are not read: the winding says the same, and unlike them is always there.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.surface import Surface
+from rpf3d_core.terrain.frame import FloatArray
+
+HEADER = 84
+RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+RECORDS_AT_A_TIME = 2**14
+"""Facets of a binary file that are held at a time, 0.8 MB: they stay in the cache."""
+LINES_AT_A_TIME = 2**24
+"""Bytes of text that are held at a time."""
+
+_VERTEX = ("vertex", 3)
+_FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTEX, ("endloop", 0), ("endfacet", 0))
+
+
+def is_ascii_stl(path: Path) -> bool:
+    """Whether the file starts as an ASCII STL does: `solid` and text after it (binary ones may also begin so)."""
+    with path.open("rb") as file:
+        head = file.read(HEADER)
+    return head.lstrip().startswith(b"solid") and b"\0" not in head
+
+
+def read_binary_stl(path: Path) -> Surface:
+    """The facets of a binary STL, corner by corner.
+
+    Raises
+    ------
+    TerrainError
+        If the file is not as long as the number of facets in its header says.
+    """
+    size = path.stat().st_size
+    if size < HEADER:
+        raise TerrainError(
+            f"{path}: is neither an ASCII STL (which starts with `solid`) nor a binary one: {size} bytes are fewer "
+            f"than the {HEADER} of its header"
+        )
+    announced = int(np.fromfile(path, "<u4", count=1, offset=HEADER - 4)[0])
+    if size != HEADER + RECORD.itemsize * announced:
+        room = (size - HEADER) // RECORD.itemsize
+        raise TerrainError(
+            f"{path}: the header of a binary STL announces {announced:,} triangles, which takes "
+            f"{HEADER + RECORD.itemsize * announced:,} bytes, but the file has {size:,} (room for {room:,} triangles); "
+            "it is truncated, or no STL"
+        )
+    # Whole columns: everything that follows works on one coordinate of all points at a time.
+    columns, block = np.empty((3, announced, 3), np.float32), np.empty(RECORDS_AT_A_TIME, RECORD)
+    with path.open("rb") as file:
+        file.seek(HEADER)
+        for begin in range(0, announced, RECORDS_AT_A_TIME):
+            some = block[: announced - begin]
+            if file.readinto(some.view(np.uint8).data) < some.nbytes:
+                raise TerrainError(f"{path}: was cut short while it was read")
+            for axis in range(3):
+                columns[axis, begin : begin + len(some)] = some["corners"][:, :, axis]
+    return Surface(columns.reshape(3, -1).T)
+
+
+def ascii_stl_corners(path: Path, count: int) -> FloatArray:
+    """The corners (count, 3) m of a sound ASCII STL, as precise as they are written."""
+    try:
+        corners = _numbers_of_vertices(path)
+    except ValueError as fault:
+        raise TerrainError(f"{path}: {ascii_stl_fault(path)}") from fault
+    if len(corners) != 3 * count:
+        raise TerrainError(f"{path}: each `vertex x y z` of an ASCII STL must be on a line of its own")
+    return corners.reshape(-1, 3)
+
+
+def _numbers_of_vertices(path: Path) -> FloatArray:
+    """The numbers (N,) that follow the word `vertex` at the start of a line."""
+    parts = [np.empty(0)]
+    with path.open("rb") as file:
+        while lines := file.readlines(LINES_AT_A_TIME):
+            text = b" ".join(line for line in lines if line.lstrip().startswith(b"vertex"))
+            if text:
+                parts.append(np.fromstring(text.replace(b"vertex", b" ").decode("ascii"), sep=" "))
+    return np.concatenate(parts)
+
+
+def ascii_stl_fault(path: Path) -> str:
+    """Where an ASCII STL departs from the format: a sentence with the line number."""
+    with path.open(encoding="ascii", errors="replace") as file:
+        lines = ((n, line.split()) for n, line in enumerate(file, start=1) if line.strip())
+        return _fault_in(lines) or "the facets look right, yet the file could not be read as an ASCII STL"
+
+
+def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
+    """The first fault of an ASCII STL, from its line numbers and words; None if there is none."""
+    n, inside, place = 0, False, 0
+    for n, words in lines:
+        if inside and place == 0 and words[0] == "endsolid":
+            inside = False
+        elif not inside:
+            if words[0] != "solid":
+                return f"line {n} must start with `solid`, but is {_quoted(words)}"
+            inside = True
+        elif not _fits(words, *_FACET_LINES[place]):
+            keyword, numbers = _FACET_LINES[place]
+            return f"line {n} must be `{keyword}{' x y z' * (numbers > 0)}`, but is {_quoted(words)}"
+        else:
+            place = (place + 1) % len(_FACET_LINES)
+    return f"the file ends after line {n} without `endsolid`; it is truncated" if inside else None
+
+
+def _fits(words: list[str], keyword: str, numbers: int) -> bool:
+    """Whether a line is a keyword and that many numbers."""
+    keys = keyword.split()
+    values = words[len(keys) :]
+    return words[: len(keys)] == keys and len(values) == numbers and all(_is_number(word) for word in values)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _quoted(words: list[str]) -> str:
+    return repr(" ".join(words)[:60])

@@ -1,0 +1,123 @@
+"""Trees from a file: a CSV with a header, or x, y, dbh_cm, height and kind on each line."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import COLUMN_NAMES, NUMBER, UNIT, Row, rows_of
+from rpf3d_core.terrain.frame import Up
+
+KINDS = ("conifer", "broadleaved", "silver_fir")
+NAMES = {
+    "dbh": ("dbh_cm", "dbh", "diameter_cm"),
+    "height": ("height", "tree_height"),
+    "kind": ("kind", "type", "species"),
+    "foot": ("z", "foot"),
+}
+"""What else a header may call a column, beside the coordinates in plan."""
+WITHOUT_A_HEADER = ("east", "north", "dbh", "height", "kind")
+MUST = ("east", "north", "dbh")
+THICKEST, HIGHEST = 500.0, 150.0
+"""Bounds of a DBH (cm) and of a height (m)."""
+
+
+class Tree(NamedTuple):
+    """One tree: its line in the file, its place in plan of the input (m), DBH (cm), height (m), kind and foot (m).
+
+    height, foot : None where the file tells none
+    """
+
+    line: int
+    east: float
+    north: float
+    dbh: float
+    height: float | None
+    kind: str
+    foot: float | None
+
+
+def read_trees(path: Path, up: Up) -> list[Tree]:
+    """The trees of a file, at least one.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, holds no tree, or something that is no tree; names the line and the column.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as fault:
+        raise InputError(f"{path}: cannot be read as text ({fault})") from fault
+    rows = list(rows_of(path, text))
+    if rows and not any(NUMBER.fullmatch(cell) for cell in rows[0].cells):
+        columns, rows = _columns(path, rows[0], up), rows[1:]
+    else:
+        columns = {name: place for place, name in enumerate(WITHOUT_A_HEADER)}
+    if not rows:
+        raise InputError(f"{path}: holds no tree; each line must begin with x y dbh_cm")
+    return [_tree(path, row, columns) for row in rows]
+
+
+def _columns(path: Path, header: Row, up: Up) -> dict[str, int]:
+    """The columns by what a header calls them."""
+    names = [UNIT.sub("", cell.lower()) for cell in header.cells]
+    plan = ("x", "y") if up == "z" else ("x", "z")
+    known = {
+        "east": (plan[0], *(COLUMN_NAMES["x"] if up == "z" else ())),
+        "north": (plan[1], *(COLUMN_NAMES["y"] if up == "z" else ())),
+        **NAMES, "foot": ("z", "foot") if up == "z" else ("y", "foot"),
+    }  # fmt: skip
+    columns = {}
+    for what, words in known.items():
+        found = [place for place, name in enumerate(names) if name in words]
+        if len(found) > 1 or (not found and what in MUST):
+            raise InputError(
+                f"{path}, line {header.line}: a header must name {', '.join(words)} once, but is "
+                f"{', '.join(header.cells)!r}"
+            )
+        if found:
+            columns[what] = found[0]
+    return columns
+
+
+def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
+    numbers = {what: _number(path, row, columns, what) for what in ("east", "north", "dbh", "height", "foot")}
+    dbh, height = numbers["dbh"] or 0.0, numbers["height"]
+    _check(path, row, "dbh_cm", dbh, THICKEST, "cm")
+    if height is not None:
+        _check(path, row, "height", height, HIGHEST, "m")
+    place = columns.get("kind", len(row.cells))
+    kind = (row.cells[place] if place < len(row.cells) else "") or KINDS[0]
+    if kind.lower() not in KINDS:
+        raise InputError(f"{path}, line {row.line}: kind is {kind!r}, but must be {_listed(KINDS)}")
+    return Tree(row.line, numbers["east"] or 0.0, numbers["north"] or 0.0, dbh, height, kind.lower(), numbers["foot"])
+
+
+def _number(path: Path, row: Row, columns: dict[str, int], what: str) -> float | None:
+    """A cell as a number; None where it may be left out and is.
+
+    Raises
+    ------
+    InputError
+        It is missing, or no plain, finite number.
+    """
+    place = columns.get(what, len(row.cells))
+    cell = row.cells[place] if place < len(row.cells) else ""
+    if not cell and what not in MUST:
+        return None
+    if not NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
+        found = f"is {cell!r}" if cell else "is missing"
+        raise InputError(f"{path}, line {row.line}: {what} must be a plain, finite number, but {found}")
+    return float(cell)
+
+
+def _check(path: Path, row: Row, what: str, value: float, most: float, unit: str) -> None:
+    if not 0.0 < value <= most:
+        must = f"above 0 and up to {most:g} ({unit})"
+        raise InputError(f"{path}, line {row.line}: {what} is {value:g}, but must be {must}")
+
+
+def _listed(words: Sequence[str]) -> str:
+    return f"{', '.join(words[:-1])} or {words[-1]}"

@@ -1,0 +1,146 @@
+"""ASCII STL, OBJ, VTP and legacy VTK through VTK's readers.
+
+VTK prints what it finds wrong and then hands out what it has got, or nothing. Here its messages are collected, and any
+of them refuses the file. VTP and legacy VTK are read in a process of their own (`vtk_process.py`).
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkFiltersCore import vtkTriangleFilter
+from vtkmodules.vtkIOGeometry import vtkOBJReader, vtkSTLReader
+from vtkmodules.vtkIOLegacy import vtkPolyDataReader
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.stl import ascii_stl_corners, ascii_stl_fault
+from rpf3d_core.formats.surface import Surface, refuse_wrong_indices
+from rpf3d_core.formats.vtk_process import read_apart
+
+MOST_RECORDS_PER_BYTE = 10
+"""Points or cells that a byte of a file may stand for: in text one takes 6 bytes, well compressed about 1."""
+
+_ANNOUNCED = re.compile(
+    rb"""(?:Number\w+\s*=\s*["']\s*|(?:^|\s)(?:POINTS|POLYGONS|VERTICES|LINES|TRIANGLE_STRIPS)\s+)(\d+)(?:\s+(\d+))?""",
+    re.IGNORECASE,
+)
+
+
+def read_ascii_stl(path: Path) -> Surface:
+    """The facets of an ASCII STL, corner by corner; a TerrainError names the line that is wrong.
+
+    VTK's reader says whether the file is sound; its float32 is half a metre wide at survey coordinates, so the corners
+    are taken from the text again.
+    """
+    reader = vtkSTLReader()
+    reader.MergingOff()
+    try:
+        data = _output(path, reader)
+    except TerrainError as fault:
+        raise TerrainError(f"{path}: {ascii_stl_fault(path)}") from fault
+    return Surface(ascii_stl_corners(path, data.GetNumberOfPoints()))
+
+
+def read_obj(path: Path) -> Surface:
+    """The faces of an OBJ file."""
+    return _surface(path, _output(path, vtkOBJReader()))
+
+
+def read_vtk(path: Path) -> Surface:
+    """The polygons of a VTK XML file of polygonal data (.vtp) or a legacy one (.vtk, DATASET POLYDATA)."""
+    _refuse_impossible_counts(path)
+    return read_apart(path)
+
+
+def read_here(path: Path) -> Surface:
+    """As `read_vtk`, by the calling process."""
+    reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
+    try:
+        return _surface(path, _output(path, reader))
+    except MemoryError:
+        raise TerrainError(f"{path}: is damaged; it asks for more memory than it can need") from None
+
+
+def _output(path: Path, reader: Any) -> vtkPolyData:
+    with _collected_messages() as messages:
+        reader.SetFileName(str(path))
+        reader.Update()
+    said = _first_sentence(messages.GetOutput() or "")
+    if said:
+        raise TerrainError(f"{path}: is no complete {path.suffix.lower()} file; the reader says: {said}")
+    data: vtkPolyData = reader.GetOutput()
+    return data
+
+
+@contextmanager
+def _collected_messages() -> Iterator[Any]:
+    """While this lasts, VTK's messages go to the window that it hands out, and no longer to the terminal."""
+    before, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkOutputWindow.SetInstance(window)
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        yield window
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
+        vtkOutputWindow.SetInstance(before)
+
+
+def _first_sentence(messages: str | bytes) -> str:
+    """The first message in VTK's words, without its place in VTK's sources and in memory.
+
+    VTK quotes the file; where that is no text, its messages come as bytes.
+    """
+    messages = messages if isinstance(messages, str) else messages.decode("ascii", "replace")
+    lines = [line.strip() for line in messages.splitlines() if line.strip()]
+    wanted = [line for line in lines if not line.startswith(("ERROR: In ", "Warning: In ", "Generic Warning: In "))]
+    return re.sub(r"^\w+ \((?:0x)?[0-9a-fA-F]+\): ", "", (wanted or lines or [""])[0])
+
+
+def _surface(path: Path, data: vtkPolyData) -> Surface:
+    """The triangles of polygonal data, its polygons and strips cut up; points that lie bare or on lines are ignored."""
+    if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
+        return Surface(np.empty((0, 3)))
+    points = vtk_to_numpy(data.GetPoints().GetData())
+    for cells in (data.GetPolys(), data.GetStrips()):
+        _refuse_damaged_cells(path, cells, len(points))
+    cut = vtkTriangleFilter()
+    cut.PassLinesOff()
+    cut.PassVertsOff()
+    cut.SetInputData(data)
+    cut.Update()
+    corners: NDArray[Any] = vtk_to_numpy(cut.GetOutput().GetPolys().GetConnectivityArray())
+    return Surface(points, corners.reshape(-1, 3).astype(np.int32))
+
+
+def _refuse_damaged_cells(path: Path, cells: Any, points: int) -> None:
+    """Refuse cells that would make VTK read outside its arrays."""
+    if cells.GetNumberOfCells() == 0:
+        return
+    corners, offsets = vtk_to_numpy(cells.GetConnectivityArray()), vtk_to_numpy(cells.GetOffsetsArray())
+    sizes = np.diff(offsets)
+    if offsets[0] != 0 or offsets[-1] != len(corners) or (sizes < 0).any():
+        raise TerrainError(f"{path}: the list of cells is damaged or truncated")
+    if (sizes < 3).any():
+        few = np.flatnonzero(sizes < 3)[0]
+        raise TerrainError(f"{path}: facet number {few} (from 0) has {sizes[few]} corners; it must have 3 at least")
+    refuse_wrong_indices(path, corners, points)
+
+
+def _refuse_impossible_counts(path: Path) -> None:
+    """Refuse a file that announces more points or cells than it can hold, before VTK allocates for them."""
+    data = path.read_bytes()
+    most = max((int(number) for match in _ANNOUNCED.finditer(data) for number in match.groups("0")), default=0)
+    if most > MOST_RECORDS_PER_BYTE * len(data):
+        raise TerrainError(
+            f"{path}: announces {most:,} points or cells, more than {len(data):,} bytes can hold; "
+            "it is truncated or damaged"
+        )

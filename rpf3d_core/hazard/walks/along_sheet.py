@@ -1,0 +1,182 @@
+"""Walk a track from facet to facet over their sides, where the terrain is one sheet in plan.
+
+Corners lie to the left of the track's line in plan or to the right; one on the line counts as left. So the line crosses
+each facet from one side to one other, and neighbours agree on where, however thin they are.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.detection.bucket_grid import cell_index
+from rpf3d_core.detection.stretch import SLOWEST
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.walks.ground import Ground
+from rpf3d_core.hazard.walks.over_facet import above_plane, along_across, crossing, largest_above
+from rpf3d_core.hazard.walks.sheet import NOTHING, facet_beyond, is_alone
+from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
+from rpf3d_core.hazard.walks.visits import Visits, note_height, note_track_energy, visit_for, visited
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.terrain.facet_geometry import REACH
+
+NOWHERE = -1
+"""No facet from which a track could be walked."""
+
+
+class Way(NamedTuple):
+    """Where the line of a track crosses facet f: from the entry to the exit through side k.
+
+    al, cl, ar, cr : places along and across the line (`over_facet.along_across`) of the corners to the left and right
+    of the exit, m^2/s
+    """
+
+    f: int
+    k: int
+    al: float
+    cl: float
+    ar: float
+    cr: float
+
+
+NO_WAY = Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Cursor(NamedTuple):
+    """The square that a track is over: its column and row, when it leaves them (s), and the rock's visit to it."""
+
+    i: int
+    j: int
+    leave_i: float
+    leave_j: float
+    visit: int
+
+
+@kernel
+def walk_sheet(
+    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float, at: int
+) -> tuple[int, float]:
+    """Visit every facet that the track passes over, and its zone; tell the squares how high above it the rock was.
+
+    at : the facet that the track may begin over, NOWHERE if it is not known
+    Returns the facet that it ends over and its duration (s), or NOWHERE and how far it was walked.
+    """
+    arc = track.arc
+    speed2, walked = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1], 0.0
+    way = _way_from(ground, arc, at) if speed2 >= SLOWEST else NO_WAY
+    if way.f == NOWHERE:
+        return NOWHERE, walked
+    cursor = _cursor_at(ground.raster, squares, track)
+    for _ in range(len(ground.facets.zone)):  # a line crosses a facet once
+        leave = crossing(way.al, way.cl, way.ar, way.cr) / speed2
+        until = min(leave, track.duration)
+        if until > walked:
+            cursor = _pass_over(ground, squares, facets, zones, track, mass, way.f, walked, until, cursor)
+            walked = until
+        if leave >= track.duration:
+            return way.f, walked
+        way = _way_beyond(ground, arc, way)
+        if way.f == NOWHERE:
+            return NOWHERE, walked
+    return NOWHERE, walked
+
+
+@kernel
+def _way_from(ground: Ground, arc: Arc, at: int) -> Way:
+    """The way over the facet that an arc begins over: `at`, or else one of those in the bucket of its start."""
+    way = _way_over(ground, arc, at) if at != NOWHERE else NO_WAY
+    locator = ground.locator
+    i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
+    j = cell_index(arc.x[1], locator.y, locator.cell, locator.ny)
+    entry, stop = locator.starts[j * locator.nx + i], locator.starts[j * locator.nx + i + 1]
+    while way.f == NOWHERE and entry < stop:
+        f: Any = np.int64(locator.ids[np.uintp(entry)])
+        way = _way_over(ground, arc, f)
+        entry += 1
+    return way
+
+
+@kernel
+def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
+    """The way over facet f; NOWHERE unless the line of the arc crosses it and enters it no later than the arc begins.
+
+    Where it has been left by then, the way goes on over the facets beyond.
+    """
+    facets = ground.facets
+    a0, c0 = along_across(facets, f, 0, arc)
+    a1, c1 = along_across(facets, f, 1, arc)
+    a2, c2 = along_across(facets, f, 2, arc)
+    way, entry = NO_WAY, np.inf
+    if c0 < 0.0 <= c1:
+        way, entry = Way(f, 0, a1, c1, a0, c0), crossing(a2, c2, a0, c0) if c2 >= 0.0 else crossing(a1, c1, a2, c2)
+    elif c1 < 0.0 <= c2:
+        way, entry = Way(f, 1, a2, c2, a1, c1), crossing(a0, c0, a1, c1) if c0 >= 0.0 else crossing(a2, c2, a0, c0)
+    elif c2 < 0.0 <= c0:
+        way, entry = Way(f, 2, a0, c0, a2, c2), crossing(a1, c1, a2, c2) if c1 >= 0.0 else crossing(a0, c0, a1, c1)
+    begun = entry <= 0.0 and is_alone(ground.sheet, ground.locator, facets, f)
+    return way if begun else NO_WAY
+
+
+@kernel
+def _way_beyond(ground: Ground, arc: Arc, way: Way) -> Way:
+    """The way over the facet beyond the exit. Its own side m runs from the corner on the left to that on the right."""
+    f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
+    if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
+        return NO_WAY
+    third = m - 1 if m > 0 else 2
+    a, c = along_across(ground.facets, f, third, arc)
+    if c >= 0.0:
+        return Way(f, m + 1 if m < 2 else 0, a, c, way.ar, way.cr)
+    return Way(f, third, way.al, way.cl, a, c)
+
+
+@kernel
+def _pass_over(
+    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    f: int, low: float, high: float, cursor: Cursor,
+) -> Cursor:  # fmt: skip
+    """Visit facet f and its zone between two times of a track (s), and tell the squares how high above f it was."""
+    c, b = above_plane(ground.facets, f, track.arc)
+    gravity, begin, most = track.arc.gravity, low, -np.inf
+    while True:
+        leave = min(cursor.leave_i, cursor.leave_j)
+        end = min(leave, high)
+        if end >= begin:
+            height = largest_above(c, b, gravity, begin, end)
+            note_height(squares, cursor.visit, height)
+            most, begin = max(most, height), end
+        if leave >= high:
+            break
+        cursor = _next_cursor(ground.raster, squares, track, cursor)
+    if most >= -REACH * ground.facets.tolerance:
+        speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
+        k = visit_for(facets, f, t, until, speed2, most, mass)
+        note_track_energy(facets.energy2, k, track, low, high)
+        k = visit_for(zones, ground.facets.zone[f], t, until, speed2, most, mass)
+        note_track_energy(zones.energy2, k, track, low, high)
+    return cursor
+
+
+@kernel
+def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
+    """The square that a track begins over."""
+    x, v = track.arc.x, track.arc.v
+    i = square_at(x[0], raster.x, raster.cell, raster.nx)
+    j = square_at(x[1], raster.y, raster.cell, raster.ny)
+    return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))
+
+
+@kernel
+def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) -> Cursor:
+    """The square that a track comes to next."""
+    v = track.arc.v
+    i, j = next_square(cursor.i, cursor.j, cursor.leave_i, cursor.leave_j, v)
+    return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))
+
+
+@kernel
+def _cursor(raster: Raster, squares: Visits, track: Track, i: int, j: int, pace_x: float, pace_y: float) -> Cursor:
+    x = track.arc.x
+    leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
+    leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
+    return Cursor(i, j, leave_i, leave_j, visited(squares, j * raster.nx + i))

@@ -1,0 +1,168 @@
+"""Where the terrain is one sheet in plan: which facet lies beyond each side of a facet, with nothing above or below.
+
+Over such a sheet a track goes from facet to facet and need not look into buckets. What is asked is found out once and
+kept; rocks come to few of a mine's millions of facets. Threads may find the same at the same time: they write the
+same numbers.
+
+A bucket is clear if no border or fold of the terrain runs through it and one facet, no more, lies over its middle. In
+plan the number of facets over a place changes only at borders and folds, so there is one everywhere in the bucket.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.detection.bucket_grid import cell_index
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
+from rpf3d_core.detection.bucket_patch import Block, block_of, facets_in
+from rpf3d_core.detection.plan_boxes import overlap
+from rpf3d_core.detection.stretch import probe_of
+from rpf3d_core.hazard.walks.over_facet import VERTICAL
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.jit.memory import longer
+from rpf3d_core.terrain.facet_geometry import corner, stored_normal
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+
+UNKNOWN, YES, NO = 0, 1, 2
+NOTHING = -1
+"""Beyond a side: a border, more than one facet, or one that is wound the other way."""
+CROWDED = 64
+"""Facets in a bucket beyond which it is not asked whether it is clear: each is held against all others there, and where
+a fine mesh lies in cells made for a coarse one that would be millions of pairs."""
+MIDDLE = (0.5137, 0.5071)
+"""Of a bucket, in cells: beside the exact middle, where edges of regular terrains like to run."""
+
+
+class Sheet(NamedTuple):
+    """What is known of F facets and B buckets; everything is UNKNOWN at first.
+
+    beyond : (3 F,) what lies beyond side k of facet f, which runs from corner k: 1 + 4 g + m for side m of facet g
+    alone : (F,) whether a facet lies in clear buckets only; clear : (B,) whether a bucket is clear
+    """
+
+    beyond: Any
+    alone: Any
+    clear: Any
+
+
+def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
+    """Nothing is known yet."""
+    count = len(facets.zone)
+    return Sheet(
+        np.zeros(3 * count, dtype=np.int32),
+        np.zeros(count, dtype=np.int8),
+        np.zeros(locator.nx * locator.ny, dtype=np.int8),
+    )
+
+
+def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
+    """What is still known after facets have changed, all of which stand, or stood, in some buckets; in the same memory.
+
+    A facet that has another neighbour now stands in one of those buckets with it. So what is forgotten is all of the
+    facets there, of the buckets that any of them reaches, and of the facets in these.
+    """
+    reached = block_of(facets.corners[facets_in(locator, changed)], locator, 0.0)
+    near, count = facets_in(locator, reached), len(facets.zone)
+    beyond, alone = longer(sheet.beyond, 3 * count, UNKNOWN), longer(sheet.alone, count, UNKNOWN)
+    beyond[(3 * near[:, None] + np.arange(3)).ravel()] = UNKNOWN
+    alone[near] = UNKNOWN
+    rows, columns = slice(reached.bottom, reached.top), slice(reached.left, reached.right)
+    sheet.clear.reshape(locator.ny, locator.nx)[rows, columns] = UNKNOWN
+    return Sheet(beyond, alone, sheet.clear)
+
+
+@kernel
+def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
+    """Facet g and its side m that lie beyond side k of facet f; g is NOTHING where there is no one such facet."""
+    known = sheet.beyond[3 * f + k]
+    if known == UNKNOWN:
+        known = _found_beyond(locator, facets, f, k)
+        sheet.beyond[3 * f + k] = known
+    if known < 0:
+        return NOTHING, 0
+    return (known - 1) >> 2, (known - 1) & 3
+
+
+@kernel
+def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
+    """Whether no other facet lies above or below any part of facet f, as far as its buckets tell."""
+    if sheet.alone[f] == UNKNOWN:
+        sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
+    return bool(sheet.alone[f] == YES)
+
+
+@kernel
+def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    i0 = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
+    i1 = cell_index(max(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
+    j0 = cell_index(min(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)
+    j1 = cell_index(max(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            bucket = j * locator.nx + i
+            if sheet.clear[bucket] == UNKNOWN:
+                sheet.clear[bucket] = YES if _is_clear(sheet, locator, facets, i, j) else NO
+            if sheet.clear[bucket] == NO:
+                return False
+    return True
+
+
+@kernel
+def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
+    """Whether the bucket in column i and row j is clear."""
+    bucket = j * locator.nx + i
+    x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
+    over, near = 0, 0
+    if locator.starts[bucket + 1] - locator.starts[bucket] > CROWDED:
+        return False
+    for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
+        f: Any = np.int64(locator.ids[np.uintp(entry)])
+        if stored_normal(facets, f)[2] <= VERTICAL:
+            return False
+        for k in range(3):
+            if facet_beyond(sheet, locator, facets, f, k)[0] == NOTHING:
+                return False
+        inside = _least_inside(facets, f, x, y)
+        over += 1 if inside > facets.tolerance else 0
+        near += 1 if inside >= -facets.tolerance else 0
+    return over == 1 and near == 1
+
+
+@kernel
+def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
+    """How far a place lies inside facet f in plan, from the nearest of its lines (m); negative outside."""
+    least = np.inf
+    for k in range(3):
+        a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
+        ex, ey = b[0] - a[0], b[1] - a[1]
+        least = min(least, (ex * (y - a[1]) - ey * (x - a[0])) / max(abs(ex), abs(ey)))
+    return least
+
+
+@kernel
+def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
+    """What `Sheet.beyond` is to hold: all facets with that side stand in the bucket of its first corner."""
+    a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
+    i = cell_index(a[0], locator.x, locator.cell, locator.nx)
+    j = cell_index(a[1], locator.y, locator.cell, locator.ny)
+    bucket, found, others = j * locator.nx + i, NOTHING, 0
+    corner_only = probe_of(grid_of(locator), i, j, a, a)
+    for entry in range(locator.starts[bucket], locator.starts[bucket + 1]):
+        if not overlap(locator.boxes[np.uintp(entry)], corner_only):
+            continue
+        g: Any = np.int64(locator.ids[np.uintp(entry)])
+        if g == f:
+            continue
+        for m in range(3):
+            if _same(corner(facets, g, m), b) and _same(corner(facets, g, (m + 1) % 3), a):
+                found, others = 1 + 4 * g + m, others + 1
+            elif _same(corner(facets, g, m), a) and _same(corner(facets, g, (m + 1) % 3), b):
+                others += 2
+    return found if others == 1 else NOTHING
+
+
+@kernel
+def _same(p: Vec, q: Vec) -> bool:
+    return p[0] == q[0] and p[1] == q[1] and p[2] == q[2]

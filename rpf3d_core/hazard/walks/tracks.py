@@ -1,0 +1,187 @@
+"""The track of a piece of path in plan: which cells of a grid it crosses, and when.
+
+In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A slide along a
+straight line has a constant acceleration; one that turns is a curve within one facet, and is walked as chords.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.detection.stretch import SLOWEST
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.values import Mode, Vec
+from rpf3d_core.vectors import norm
+
+FLIGHT = int(Mode.FLIGHT)
+CHORDS = 8
+"""Chords that a piece of a slide which bends is walked as. It turns by 7 degrees at most (`kinetics.slide_path.BEND`),
+so that it leaves them by less than 1e-3 of its length over 8."""
+STRAIGHT = 1e-6
+"""Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
+
+
+class TrackSpin(NamedTuple):
+    """What spin adds to squared speeds where a track begins and ends, where energy is asked for (m^2/s^2)."""
+
+    begin2: float
+    end2: float
+
+
+class Track(NamedTuple):
+    """A piece of path, straight in plan.
+
+    arc : from where and how fast it begins; gravity 0 on a chord
+    begin, until : s since the release; duration : s, which may differ from their difference by rounding
+    start, end : speeds (m/s) at the ends of a chord, between which it has a constant acceleration; of a flight without
+        gravity both are its own
+    spin : what the rock's spin adds to its squared speed at both ends where energy is asked for (m^2/s^2), which
+        changes evenly with the way; None where rocks do not spin
+
+    Walks go along its arc: a chord is walked at a constant pace, and what they call times is the share of its length
+    that they have gone, times its duration. `time_at` and `speed2_at` turn that into times and speeds.
+    """
+
+    arc: Arc
+    begin: float
+    until: float
+    duration: float
+    start: float
+    end: float
+    spin: Any = None
+
+
+@kernel
+def tracks_of(pieces: Any, modes: Any, p: int) -> int:
+    """How many tracks piece p is walked as: 0 for one that takes no time."""
+    if not pieces[p + 1, 0] > pieces[p, 0]:
+        return 0
+    if modes[p] == FLIGHT:
+        return 1
+    x, y = pieces[p + 1, 1] - pieces[p, 1], pieces[p + 1, 2] - pieces[p, 2]
+    aside = pieces[p, 4] * y - pieces[p, 5] * x
+    straight = abs(aside) <= STRAIGHT * (abs(pieces[p, 4]) + abs(pieces[p, 5])) * (abs(x) + abs(y))
+    return 1 if straight else CHORDS
+
+
+@kernel
+def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
+    """Track k of the `count` that piece p is walked as.
+
+    pieces : (S, 10), `simulation.record.Record`; the row after p tells where the piece ends
+    spins : (S, 2) what spin adds to squared speeds at the ends of pieces; None where rocks do not spin
+    """
+    t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
+    v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
+    if modes[p] == FLIGHT:
+        arc, speed = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity), norm(v)
+        return Track(arc, t, pieces[p + 1, 0], duration, speed, speed, spin_of(spins, p, 0.0, 1.0))
+    a, b = slide_point(pieces, p, k / count), slide_point(pieces, p, (k + 1) / count)
+    step = duration / count
+    chord = ((b[0] - a[0]) / step, (b[1] - a[1]) / step, (b[2] - a[2]) / step)
+    before, after = norm(v), norm((pieces[p, 7], pieces[p, 8], pieces[p, 9]))
+    start, end = before + (after - before) * k / count, before + (after - before) * (k + 1) / count
+    until = t + (k + 1) * step if k + 1 < count else pieces[p + 1, 0]
+    spin = spin_of(spins, p, k / count, (k + 1) / count)
+    return Track(Arc(a, chord, 0.0), t + k * step, until, step, start, end, spin)
+
+
+@kernel
+def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
+    """What spin adds to squared speeds (m^2/s^2) after two shares of the time of piece p; None where none is known."""
+    if spins is None:
+        return None
+    first, last = math.sqrt(spins[p, 0]), math.sqrt(spins[p, 1])
+    one, other = first + (last - first) * begin, first + (last - first) * end
+    return TrackSpin(one * one, other * other)
+
+
+@kernel
+def slide_point(pieces: Any, p: int, share: float) -> Vec:
+    """Where a slide is (m) after a share of its time: the cubic through its ends and their velocities."""
+    if share >= 1.0:
+        return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
+    T, rest = pieces[p + 1, 0] - pieces[p, 0], 1.0 - share
+    turn = share * share * (3.0 - 2.0 * share)
+    out, into = T * share * rest * rest, -T * share * share * rest
+    return (
+        pieces[p, 1] + (pieces[p + 1, 1] - pieces[p, 1]) * turn + out * pieces[p, 4] + into * pieces[p, 7],
+        pieces[p, 2] + (pieces[p + 1, 2] - pieces[p, 2]) * turn + out * pieces[p, 5] + into * pieces[p, 8],
+        pieces[p, 3] + (pieces[p + 1, 3] - pieces[p, 3]) * turn + out * pieces[p, 6] + into * pieces[p, 9],
+    )
+
+
+@kernel
+def speed2_at(track: Track, t: float) -> float:
+    """Squared speed (m^2/s^2) t seconds into the walk of a track: along a chord it grows evenly with the way."""
+    v, g = track.arc.v, track.arc.gravity
+    if g == 0.0:
+        start2, end2 = track.start * track.start, track.end * track.end
+        return start2 + (end2 - start2) * (t / track.duration)
+    z = v[2] - g * t
+    return v[0] * v[0] + v[1] * v[1] + z * z
+
+
+@kernel
+def time_at(track: Track, t: float) -> float:
+    """Seconds since the release, t seconds into the walk of a track: exactly the next event's at its end.
+
+    A share f of a chord, over which the speed has grown from u to v, takes f (u + w) / (u + v) of its duration, where
+    w is the speed at its end.
+    """
+    if t >= track.duration:
+        return track.until
+    if track.arc.gravity == 0.0 and t > 0.0:
+        speed = math.sqrt(speed2_at(track, t))
+        if track.start + speed > 0.0:
+            return track.begin + t * (track.start + track.end) / (track.start + speed)
+    return track.begin + t
+
+
+@kernel
+def top_speed2(track: Track, begin: float, end: float) -> float:
+    """Largest squared speed (m^2/s^2) between two times of a walk: at one of them, for it is convex in time."""
+    return max(speed2_at(track, begin), speed2_at(track, end))
+
+
+@kernel
+def top_energy2(track: Track, begin: float, end: float) -> float:
+    """Twice the largest kinetic energy (J/kg) between two times of a walk: of translation, and of rotation if known."""
+    return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
+
+
+@kernel
+def _energy2_at(spin: Any, track: Track, t: float) -> float:
+    """Twice the kinetic energy (J/kg) t seconds into the walk of a track."""
+    if spin is None:
+        return speed2_at(track, t)
+    share = t / track.duration if track.duration > 0.0 else 0.0
+    return float(speed2_at(track, t) + spin.begin2 + (spin.end2 - spin.begin2) * share)
+
+
+@kernel
+def pace_of(v: float) -> float:
+    """Seconds a metre at a speed along an axis (m/s); inf for one too slow to cross anything."""
+    return 1.0 / v if abs(v) > SLOWEST else math.inf
+
+
+@kernel
+def square_at(value: float, origin: float, side: float, count: int) -> int:
+    """The row or column of squares that a coordinate lies in, clamped to the grid."""
+    return min(max(math.floor((value - origin) / side), 0), count - 1)
+
+
+@kernel
+def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
+    """When a coordinate of some pace (s/m) leaves row `index` (s); inf if it never does. Rims reach out without end."""
+    if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
+        return math.inf
+    return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace
+
+
+@kernel
+def next_square(i: int, j: int, leave_i: float, leave_j: float, v: Vec) -> tuple[int, int]:
+    """The column and row that a track of velocity v (m/s) comes to next, from when it leaves its own (s)."""
+    if leave_i <= leave_j:
+        return (i + 1 if v[0] > 0.0 else i - 1), j
+    return i, (j + 1 if v[1] > 0.0 else j - 1)

@@ -1,0 +1,60 @@
+"""What an earlier run left behind, read again from its summary.json."""
+
+import csv
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.results.folder import SUMMARY
+from rpf3d_core.values import DEPOSITED
+
+DEPOSITS = "deposits.csv"
+AT_REST = {outcome.name.lower() for outcome in DEPOSITED}
+PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_interest", "hazard")
+"""Keys of a summary that a comparison reads."""
+
+
+def read_summary(folder: str | Path) -> dict[str, Any]:
+    """The summary of a run's result folder.
+
+    Raises
+    ------
+    InputError
+        The folder holds no result of rpf3d, a damaged one, or one of a version that counted no benches.
+    """
+    path = Path(folder) / SUMMARY
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{folder}: has no {SUMMARY}; give a folder that `rpf3d run` wrote") from None
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
+    except ValueError as fault:
+        raise InputError(f"{path}: is damaged ({fault})") from fault
+    if not isinstance(facts, dict) or facts.get("program") != "rpf3d":
+        raise InputError(f"{path}: is not the summary of a run of rpf3d")
+    if missing := [name for name in PARTS if name not in facts]:
+        raise InputError(f"{path}: has no `{missing[0]}`; another version wrote it, so run its scene again")
+    return facts
+
+
+def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
+    """Zone and z, in the input's coordinates (m), of each rock of a run that came to rest.
+
+    Raises
+    ------
+    InputError
+        The folder has no table of deposits, or a damaged one.
+    """
+    path = Path(folder) / DEPOSITS
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                if row["outcome"] in AT_REST:
+                    yield row["zone"], float(row["z"])
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
+    except (KeyError, TypeError, ValueError) as fault:
+        raise InputError(f"{path}: is damaged ({fault})") from fault

@@ -1,0 +1,198 @@
+"""The folder that a run leaves behind, written whole or not at all."""
+
+import json
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
+from rpf3d_core.errors import InputError
+from rpf3d_core.results import tables
+from rpf3d_core.results import trace_map as vtp
+from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.hazard_folder import write_hazard
+from rpf3d_core.results.summary import summary
+from rpf3d_core.setup.areas import local_outlines, read_areas
+from rpf3d_core.terrain.frame import FloatArray
+
+Record = Callable[[Path, dict[str, Any]], None]
+"""Writes a recording to a path, given the summary."""
+
+SUMMARY = "summary.json"
+MEGABYTE = 1_000_000
+LEAST_ROOM = 20 * MEGABYTE
+"""Bytes that must be free on the disk: what a few rocks over a small terrain leave behind, pictures and all."""
+
+PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
+"""What accuracy costs: of a scene rather than of a run, so a run that replaces another leaves it there."""
+RESULT_NAMES = {
+    SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
+    "profiles", "map.png", "hazard", "convergence.png", "run.rrd", *PRICE_LIST,
+}  # fmt: skip
+"""All that a result folder may hold; a folder with anything else in it is never replaced."""
+
+
+@contextmanager
+def result_folder(folder: str | Path) -> Iterator[Path]:
+    """A hidden folder to write into, which takes the place of `folder` in the end.
+
+    Nothing half-written ever looks like a result: if anything fails, the hidden folder goes and an earlier one stays.
+
+    Raises
+    ------
+    InputError
+        As `check_folder`, or the disk is full, before or while it is written to, or may not be written to.
+    """
+    target = check_folder(folder)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    shutil.rmtree(part, ignore_errors=True)
+    try:
+        part.mkdir(parents=True)
+        _check_room(folder, part)
+        yield part
+        for name in PRICE_LIST:
+            if (target / name).is_file():
+                shutil.copy2(target / name, part / name)
+        _replace(target, part)
+    except OSError as fault:
+        raise InputError(f"{folder}: could not be written ({fault.strerror or fault})") from fault
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _check_room(folder: str | Path, part: Path) -> None:
+    """Refuse a disk that is as good as full before the rocks fly, not after."""
+    if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
+        needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
+        raise InputError(f"{folder}: the disk has no room: {needed}")
+
+
+def check_folder(folder: str | Path) -> Path:
+    """The absolute path of a folder that results may be written to; call it before a long run.
+
+    Raises
+    ------
+    InputError
+        If it is a file, or a folder with content other than an earlier result.
+    """
+    target = Path(folder).resolve()
+    if target.is_dir():
+        _refuse_foreign_content(target)
+    elif target.exists():
+        raise InputError(f"{folder}: is a file; the results need the path of a folder")
+    above = next(parent for parent in target.parents if parent.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written, for {above} is not a folder that may be written to")
+    return target
+
+
+def _refuse_foreign_content(target: Path) -> None:
+    names = {entry.name for entry in target.iterdir()}
+    if not names:
+        return
+    if not _is_result(target):
+        raise InputError(f"{target}: holds files that are not rpf3d's; give the path of a new or empty folder")
+    if foreign := sorted(names - RESULT_NAMES):
+        raise InputError(f"{target}: holds {foreign[0]!r} beside a result; move it away or give another folder")
+
+
+def _is_result(target: Path) -> bool:
+    return any(_is_ours(target / name) for name in (SUMMARY, PRICE_LIST[0]))
+
+
+def _is_ours(path: Path) -> bool:
+    try:
+        return bool(json.loads(path.read_text(encoding="utf-8"))["program"] == "rpf3d")
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def _replace(target: Path, part: Path) -> None:
+    """Let `part` take the place of `target`; if that fails, what was there stays."""
+    old = target.with_name(f".{target.name}.{os.getpid()}.old")
+    if target.exists():
+        target.rename(old)
+    try:
+        part.rename(target)
+    except OSError:
+        if old.exists():
+            old.rename(target)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def write_all_tables(folder: Path, findings: Findings) -> None:
+    """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
+    scene, sources = findings.scene, [source.name for source in findings.scene.sources]
+    place = (folder, sources, findings.terrain, scene.rock.density)
+    with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles, findings.maps.spins) as sink:
+        sink(findings.flights.deposits, findings.flights.impacts)
+
+
+def write_findings(folder: Path, findings: Findings, record: Record | None = None) -> None:
+    """Write everything but the tables of all rocks into an existing folder.
+
+    The summary comes last, for it says how long the rest took.
+
+    Parameters
+    ----------
+    record : function of (path, summary), optional
+        Writes `run.rrd`; see `recordings.log.write_recording`. Not written if not given.
+
+    Raises
+    ------
+    InputError
+        If a file that the scene names for the summary is damaged.
+    """
+    start = time.perf_counter()
+    facts = summary(findings)
+    paths, scene = findings.flights.paths, findings.scene
+    samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
+    outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
+    _write_paths(folder, findings, samples)
+    _write_hazard(folder, findings, outlines)
+    if scene.outputs.pictures:
+        _write_pictures(folder, findings, samples, outlines)
+    if record is not None:
+        record(folder / "run.rrd", facts)
+    facts["write_s"] = time.perf_counter() - start
+    facts["total_s"] = findings.timings.get("wall_s", 0.0) + facts["write_s"]
+    (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None:
+    sources, terrain, flights = [s.name for s in findings.scene.sources], findings.terrain, findings.flights
+    tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, flights.deposits, samples)
+    vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts, findings.maps)
+    vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
+
+
+def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatArray]]) -> None:
+    scene, releases = findings.scene, findings.flights.deposits.release
+    place = (scene.hazard, scene.terrain.crs, releases, areas, findings.flown, scene.outputs.pictures)
+    write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
+
+
+def _write_pictures(
+    folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]
+) -> None:
+    # matplotlib takes most of a second to import: only a run that draws pays for it.
+    from rpf3d_core.results.plots_convergence import write_convergence
+    from rpf3d_core.results.plots_map import write_map
+    from rpf3d_core.results.plots_profiles import write_profile_plots
+
+    scene, terrain, flights = findings.scene, findings.terrain, findings.flights
+    sources = [source.name for source in scene.sources]
+    flown = findings.flown
+    if len(samples.starts):
+        profiles = folder / "profiles"
+        profiles.mkdir()
+        write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
+    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown, findings.obstacles)
+    if findings.steps:
+        name = f"{scene.path.stem}, {flown.describe()}"
+        write_convergence(folder / "convergence.png", name, findings.steps, scene.target)

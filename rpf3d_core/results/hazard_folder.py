@@ -1,0 +1,60 @@
+"""The folder hazard/ of a run: rasters, zones, bench table and pictures, made from the maps of its ensemble."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rpf3d_core.hazard.benches import bench_table
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.hazard_benches import write_benches
+from rpf3d_core.results.hazard_rasters import write_hazard_rasters
+from rpf3d_core.results.hazard_zones import write_hazard_zones
+from rpf3d_core.scene.hazard import HazardSpec
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def write_hazard(
+    folder: Path,
+    name: str,
+    terrain: Terrain,
+    maps: HazardMaps,
+    spec: HazardSpec,
+    crs: str | None,
+    releases: FloatArray,
+    areas: Mapping[str, Sequence[FloatArray]],
+    flown: Flown,
+    pictures: bool = True,
+) -> None:
+    """Make a folder and write everything that is made from hazard maps alone into it.
+
+    Parameters
+    ----------
+    name : of the scene, for the titles of pictures
+    spec, crs : the scene's `hazard` and `terrain.crs`
+    releases : (N, 2 or 3) m
+        Where rocks start, local frame.
+    areas : name -> rings (N, 2) m
+        Outlines of areas of interest, local frame, as `areas.local_outlines`.
+    flown : how many rocks the maps are of; pictures : whether to draw maps as well
+
+    Raises
+    ------
+    InputError
+        The reference system is not known, or is in degrees.
+    OSError
+        A file could not be written.
+    """
+    folder.mkdir()
+    write_hazard_rasters(folder, terrain, maps, crs)
+    write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
+    write_benches(folder / "benches.csv", bench_table(terrain, maps))
+    if maps.barriers:
+        from rpf3d_core.results.hazard_barriers import write_barriers
+
+        write_barriers(folder / "barriers.csv", maps.barriers)
+    if pictures:
+        # matplotlib takes most of a second to import: only a run that draws pays for it.
+        from rpf3d_core.results.plots_hazard import write_hazard_pictures
+
+        write_hazard_pictures(folder, name, terrain, maps, releases, areas, flown)

@@ -1,0 +1,110 @@
+"""Write a terrain as a mesh file, in the input's own coordinates.
+
+STL, PLY and OBJ are written here and not by VTK, whose PLY and OBJ writers say nothing when the disk is full, write no
+file at all where the extension is in capitals, and keep six figures (OBJ) or float32 (PLY) of a survey coordinate.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import Impacts
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.stl import RECORD
+from rpf3d_core.results.trace_map import write_terrain
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+"""A triangle of a PLY file."""
+
+
+def write_mesh(path: Path, terrain: Terrain) -> None:
+    """Write a terrain's facets, whole or not at all; the extension chooses the format.
+
+    Raises
+    ------
+    InputError
+        As `check_mesh_path`, or the file could not be written.
+    """
+    extension = check_mesh_path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        WRITERS[extension](part, terrain)
+        part.replace(path)
+    except OSError as fault:
+        reason = f" ({fault.strerror})" if fault.strerror else ""  # a VTP file's fault has none
+        raise InputError(f"{path}: could not be written{reason}") from fault
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def check_mesh_path(path: Path) -> str:
+    """The extension of a path that a mesh may be written to; call it before a long work.
+
+    Raises
+    ------
+    InputError
+        Another extension, a folder in its place, or no folder to write to.
+    """
+    extension = path.suffix.lower()
+    if extension not in WRITERS:
+        raise InputError(f"{path}: the extension must be one of {', '.join(WRITERS)}")
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; the mesh needs the path of a file")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: there is no folder {path.parent}")
+    return extension
+
+
+def _points(terrain: Terrain) -> FloatArray:
+    """Vertices (V, 3) m in the input's coordinates."""
+    return np.ascontiguousarray(terrain.frame.points_to_input(terrain.vertices))
+
+
+def _write_vtp(path: Path, terrain: Terrain) -> None:
+    """Facets with their zones: a trace map without impacts."""
+    none, at = np.empty(0, dtype=np.int64), np.empty((0, 3))
+    write_terrain(path, terrain, Impacts(none, at[:, 0], at, none, at, at[:, 0], at[:, 0]))
+
+
+def _write_stl(path: Path, terrain: Terrain) -> None:
+    """Binary STL (`io/stl.py`): float32, no zones. Normals are left zero, which readers take as `from the winding`."""
+    records = np.zeros(len(terrain.triangles), RECORD)
+    records["corners"] = _points(terrain)[terrain.triangles]
+    with path.open("wb") as file:
+        file.write(b"rpf3d".ljust(80) + np.uint32(len(records)).tobytes())
+        file.write(records.tobytes())
+
+
+def _write_ply(path: Path, terrain: Terrain) -> None:
+    """Binary PLY (Turk 1994): float64, no zones."""
+    faces = np.empty(len(terrain.triangles), FACE)
+    faces["count"], faces["corners"] = 3, terrain.triangles
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(terrain.vertices)}\nproperty double x\n"
+        f"property double y\nproperty double z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\n"
+        "end_header\n"
+    )
+    with path.open("wb") as file:
+        file.write(header.encode("ascii"))
+        file.write(_points(terrain).astype("<f8").tobytes())
+        file.write(faces.tobytes())
+
+
+def _write_obj(path: Path, terrain: Terrain) -> None:
+    """Wavefront OBJ: text with all figures of float64, no zones; corners count from 1."""
+    with path.open("w", encoding="ascii") as file:
+        np.savetxt(file, _points(terrain), fmt="v %.17g %.17g %.17g")
+        np.savetxt(file, terrain.triangles + 1, fmt="f %d %d %d")
+
+
+WRITERS: dict[str, Callable[[Path, Terrain], None]] = {
+    ".vtp": _write_vtp,
+    ".stl": _write_stl,
+    ".ply": _write_ply,
+    ".obj": _write_obj,
+}
+"""By extension; only .vtp keeps the zones, and STL rounds to float32."""

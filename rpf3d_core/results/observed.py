@@ -1,0 +1,94 @@
+"""Comparison of simulated deposits with end points seen in the field.
+
+Only horizontal coordinates are compared: field surveys and meshes often differ in vertical datum (reference/
+validation.md section 1: by 2.3 m at Authume).
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.ensemble.samples import Sample
+from rpf3d_core.ensemble.statistics import share_of
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.scene.model import ObservedSpec
+from rpf3d_core.terrain.frame import Frame, Up
+
+FINE_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
+
+
+def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, Any]:
+    """Where field and simulated rocks stopped, as position (m) along a horizontal direction of the input.
+
+    Parameters
+    ----------
+    stops : of the simulated rocks at rest, by `position_along`
+
+    Raises
+    ------
+    InputError
+        If the points file is damaged, or `along` is vertical.
+    """
+    along = horizontal_direction(observed.along, frame.up)
+    field = Sample((read_points(observed.points_file, frame.up) - _origin(frame)) @ along)
+    known = field.count > 0 and stops.count > 0
+    return {
+        "file": observed.points_file.name,
+        "along": along.tolist(),
+        "compared": "horizontal position (m) along this direction of the input; heights are not compared",
+        "field": _distribution(field, observed, frame),
+        "simulated": _distribution(stops, observed, frame),
+        "mean_difference_m": stops.mean() - field.mean() if known else None,
+    }
+
+
+def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray], FloatArray]:
+    """Where local points (N, 3) lie along the direction of comparison, (N,) m from the local origin.
+
+    From the origin, not in the input's coordinates: a position is rounded where there are very many.
+    """
+    along = horizontal_direction(observed.along, frame.up)
+    return lambda x: np.asarray(frame.directions_to_input(x) @ along)
+
+
+def horizontal_direction(along: tuple[float, float, float], up: Up) -> FloatArray:
+    """Unit vector (3,) of the horizontal part of a direction in the input's axes."""
+    vertical = 2 if up == "z" else 1
+    flat = np.array([0.0 if axis == vertical else value for axis, value in enumerate(along)])
+    length = float(np.linalg.norm(flat))
+    if length == 0.0:
+        raise InputError(f"`observed.along` is {list(along)}, which is vertical; it must have a horizontal part")
+    return flat / length
+
+
+def _origin(frame: Frame) -> FloatArray:
+    """The local origin (3,) m in the input's axes."""
+    return frame.directions_to_input(np.array(frame.origin))
+
+
+def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
+    """Mean, standard deviation of the sample, percentiles and the share of each section, in the input's coordinates."""
+    count = position.count
+    origin = float(_origin(frame) @ horizontal_direction(observed.along, frame.up))
+    summary = position.summary(FINE_PERCENTILES)
+    shifted = {name: value if name == "rocks" or value is None else value + origin for name, value in summary.items()}
+    values, counts = position.sorted()
+    return {
+        **shifted,
+        "min": position.low + origin if count else None,
+        "mean": position.mean() + origin if count else None,
+        "sd": position.sd() if count > 1 else None,
+        "sections": {
+            name: share_of(_number_between(values + origin, counts, low, high), count)
+            for name, (low, high) in observed.sections.items()
+        },
+    }
+
+
+def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
+    """Number of rocks, counts (N,) at positions (N,), in [low, high)."""
+    above = position >= (-np.inf if low is None else low)
+    return int(counts[above & (position < (np.inf if high is None else high))].sum())

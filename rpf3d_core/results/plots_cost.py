@@ -1,0 +1,55 @@
+"""cost.png: what accuracy costs, error against seconds, both logarithmic."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from rpf3d_core.results.plots_profiles import save
+from rpf3d_core.results.series import Series
+
+MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}
+MARGIN = 0.08
+"""Of the width, to either side of the points: for the words beside them."""
+
+
+def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -> None:
+    """Write the picture; `name` : of the scene, for the title; `target` : (-), drawn as a line."""
+    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+    axes = figure.subplots()
+    for one in series:
+        _draw(axes, one)
+    axes.plot([], [], color="0.5", marker="^", markerfacecolor="white", linestyle=":", label="the same steps, compiled")
+    axes.axhline(target, color="0.3", linestyle="--", linewidth=1.0, label=f"target {target:g}")
+    axes.set(xscale="log", yscale="log")
+    axes.set_ylim(top=1.5)
+    axes.margins(x=MARGIN)
+    axes.set_xlabel(
+        "seconds of one core (events, steps, triangles: for 1,000 rocks; number of rocks: for that many)\n"
+        "steps as in the thesis, VTK called from Python; all else is compiled"
+    )
+    axes.set_ylabel("error of the map of reach probability (-)")
+    axes.grid(which="major", color="0.9")
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside, it would hide points
+    axes.set_title(f"{name}: what accuracy costs", loc="left")
+    save(figure, path)
+
+
+def _draw(axes: Axes, one: Series) -> None:
+    """A series, its words beside its points and, lighter, what it costs where it is compiled."""
+    red, green, blue = one.colour
+    colour = (red / 255.0, green / 255.0, blue / 255.0)
+    marker, size = ("*", 14) if one.name == "events" else (MARKERS[one.kind], 5)
+    axes.plot(one.seconds, one.errors, color=colour, marker=marker, markersize=size, linewidth=1.2, label=one.name)
+    if one.compiled is not None:
+        axes.plot(
+            one.compiled, one.errors, color=colour, marker=marker, markersize=4, markerfacecolor="white", linestyle=":",
+            linewidth=0.8,
+        )  # fmt: skip
+    left = one.kind == "geometric"  # these and the numbers of rocks lie side by side
+    for x, y, word in zip(one.seconds, one.errors, one.words, strict=True):
+        axes.annotate(
+            word, (x, y), xytext=(-5 if left else 4, 4), textcoords="offset points", fontsize=6.5, color=colour,
+            ha="right" if left else "left",
+        )  # fmt: skip

@@ -1,0 +1,296 @@
+"""hazard/*.png: maps of reach probability, energy and height over the shaded terrain, to be hung on a wall."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, HazardMaps, Raster, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.hazard.scales import (
+    Scale,
+    Values,
+    colours_at,
+    reach_scale,
+    scale_of_energy,
+    scale_of_height,
+    scale_of_passages,
+)
+from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.hazard_words import words_on_empty
+from rpf3d_core.results.plan_view import Window, hillshade, seen_from_above
+from rpf3d_core.results.plots_profiles import save
+from rpf3d_core.results.plots_sheet import (
+    MOST_RELEASES,
+    OVERVIEW_PIXELS,
+    PIXELS,
+    Picture,
+    draw_areas,
+    draw_ground,
+    draw_north,
+    draw_overview,
+    measure,
+    placed,
+    plan_of,
+    sheet,
+    starts_of,
+    whole_window,
+    window_with_areas,
+)
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+OPACITY = 0.82
+"""Of the hazard's colours: the terrain's relief must show through, and colours must still read off the scale."""
+
+FEW = "#7d8fb3"
+"""Cells that too few rocks came to: a blue that the scale does not have."""
+
+RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
+MANY_RELEASES = 100
+"""More than these are dots: they show where rocks start, and hide no more of the map than they must."""
+DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
+"""Not blue: among cells that few rocks came to it would be lost."""
+
+TITLE_PAD = 26.0
+"""Points above the map: a long title stands over the scale bar, not in it."""
+
+BAR_HEIGHT = 0.17
+"""Of the colour bar, inches."""
+
+FEW_DECADES = 1.7
+"""Up to so many powers of ten the colour bar has room for numbers between them."""
+
+JOULE_PER_KJ = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Theme:
+    """What one picture shows: values (C,) of the raster, their scale, and how it is told.
+
+    title : of the picture, between the scene and the number of rocks; unit : of the colour bar; per_unit : of the
+        values' own unit in one of it
+    """
+
+    title: str
+    unit: str
+    values: Values
+    scale: Scale
+    per_unit: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What all pictures of a run have in common: the part of the terrain that is shown, and its pictures."""
+
+    terrain: Terrain
+    window: Window
+    picture: Picture
+    whole: Picture | None
+
+
+def write_hazard_pictures(
+    folder: Path,
+    name: str,
+    terrain: Terrain,
+    maps: HazardMaps,
+    releases: FloatArray,
+    areas: Mapping[str, Sequence[FloatArray]],
+    flown: Flown,
+) -> None:
+    """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
+
+    Maps with passages per metre have passage_per_metre.png as well.
+
+    Parameters
+    ----------
+    name : of the scene, for the title
+    releases : (N, 2 or 3) m
+        Where rocks start, local frame.
+    areas : name -> rings (N, 2) m
+        Outlines of areas of interest, local frame.
+    """
+    ground = _ground(terrain, maps, releases, areas)
+    for file, theme in themes(maps).items():
+        title = f"{name}: {theme.title}, {flown.describe()}"
+        figure = hazard_figure(title, theme, ground, maps, releases, areas)
+        save(figure, folder / f"{file}.png")
+
+
+def themes(maps: HazardMaps) -> dict[str, Theme]:
+    """What each picture shows, by the name of its file."""
+    cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
+    share = reach_probability(cells, maps.flown)
+    p95 = "95th percentile of the rocks' largest"
+    return {
+        "reach_probability": Theme(
+            "reach probability", f"share of all rocks that come to a cell\nof {maps.raster.cell:g} m (%)",
+            cells.everywhere(share, np.nan), reach_scale(maps.flown, share), 0.01,
+        ),
+        **_per_metre(maps),
+        "energy_p95": Theme(
+            f"{p95} energy", f"{maps.energy_kind} kinetic energy, p95 (kJ),\n{wide}",
+            cells.everywhere(cells.energy.p95, np.nan), scale_of_energy(cells.energy.p95), JOULE_PER_KJ,
+        ),
+        "height_p95": Theme(
+            f"{p95} height", f"height above the ground, p95 (m),\n{wide}", cells.everywhere(cells.height.p95, np.nan),
+            scale_of_height(cells.height.p95),
+        ),
+    }  # fmt: skip
+
+
+def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
+    """The picture of passages per metre, of maps that have them."""
+    if not maps.cells.has_ways:
+        return {}
+    value = passage_per_metre(maps).value
+    unit = "share of all rocks that pass a metre\nacross their way (%/m), whatever the cell"
+    known = np.where(value > 0.0, value, np.nan)
+    scale = scale_of_passages(known)
+    return {"passage_per_metre": Theme("passages per metre", unit, maps.cells.everywhere(known, np.nan), scale, 0.01)}
+
+
+def hazard_figure(
+    title: str,
+    theme: Theme,
+    ground: Ground,
+    maps: HazardMaps,
+    releases: FloatArray,
+    areas: Mapping[str, Sequence[FloatArray]],
+) -> Figure:
+    """One picture; `releases` (N, 2 or 3) m and `areas`, rings (N, 2) m, as for `write_hazard_pictures`."""
+    terrain, window = ground.terrain, ground.window
+    figure, main, side = sheet(window)
+    draw_ground(main, terrain, window, ground.picture)
+    few = _draw_cells(main, terrain, window, theme, maps)
+    draw_areas(main, terrain, areas)
+    starts = starts_of(releases)
+    main.plot(*plan_of(terrain, starts).T, linestyle="none", **_release(len(starts)))
+    measure(main, terrain, window)
+    main.set_title(title, loc="left", fontsize=12, pad=TITLE_PAD)
+    if ground.whole is not None:
+        draw_overview(figure, terrain, whole_window(terrain), window, ground.whole, areas)
+    draw_north(side, terrain)
+    if np.isfinite(theme.values).any():
+        _draw_scale(figure, side, theme)
+    else:
+        _say_why_empty(side, maps)
+    _draw_legend(side, maps.raster, len(starts), areas, few)
+    return figure
+
+
+def _ground(
+    terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
+) -> Ground:
+    """The part of the terrain that rocks came to, with the areas that they are near, seen from above."""
+    whole = whole_window(terrain)
+    window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
+    picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
+    small = None if window == whole else hillshade(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
+    return Ground(terrain, window, picture, small)
+
+
+def _reached(maps: HazardMaps) -> FloatArray:
+    """Centres (N, 2) m of the cells that rocks came to, local frame."""
+    raster = maps.raster
+    row, column = np.divmod(maps.cells.cell, raster.nx)
+    return np.stack([column + 0.5, row + 0.5], axis=1) * raster.cell + (raster.x, raster.y)
+
+
+def _release(count: int) -> dict[str, Any]:
+    """How so many releases are drawn."""
+    return RELEASE if count <= MANY_RELEASES else DOT
+
+
+def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> bool:
+    """The cells in the window, in the colours of the scale; whether some had too few rocks for a value."""
+    raster = maps.raster
+    shown, extent = _cells_in(raster, window)
+    values = theme.values.reshape(raster.ny, raster.nx)[shown]
+    reached = maps.cells.everywhere(maps.cells.rocks > 0, False).reshape(raster.ny, raster.nx)[shown]
+    few = reached & ~np.isfinite(values)
+    where = placed(terrain, extent)
+    limits = axes.get_xlim(), axes.get_ylim()
+    style: dict[str, Any] = {"extent": where, "origin": "lower", "interpolation": "nearest", "alpha": OPACITY}
+    axes.imshow(np.ma.masked_invalid(values), cmap=colour_map(), norm=norm_of(theme.scale), **style)
+    if few.any():
+        axes.imshow(np.ma.masked_where(~few, few), cmap=ListedColormap([FEW]), **style)
+    axes.set_xlim(*limits[0])
+    axes.set_ylim(*limits[1])
+    axes.set_aspect("equal")
+    return bool(few.any())
+
+
+def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Window]:
+    """Rows and columns of the cells that a window touches, and what they cover, local frame."""
+    first = np.floor((np.array([window.left, window.bottom]) - (raster.x, raster.y)) / raster.cell).astype(int)
+    last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
+    (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
+    x, y, cell = raster.x, raster.y, raster.cell
+    covered = Window(x + left * cell, x + right * cell, y + bottom * cell, y + top * cell)
+    return (slice(bottom, top), slice(left, right)), covered
+
+
+def colour_map() -> Colormap:
+    """The colours of hazard in 256 steps."""
+    return ListedColormap(colours_at(np.linspace(0.0, 1.0, 256)) / 255.0)
+
+
+def norm_of(scale: Scale) -> Normalize:
+    """A scale as matplotlib has it."""
+    kind = LogNorm if scale.logarithmic else Normalize
+    return kind(scale.low, scale.high)
+
+
+def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
+    """The colour bar, in the column beside the map; round numbers in the unit that people use."""
+    box = side.get_position()
+    height = BAR_HEIGHT / figure.get_size_inches()[1]
+    bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
+    scale = Scale(theme.scale.low / theme.per_unit, theme.scale.high / theme.per_unit, theme.scale.logarithmic)
+    colours = figure.colorbar(
+        ScalarMappable(norm_of(scale), colour_map()),
+        cax=bar,
+        orientation="horizontal",
+        extend=_beyond(scale, theme.values[np.isfinite(theme.values)] / theme.per_unit),
+    )
+    colours.set_label(theme.unit, fontsize=9)
+    colours.ax.tick_params(labelsize=9)
+    if scale.logarithmic:
+        few = math.log10(scale.high / scale.low) <= FEW_DECADES
+        colours.locator = LogLocator(10, (1.0, 2.0, 5.0) if few else (1.0,), numticks=20)
+        colours.formatter = FuncFormatter(lambda value, _: f"{value:,.6g}")
+        colours.minorlocator = NullLocator()
+        colours.update_ticks()
+
+
+def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
+    """In place of the colour bar, where no cell has a value."""
+    side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
+
+
+def _beyond(scale: Scale, known: Values) -> str:
+    """Which ends of the colour bar are pointed, for values (N,) in its unit lie beyond them."""
+    below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
+    return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
+
+
+def _draw_legend(side: Axes, raster: Raster, releases: int, areas: Mapping[str, Any], few: bool) -> None:
+    point = {**_release(releases), "markersize": RELEASE["markersize"]}
+    which = f"releases ({releases} drawn)" if releases == MOST_RELEASES else "releases"
+    entries: list[Any] = [Line2D([], [], linestyle="none", label=which, **point)]
+    if few:
+        entries.append(Patch(facecolor=FEW, alpha=OPACITY, label=f"reached by fewer than {FEWEST_ROCKS} rocks"))
+    entries += [Line2D([], [], color="black", linestyle="--", label=f"area: {name}") for name in areas]
+    side.legend(handles=entries, title=f"cells of {raster.cell:g} m", title_fontsize=9, alignment="left",
+                loc="upper left", bbox_to_anchor=(-0.03, 0.79), frameon=False, fontsize=9)  # fmt: skip

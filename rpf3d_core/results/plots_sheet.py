@@ -1,0 +1,180 @@
+"""The sheet that maps are drawn on: the plan in the survey's coordinates, scale bar, north, areas, overview."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.results.plan_view import Window
+from rpf3d_core.results.plots_profiles import label
+from rpf3d_core.terrain.facets import Terrain
+
+Picture = NDArray[np.uint8]
+
+PIXELS, OVERVIEW_PIXELS = 1000, 320
+"""Along the longer side of the map and of the overview."""
+
+MARGIN = 0.12
+"""Room around the rocks, over their extent (-)."""
+
+LEAST_SHAPE = 0.7
+"""Least ratio (-) of the map's sides, so that a straight fall does not make a sliver of a map."""
+
+WHOLE_SHARE = 0.6
+"""If the rocks take up this share of the terrain's length and width, the map shows all of it and needs no overview."""
+
+LEAST_COLUMN = 7.0
+"""Height (inches) of the column beside the map, whatever the map's: legend and overview need so much."""
+
+MOST_POINTS = 20_000
+"""More points than this only paint each other over; an even selection is drawn, and the legend says so."""
+
+MOST_RELEASES = 250
+"""Of more places than this where rocks start an even selection is drawn: they must not cover the map."""
+
+RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
+
+
+def whole_window(terrain: Terrain) -> Window:
+    """The terrain's extent in plan."""
+    x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]  # by column: a tenth of the time of rows
+    return Window(float(x.min()), float(x.max()), float(y.min()), float(y.max()))
+
+
+def window_around(whole: Window, places: FloatArray) -> Window:
+    """The part of the terrain around places (N, 2) m, with a margin; all of it where that is most of it."""
+    if len(places) == 0:
+        return whole
+    low, high = places.min(axis=0), places.max(axis=0)
+    half = np.maximum((high - low) / 2, LEAST_SHAPE * (high - low).max() / 2) * (1 + 2 * MARGIN)
+    half += 0.01 * min(whole.width, whole.height)
+    (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
+    part = Window(max(left, whole.left), min(right, whole.right), max(bottom, whole.bottom), min(top, whole.top))
+    covers = part.width > WHOLE_SHARE * whole.width and part.height > WHOLE_SHARE * whole.height
+    return whole if covers or part.width <= 0 or part.height <= 0 else part
+
+
+def window_with_areas(whole: Window, places: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> Window:
+    """As `window_around`, and around the whole of each area, rings (N, 2) m, that would be cut; not of those beyond.
+
+    An area far from all rocks would make them too small to be seen: the overview has it.
+    """
+    window = window_around(whole, places)
+    cut = [ring for rings in areas.values() for ring in rings if _touches(window, ring)]
+    return window_around(whole, np.concatenate([places, *cut])) if cut else window
+
+
+def _touches(window: Window, ring: FloatArray) -> bool:
+    (left, bottom), (right, top) = ring.min(axis=0), ring.max(axis=0)
+    return bool(left <= window.right and right >= window.left and bottom <= window.top and top >= window.bottom)
+
+
+def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
+    """A figure with the map on the left, shaped like its window, and a column for the legend."""
+    shape = float(np.clip(window.width / window.height, 0.5, 2.0))
+    width, height = (8.4 * shape, 8.4) if shape < 1.0 else (8.4, 8.4 / shape)
+    column = max(height, LEAST_COLUMN)
+    across, up = width + 4.6, column + 1.5
+    figure = Figure(figsize=(across, up))
+    main = figure.add_axes((1.1 / across, (0.7 + column - height) / up, width / across, height / up))
+    side = figure.add_axes(((width + 1.4) / across, 0.7 / up, 3.0 / across, column / up))
+    side.set_axis_off()
+    return figure, main, side
+
+
+def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -> None:
+    """The picture (H, W, 4) RGBA of the terrain in a window, row 0 at the bottom."""
+    extent = placed(terrain, window)
+    axes.imshow(ground, extent=extent, origin="lower", interpolation="nearest", aspect="equal")
+    axes.set_xlim(extent.left, extent.right)
+    axes.set_ylim(extent.bottom, extent.top)
+
+
+def placed(terrain: Terrain, window: Window) -> Window:
+    """A window of the local frame in z-up input coordinates."""
+    east, north, _ = terrain.frame.origin
+    return Window(window.left + east, window.right + east, window.bottom + north, window.top + north)
+
+
+def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:
+    """Plan (N, 2) in z-up input coordinates of points (N, 2 or 3) of the local frame."""
+    return np.asarray(points[:, :2] + np.array(terrain.frame.origin[:2]))
+
+
+def draw_areas(axes: Axes, terrain: Terrain, areas: Mapping[str, Sequence[FloatArray]]) -> None:
+    """Outlines of areas of interest, rings (N, 2) m in the local frame."""
+    for rings in areas.values():
+        moved = [plan_of(terrain, ring) for ring in rings]
+        axes.add_collection(PolyCollection(moved, facecolors="none", edgecolors="black", linestyles="--"))
+
+
+def selection(count: int) -> Any:
+    """Rows (N,) of at most MOST_POINTS of `count` points, evenly."""
+    return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.int64)
+
+
+def starts_of(releases: FloatArray) -> FloatArray:
+    """Places (N, 2) m in plan, each once, that rocks start from, of releases (R, 2 or 3); MOST_RELEASES at most."""
+    places = np.unique(releases[:, :2], axis=0)
+    if len(places) <= MOST_RELEASES:
+        return places
+    return np.asarray(releases[np.linspace(0, len(releases) - 1, MOST_RELEASES).astype(np.int64), :2])
+
+
+def measure(axes: Axes, terrain: Terrain, window: Window) -> None:
+    """Coordinates of the input and a scale bar, outside the data."""
+    upright = terrain.frame.up == "z"
+    label(axes, "x (m)", "y (m)" if upright else "z (m)")
+    axes.grid(visible=False)
+    if not upright:  # seen from above, the input's z runs down the page
+        axes.yaxis.set_major_formatter(lambda value, _: f"{-value:g}")
+    _scale_bar(axes, placed(terrain, window))
+
+
+def draw_north(axes: Axes, terrain: Terrain) -> None:
+    """At the top of the legend's column; an input that points up along y names no north, so its axis is named."""
+    name = "N" if terrain.frame.up == "z" else "-z"
+    arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", xy=(0.09, 1.0), xytext=(0.09, 0.93), xycoords="axes fraction", arrowprops=arrow)
+    axes.text(0.14, 0.965, name, transform=axes.transAxes, ha="left", va="center", fontsize=12)
+
+
+def _scale_bar(axes: Axes, window: Window) -> None:
+    length = round_length(window.width / 5)
+    right, height = window.right, 1.02
+    axes.plot([right - length, right], [height, height], color="black", linewidth=3, solid_capstyle="butt",
+              transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+    axes.text(right - length / 2, height + 0.008, f"{length:g} m", ha="center", va="bottom", fontsize=9,
+              transform=axes.get_xaxis_transform())  # fmt: skip
+
+
+def round_length(length: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is not longer than `length` > 0."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)) * power)
+
+
+def draw_overview(
+    figure: Figure,
+    terrain: Terrain,
+    whole: Window,
+    window: Window,
+    ground: Picture,
+    areas: Mapping[str, Sequence[FloatArray]],
+) -> None:
+    """The whole terrain as a picture (H, W, 4) RGBA, small, with all areas and a frame around what the map shows."""
+    width, height = figure.get_size_inches()
+    inset = figure.add_axes(((width - 3.2) / width, 0.5 / height, 2.9 / width, 2.9 / height))
+    draw_ground(inset, terrain, whole, ground)
+    draw_areas(inset, terrain, areas)
+    corner = placed(terrain, window)[::2]
+    inset.add_patch(Rectangle(corner, window.width, window.height, fill=False, color="#c81e1e", linewidth=1.6))
+    inset.set_xticks([])
+    inset.set_yticks([])
+    inset.set_title(f"whole terrain, {whole.width:.0f} x {whole.height:.0f} m", fontsize=9)

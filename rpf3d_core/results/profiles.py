@@ -1,0 +1,99 @@
+"""Profiles of paths: height and speed against the horizontal distance travelled, with the terrain under the path."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from vtkmodules.vtkCommonCore import mutable
+from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+
+from rpf3d_core.ensemble.flights import Deposits, FloatArray, IntArray
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.formats.vtk_mesh import triangle_mesh
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.values import DEPOSITED
+
+ABOVE_CONTACT = 0.05
+"""How far above a point of a path (m) to start looking down: a contact may lie a rounding below the terrain."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Points along the paths of some rocks, S rows, grouped by rock in order of time.
+
+    row : row of the rock in `Deposits`; t : s; distance : m travelled in plan since release
+    elevation : m, in the input's vertical coordinate; speed : m/s
+    """
+
+    row: IntArray
+    t: FloatArray
+    distance: FloatArray
+    elevation: FloatArray
+    speed: FloatArray
+
+
+def profile_of(terrain: Terrain, samples: PathSamples) -> Profile:
+    """The profile of sampled paths."""
+    return Profile(
+        row=samples.row,
+        t=samples.t,
+        distance=travelled(samples),
+        elevation=samples.x[:, 2] + terrain.frame.origin[2],
+        speed=samples.speed,
+    )
+
+
+def travelled(samples: PathSamples) -> FloatArray:
+    """Horizontal distance (S,) m along each path since its release."""
+    step = np.zeros(len(samples.row))
+    step[1:] = np.linalg.norm(np.diff(samples.x[:, :2], axis=0), axis=1)
+    starts = samples.starts
+    step[starts] = 0.0
+    along = np.cumsum(step)
+    lengths = np.diff(np.append(starts, len(step)))
+    distance: FloatArray = along - np.repeat(along[starts], lengths)
+    return distance
+
+
+def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
+    """Height (N,) m, local frame, of the terrain straight below points (N, 3); NaN where there is none."""
+    near = _facets_near(terrain, points)
+    height = np.full(len(points), np.nan)
+    if len(near) == 0:
+        return height
+    mesh = _mesh(terrain, near)
+    bottom = mesh.GetBounds()[4] - 1.0
+    locator: Any = vtkStaticCellLocator()  # VTK's stubs know nothing of `mutable`
+    locator.SetDataSet(mesh)
+    locator.BuildLocator()
+    fraction, sub, cell, hit, place = mutable(0.0), mutable(0), mutable(0), [0.0] * 3, [0.0] * 3
+    for i, (x, y, z) in enumerate(points.tolist()):
+        if locator.IntersectWithLine((x, y, z + ABOVE_CONTACT), (x, y, bottom), 0.0, fraction, hit, place, sub, cell):
+            height[i] = hit[2]
+    return height
+
+
+def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
+    """At most three of rows (N,): the shortest, median and longest runout of those at rest, or of all if none is."""
+    at_rest = rows[np.isin(deposits.outcome[rows], DEPOSITED)]
+    some = at_rest if len(at_rest) else rows
+    ranked = some[np.argsort(runout[some], kind="stable")]
+    places = [0, len(ranked) // 2, len(ranked) - 1] if len(ranked) else []
+    return ranked[np.unique(np.array(places, dtype=np.int64))]
+
+
+def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
+    """Ids of the facets whose bounding boxes in plan meet that of the points."""
+    if len(points) == 0:
+        return np.empty(0, dtype=np.int64)
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    plan = terrain.vertices[:, :2]
+    below, above = (plan < low)[terrain.triangles], (plan > high)[terrain.triangles]
+    outside = below.all(axis=1) | above.all(axis=1)
+    return np.flatnonzero(~outside.any(axis=1))
+
+
+def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:
+    """Some facets as a VTK mesh in the local frame, with no vertex that they do not use."""
+    used, corners = np.unique(terrain.triangles[facets], return_inverse=True)
+    return triangle_mesh(terrain.vertices[used], corners.reshape(-1, 3))

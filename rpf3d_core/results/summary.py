@@ -1,0 +1,230 @@
+"""summary.json: what was simulated, with what, how long it took, and what came of it.
+
+Keys carry their units; every share has its 95 % Wilson interval; a value that does not exist is null.
+"""
+
+import importlib.metadata
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
+from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_words
+from rpf3d_core.hazard.convergence import convergence_section
+from rpf3d_core.hazard.maps import HazardMaps, reach_probability
+from rpf3d_core.hazard.passages import passage_per_metre
+from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.hazard_zones import zones_section
+from rpf3d_core.results.observed import compare
+from rpf3d_core.results.outcome_sentences import sentence_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import releases_digest, scene_digest
+from rpf3d_core.scene.zone_materials import without_friction
+from rpf3d_core.setup.areas import REACHED_BY
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.faults import FaultReport
+from rpf3d_core.values import Outcome
+
+PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely", "rerun-sdk")
+"""Whose versions are recorded."""
+
+
+def summary(findings: Findings) -> dict[str, Any]:
+    """Everything of a run that fits on a page, ready for JSON.
+
+    Raises
+    ------
+    InputError
+        If a file of `observed` is damaged.
+    """
+    scene, terrain, totals = findings.scene, findings.terrain, findings.totals
+    benches = benches_section(bench_table(terrain, findings.maps))
+    facts = {
+        "program": "rpf3d",
+        "versions": versions(),
+        "scene": {
+            "file": scene.path.name, **_digests(scene), **_settings(scene),
+            "materials_with_default_friction": list(without_friction(scene, terrain.zones)),
+        },
+        "terrain": _terrain(scene, terrain, findings.faults),
+        **_counts(findings),
+        "lost_to_holes": _lost(findings),
+        **_speed(findings),
+        **_distributions(scene, totals),
+        "stopped_in_zones": {zone: bench["stopped"] for zone, bench in benches["zones"].items()},
+        "areas_of_interest": benches["areas_of_interest"],
+        "benches": benches["zones"],
+        "hazard": {
+            **_hazard(findings.maps), **_reach(findings.maps), "zones": zones_section(findings.maps, scene.hazard)
+        },
+    }
+    if findings.maps.barriers:
+        from rpf3d_core.results.hazard_barriers import MEANING, barriers_section
+
+        facts["barriers"], facts["barriers_count"] = barriers_section(findings.maps.barriers), MEANING
+    if scene.areas_of_interest:
+        facts["areas_reached_by"] = REACHED_BY
+    if findings.steps:
+        facts["convergence"] = convergence_section(
+            findings.steps, scene.target.half_width, scene.target.p95_energy
+        )  # fmt: skip
+    if scene.observed is not None:
+        facts["observed"] = compare(scene.observed, terrain.frame, totals.stops)
+    return dict(plain(facts))
+
+
+def versions() -> dict[str, str | None]:
+    """Versions of Python and of the packages that shape the answer; null for one that is not installed."""
+    return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
+
+
+def plain(value: Any) -> Any:
+    """A value for JSON: NumPy numbers as Python's, tuples as lists, what is not finite as null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(item) for item in value]
+    number = value.item() if isinstance(value, np.generic) else value
+    return None if isinstance(number, float) and not np.isfinite(number) else number
+
+
+def _version(package: str) -> str | None:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _digests(scene: Scene) -> dict[str, str]:
+    """What tells scenes apart, and those whose rocks start alike."""
+    return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
+
+
+def _settings(scene: Scene) -> dict[str, Any]:
+    """The choices that decide the answer, beside the materials."""
+    names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
+    return {
+        "seed": scene.seed,
+        "rebound": scene.rebound.name,
+        "rebound_parameters": scene.rebound.offer.model_dump(mode="json"),
+        "ground": scene.ground.name,
+        "ground_parameters": scene.ground.offer.model_dump(mode="json"),
+        **{name: getattr(scene, name) for name in names},
+        "effects": {name: offer.model_dump(mode="json") for name, offer in scene.effects.named.items()},
+        "method": scene.method.describe(),
+    }
+
+
+def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, Any]:
+    return {
+        "triangles": len(terrain.triangles),
+        "vertices": len(terrain.vertices),
+        "zones": list(terrain.zones),
+        "up": terrain.frame.up,
+        "local_origin_z_up": terrain.frame.origin,
+        "crs": scene.terrain.crs,
+        "faults": asdict(faults),
+    }
+
+
+def _counts(findings: Findings) -> dict[str, Any]:
+    totals = findings.totals
+    return {
+        "engine": findings.flights.engine,
+        "rocks": totals.rocks,
+        "partial": totals.rocks < findings.planned,
+        "rocks_planned": findings.planned,
+        "outcomes": {
+            outcome.name.lower(): {**share_of(count, totals.rocks), "sentence": sentence_of(outcome, findings.scene)}
+            for outcome in Outcome
+            if (count := totals.outcomes[outcome])
+        },
+        "impacts": totals.impacts,
+        "path_m": totals.path_m,
+        **_pieces(findings),
+    }
+
+
+def _lost(findings: Findings) -> dict[str, Any]:
+    """How many rocks were lost to holes of the terrain, and what that means for the shares of zones and areas."""
+    lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
+    return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
+
+
+def _pieces(findings: Findings) -> dict[str, Any]:
+    """How many of the rocks are pieces of others, and the mass of what was too small to fly; where rocks may break."""
+    if findings.scene.effects.fragmentation is None:
+        return {}
+    return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
+
+
+def _speed(findings: Findings) -> dict[str, Any]:
+    """Wall times; rocks_per_s counts flying only: no reading, compiling or writing."""
+    flights = findings.flights
+    rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
+    return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
+
+
+def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
+    return {
+        "runout_m": {"of": "rocks at rest, horizontal", **totals.runout.summary(PERCENTILES)},
+        "max_speed_m_s": {"of": "all rocks but failed ones", **totals.max_speed.summary(PERCENTILES)},
+        "max_energy_j": {"of": "all rocks but failed ones, translational", **totals.max_energy.summary(PERCENTILES)},
+        **_energies_of_spin(totals),
+        "max_height_m": {
+            "of": "all rocks but failed ones, vertical above the terrain",
+            **totals.max_height.summary(PERCENTILES),
+        },
+        "entered_ground_at_speed_m_s": {
+            "of": f"rocks whose bounces died out; ground model {scene.ground.name}",
+            **totals.ground_speed.summary(PERCENTILES),
+        },
+    }
+
+
+def _energies_of_spin(totals: Totals) -> dict[str, Any]:
+    """The energies that rocks have beside that of translation, where they spin."""
+    if not totals.spins:
+        return {}
+    of = "all rocks but failed ones, each one's largest,"
+    return {
+        "max_rotational_energy_j": {"of": f"{of} rotational", **totals.max_rotational_energy.summary(PERCENTILES)},
+        "max_total_energy_j": {
+            "of": f"{of} translational and rotational together", **totals.max_total_energy.summary(PERCENTILES)
+        },
+    }
+
+
+def _hazard(maps: HazardMaps) -> dict[str, Any]:
+    """The raster of the maps, and how well their percentiles are known."""
+    return {
+        "cell_m": maps.raster.cell,
+        "energy": maps.energy_kind,
+        "columns": maps.raster.nx,
+        "rows": maps.raster.ny,
+        "cells_reached": len(maps.cells.cell),
+        "facets_reached": len(maps.facets.cell),
+        "percentiles_within": max(maps.cells.percentiles_within, maps.facets.percentiles_within),
+    }
+
+
+def _reach(maps: HazardMaps) -> dict[str, Any]:
+    """The largest reach probability of a cell, which grows with the cell, and where mapped what does not."""
+    share, cell = reach_probability(maps.cells, maps.flown), maps.raster.cell
+    reach = {"of": f"cells of {cell:g} m; grows with the cell", "max": share.max(initial=0.0), "cell_m": cell}
+    if not maps.cells.has_ways:
+        return {"reach_probability": reach}
+    passage = passage_per_metre(maps)
+    most = int(passage.value.argmax()) if len(passage.value) else None
+    ends = None if most is None else [passage.low[most], passage.high[most]]
+    per_metre = {
+        "of": f"passages per metre across the rocks' way, mean over cells of {cell:g} m",
+        "max": passage.value.max(initial=0.0),
+        "interval_95_of_max": ends,
+        "cell_m": cell,
+    }
+    return {"reach_probability": reach, "passage_per_metre": per_metre}

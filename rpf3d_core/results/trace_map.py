@@ -1,0 +1,98 @@
+"""terrain.vtp (the trace map) and trajectories.vtp, to be opened together in ParaView.
+
+Points are float64 in the input's own coordinates: survey coordinates do not fit float32.
+The trace map is the thesis' record of impacts on the terrain (Peik, chapter 3.3 and figure 3-3 a).
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import Deposits, Impacts
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.formats.vtp import Array, PolyData, Scattered, write_poly_data
+from rpf3d_core.hazard.maps import HazardMaps
+from rpf3d_core.hazard.quantities import STATISTICS, Quantity, counts_of, shares_of, spreads_of, statistics_of
+from rpf3d_core.results.tables import lower_names
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.values import Mode, Outcome
+
+
+def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMaps | None = None) -> None:
+    """Write the trace map: every facet with its id, zone, number of impacts and hit flag; zone names as field data.
+
+    Parameters
+    ----------
+    maps : HazardMaps, optional
+        Their facets' layers come on top, named as the rasters in hazard/ (`facet_layers`); impacts are theirs, too,
+        for a tally counts every rock, and `impacts` may hold fewer.
+
+    Raises
+    ------
+    OSError
+        The file could not be written.
+    """
+    facets = len(terrain.triangles)
+    layers = {} if maps is None else facet_layers(maps)
+    count = layers.pop("impacts", None)
+    if count is None:
+        struck, number = np.unique(impacts.facet[impacts.facet >= 0], return_counts=True)
+        count = Scattered(facets, struck, number.astype(np.int32), 0)
+    cell_data: dict[str, Array] = {
+        "impacts": count,
+        "hit": count._replace(values=(count.values > 0).astype(np.uint8)),
+        "facet": np.arange(facets, dtype=np.int32),
+        "zone": terrain.zone,
+        **layers,
+    }
+    points, ends = terrain.frame.points_to_input(terrain.vertices), np.arange(3, 3 * facets + 1, 3, dtype=np.int32)
+    mesh = PolyData(points, "Polys", ends, terrain.triangles.ravel(), {}, cell_data, {"zone_names": terrain.zones})
+    write_poly_data(path, mesh)
+
+
+def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
+    """The layers of the facets by name; counts as whole numbers, everything else in single precision.
+
+    A spread is an array a statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m); NaN where
+    no rock came, and in percentiles where fewer than 20 did. Double precision would double the file.
+    """
+    facets = maps.facets
+
+    def layer(quantity: Quantity, values: NDArray[Any]) -> Scattered:
+        return Scattered(facets.count, facets.cell, values, quantity.elsewhere)
+
+    layers = {what.name: layer(what, values.astype(np.float32)) for what, values in shares_of(maps, facets)}
+    layers |= {what.name: layer(what, counts) for what, counts in counts_of(facets)}
+    for what, spread in spreads_of(facets):
+        for name, values in zip(STATISTICS, statistics_of(spread), strict=True):
+            layers[f"{what.name}_{name}"] = layer(what, values.astype(np.float32))
+    return layers
+
+
+def write_trajectories(
+    path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
+) -> None:
+    """Write one polyline a rock.
+
+    Points carry speed (m/s), time (s), rock, row and mode; lines carry source, rock, row and outcome. `row` counts
+    rocks over all sources, `rock` within one; the names of sources, modes and outcomes are field data.
+
+    Raises
+    ------
+    OSError
+        The file could not be written.
+    """
+    count = len(samples.row)
+    rows, ends = samples.row[samples.starts], np.append(samples.starts, count)[1:].astype(np.int32)
+    point_data = {"speed": samples.speed, "time": samples.t, "mode": samples.mode, **_rock_ids(deposits, samples.row)}
+    cell_data = {"source": deposits.source[rows], "outcome": deposits.outcome[rows], **_rock_ids(deposits, rows)}
+    names = {"source_names": sources, "mode_names": lower_names(Mode), "outcome_names": lower_names(Outcome)}
+    points, corners = terrain.frame.points_to_input(samples.x), np.arange(count, dtype=np.int32)
+    write_poly_data(path, PolyData(points, "Lines", ends, corners, point_data, cell_data, names))
+
+
+def _rock_ids(deposits: Deposits, rows: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
+    return {"rock": deposits.rock[rows], "row": rows}

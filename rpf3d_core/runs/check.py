@@ -1,0 +1,257 @@
+"""What `rpf3d check` says before a run: faults of the mesh, where the sources are, what the run will cost and take.
+
+It refuses what `rpf3d run` refuses, except rocks out of place: those it tells of all sources.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.ensemble.sizes import diameter_of, mass_range
+from rpf3d_core.ensemble.stream import taken
+from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.raster import GIGABYTE
+from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.jit.dispatch import is_cached
+from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.zone_materials import without_friction
+from rpf3d_core.setup.areas import read_areas
+from rpf3d_core.setup.choices import rounds_of
+from rpf3d_core.setup.coverage import covered_share
+from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
+from rpf3d_core.setup.sources import source_outline
+from rpf3d_core.setup.warnings import warnings_of
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.mesh.faults import FaultReport
+from rpf3d_core.values import Outcome
+
+PILOT_ROCKS = 20
+"""Rocks flown by the reference engine to see what a rock costs."""
+WHOLE = 0.99
+"""Share of an outline that counts as all of it: nobody draws along the rim to the metre."""
+LOOKED_AT = 50_000
+"""Rocks whose place is looked at, at most, evenly spread over each source: some seconds in plain Python."""
+COMPILED_GAIN = 300.0
+"""How many times faster the compiled engine flies, rounded down from the demo scene in docs/performance.md."""
+FOLLOW_LOOP = "_follow_all"
+"""Of `simulation.engines`: takes nearly all of the time to compile."""
+COMPILE_S = 12.0
+"""Seconds to compile a combination of models the first time; later runs load the result in well under 1 s."""
+
+
+@dataclass(frozen=True)
+class SourceHeight:
+    """Heights above the ground of a source's rocks (m): lowest and highest, and how many have no ground below.
+
+    looked_at : how many of its `rocks` this is told of
+    """
+
+    name: str
+    rocks: int
+    looked_at: int
+    lowest: float
+    highest: float
+    under_ground: int
+    off_terrain: int
+
+    def describe(self) -> str:
+        """One line for people."""
+        found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
+        if self.looked_at < self.rocks:
+            found += f" ({self.looked_at:,} looked at)"
+        if self.lowest <= self.highest:
+            low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
+            found += f", {low if low == high else f'{low} to {high}'} m above the ground"
+        if self.under_ground:
+            found += f"; {self.under_ground:,} UNDER THE GROUND"
+        if self.off_terrain:
+            found += f"; {self.off_terrain:,} OFF THE TERRAIN"
+        return found
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a run will take: rocks, the engine that `engine` comes down to, and seconds to fly; from a pilot.
+
+    auto : whether the number of rocks is left open, and `rocks` is the most there can be
+    compile_s : 0 where nothing is to be compiled, or has been before
+    impacts : mean impacts a rock; pilot : rocks flown to find out; unresolved : how many of them ended unresolved
+    """
+
+    rocks: int
+    auto: bool
+    engine: str
+    fly_s: float
+    compile_s: float
+    impacts: float
+    pilot: int
+    unresolved: int
+
+
+@dataclass(frozen=True)
+class Maps:
+    """What the hazard maps are made of: cells of the raster, facets, and the memory (GB) that they may take.
+
+    least : GB that the cells and facets need, wherever rocks go; percentiles get coarser rather than exceed `allowed`
+    """
+
+    raster: Raster
+    facets: int
+    allowed: float
+
+    @property
+    def least(self) -> float:
+        """GB, as `hazard.raster.check_memory` counts."""
+        return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
+
+    def describe(self) -> str:
+        """One line for people."""
+        cells = f"{self.raster.nx:,} x {self.raster.ny:,} cells of {self.raster.cell:g} m and {self.facets:,} facets"
+        return f"{cells}: {max(self.least, 0.001):.3f} GB, and percentiles in what is left of {self.allowed:g} GB"
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How heavy (kg) and how large (diameter, m) rocks can be."""
+
+    lightest: float
+    heaviest: float
+    smallest: float
+    largest: float
+
+    def describe(self) -> str:
+        """One line for people: a slip in a unit shows here."""
+        masses, diameters = _span(self.lightest, self.heaviest), _span(self.smallest, self.largest)
+        return f"{masses} kg, {diameters} m in diameter"
+
+
+@dataclass(frozen=True)
+class Check:
+    """The report on a scene; `fit` tells whether it can be run.
+
+    warnings : sentences on what is allowed and hardly meant
+    assumed_friction : names of the materials that take the default friction angle
+    """
+
+    scene: Scene
+    faults: FaultReport
+    rocks: Sizes
+    maps: Maps
+    sources: list[SourceHeight]
+    warnings: list[str]
+    cost: Cost | None
+    assumed_friction: tuple[str, ...] = ()
+
+    @property
+    def fit(self) -> bool:
+        """Whether every rock starts above ground."""
+        return not any(source.under_ground or source.off_terrain for source in self.sources)
+
+
+def check_scene(scene: Scene) -> Check:
+    """Inspect a scene and its terrain, and fly a few rocks to see what the run will cost.
+
+    Raises
+    ------
+    InputError
+        The scene or one of its files is refused.
+    """
+    check_engine(scene)
+    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # there is nothing to compile for a pilot
+    engine, sources = prepared.engine, prepared.sources
+    _, rocks = next(rounds_of(scene, places_of(prepared)))
+    every = -(-sum(rocks) // LOOKED_AT)
+    releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
+    below = engine.ground_below(releases.x)
+    heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
+    heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
+    maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
+    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
+    assumed = without_friction(scene, prepared.terrain.zones)
+    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None, assumed)
+    return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
+
+
+def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
+    """The report with what a few rocks, evenly spread over all, tell: the cost, and which effects act."""
+    chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
+    few = taken(releases, chosen)
+    began = time.perf_counter()
+    flown = fly_ensemble(prepared.engine, prepared.flight, few)
+    cost = _cost(report.scene, prepared, flown, (time.perf_counter() - began) / len(chosen), rocks)
+    told = [*effects_called_for(report.scene, flown), *idle_effects(prepared, few, flown)]
+    return replace(report, cost=cost, warnings=[*report.warnings, *told])
+
+
+def _sizes(prepared: Prepared) -> Sizes:
+    """Of spheres of the scene's density."""
+    masses = mass_range(prepared.rock)
+    return Sizes(*masses, *(diameter_of(mass, prepared.scene.rock.density) for mass in masses))
+
+
+def _span(low: float, high: float) -> str:
+    """From a number to another, or the one that both are."""
+    return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
+
+
+def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
+    """Sources that deal fewer rocks than they have points."""
+    for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
+        if 0 < its < places:
+            yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
+
+
+def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
+    """Outlines of sources and areas of interest that reach beyond the terrain, or over holes in it."""
+    outlines = {f"the area of interest {name!r}": area for name, area in read_areas(scene).items()}
+    for number, source in enumerate(scene.sources):
+        if source.polygon is not None:
+            outlines[f"the polygon of source {source.name!r}"] = source_outline(scene, number)
+    for name, polygons in outlines.items():
+        share = covered_share(terrain, polygons)
+        if share < WHOLE:
+            yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
+
+
+def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
+    """Heights of one source's rocks from what lies below them (R, 3)."""
+    good = (below[:, 1] >= 0) & (below[:, 2] > 0)
+    heights = below[good, 0]
+    lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
+    return SourceHeight(name, rocks, len(below), float(lowest), float(highest), int((~good).sum()), 0)
+
+
+def _told_apart(
+    found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
+) -> SourceHeight:
+    """Of the rocks without ground below them, those with ground above are under it, the others off the terrain."""
+    bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
+    top = np.array(releases.x[bad])
+    top[:, 2] = np.maximum(top[:, 2], engine.facets.high[2]) + 1.0
+    off = int((engine.ground_below(top)[:, 1] < 0).sum()) if bad.any() else 0
+    return replace(found, under_ground=found.under_ground - off, off_terrain=off)
+
+
+def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
+    """What all rocks cost, from a pilot and the seconds that a rock of it took."""
+    deposits, auto = flown.deposits, scene.rocks == "auto"
+    rocks = scene.target.most_rocks if auto else rocks
+    fly_s = seconds * rocks
+    name = engine_for(scene, rocks)
+    unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
+    gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
+    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(deposits.t), unresolved)
+
+
+def _compile_s(models: Models) -> float:
+    """Seconds to compile: none if it has been done before."""
+    return 0.0 if is_cached(FOLLOW_LOOP, type(models.rebound), type(models.ground)) else COMPILE_S

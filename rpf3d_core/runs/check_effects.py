@@ -1,0 +1,61 @@
+"""Whether a scene names the effects that it calls for: what a few rocks and the scene's own folder tell."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from rpf3d_core.effects.hooks import chain_of, links_of
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.fly import fly_ensemble
+from rpf3d_core.ensemble.releases import Releases
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.prepared import Prepared
+from rpf3d_core.values import Outcome
+
+TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
+"""Names of the rasters and files of trees in the input of Rockyfor3D (physics reference 1.9)."""
+
+
+def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
+    """Sentences on what a scene seems to call for and does not name; `flown` are a few of its rocks."""
+    unresolved = int((flown.deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
+    if unresolved and scene.ground.name == "none":
+        yield (
+            f"{unresolved} of {len(flown.deposits.outcome)} pilot rocks ended unresolved_contact: "
+            f"name `ground: {_carrying_on(scene)}`, or raise stop_speed"
+        )
+    if "forest" in type(scene.effects).model_fields and "forest" not in scene.effects.named:
+        found = sorted({path.name for name in TREES for path in scene.path.parent.glob(f"{name}.*")})
+        if found:
+            yield f"{', '.join(found)} beside the scene tells of trees, but `effects` names no forest"
+
+
+def _carrying_on(scene: Scene) -> str:
+    """The ground model that takes over where bounces have died out: sliding, or what the rebound goes with."""
+    grounds = scene.rebound.offer.GROUNDS
+    return "sliding" if grounds is None else next(name for name in grounds if name != "none")
+
+
+def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
+    """Sentences on effects that left every bit of a few rocks as it is without them.
+
+    releases : of those rocks; flown : what came of them with all effects
+    """
+    names, effects = list(prepared.scene.effects.named), links_of(prepared.flight.models.effects)
+    for k, name in enumerate(names):
+        without = _without(prepared.flight, effects[:k] + effects[k + 1 :])
+        if _same(fly_ensemble(prepared.engine, without, releases), flown):
+            yield f"`effects.{name}` acted on none of the {len(releases.x)} pilot rocks"
+
+
+def _without(flight: Flight, effects: list[object]) -> Flight:
+    """The same flight with these effects only."""
+    return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
+
+
+def _same(one: Flights, other: Flights) -> bool:
+    """Whether rocks met the same things in the same places."""
+    pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
+    return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

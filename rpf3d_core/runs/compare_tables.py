@@ -1,0 +1,93 @@
+"""A comparison as tables of text: for the screen, and in Markdown."""
+
+import math
+from collections.abc import Sequence
+
+from rpf3d_core.ensemble.statistics import wilson_interval
+from rpf3d_core.hazard.benches import ZONE, three_figures
+from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Difference, Energies
+
+SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
+ENERGIES_HEADER = ("place", "p95 energy A (kJ)", "B (kJ)", "B / A")
+SMALLEST_P = 1e-4
+"""Smaller p values are told as below it: their digits say nothing."""
+
+Rows = list[tuple[str, ...]]
+
+
+def share_rows(comparison: Comparison) -> Rows:
+    """Rows under SHARES_HEADER; "alone" is what Holm's correction takes away."""
+    return [_share_row(row) for row in comparison.differences]
+
+
+def energy_rows(comparison: Comparison) -> Rows:
+    """Rows under ENERGIES_HEADER, of places with a percentile in at least one run."""
+    known = [row for row in comparison.energies if row.a is not None or row.b is not None]
+    return [(_name(row.kind, row.place), _kilojoule(row.a), _kilojoule(row.b), _ratio(row)) for row in known]
+
+
+def lines_of(comparison: Comparison) -> list[str]:
+    """What is said beside the tables: the runs, places that only one has, and the notes."""
+    lines = [
+        f"{name}: {facts['scene'].get('file')}, seed {facts['scene'].get('seed')}, {facts['rocks']:,} rocks"
+        for name, facts in (("A", comparison.a), ("B", comparison.b))
+    ]
+    for name, places in comparison.only.items():
+        if places:
+            lines.append(f"only in {name.upper()}: {', '.join(_name(*place) for place in places)}")
+    return [*lines, *comparison.notes]
+
+
+def markdown_of(comparison: Comparison) -> str:
+    """A comparison as a section of Markdown."""
+    head = "\n".join(f"- {line}" for line in lines_of(comparison))
+    shares = markdown_table(SHARES_HEADER, share_rows(comparison))
+    return f"{head}\n\n{shares}\n\n{markdown_table(ENERGIES_HEADER, energy_rows(comparison))}\n"
+
+
+def markdown_table(header: Sequence[str], rows: Rows) -> str:
+    """A table of Markdown."""
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in (header, ["---"] * len(header), *rows))
+
+
+def percent(counted: Counted) -> str:
+    """A share in per cent with its 95 % interval."""
+    low, high = wilson_interval(*counted)
+    decimals = decimals_for(high - low)
+    return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
+
+
+def points(change: float, interval: tuple[float, float]) -> str:
+    """A difference of shares (-) in points of per cent with its interval."""
+    decimals = decimals_for(interval[1] - interval[0])
+    middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))
+    return f"{middle} ({low} to {high})"
+
+
+def decimals_for(width: float) -> int:
+    """Decimals of a share in per cent at which an interval of some width (-) still shows: one to four."""
+    return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
+
+
+def p_text(p: float) -> str:
+    """A p value."""
+    return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
+
+
+def _share_row(row: Difference) -> tuple[str, ...]:
+    verdict = "no" if not row.significant else "yes" if row.p_holm < LEVEL else "alone"
+    change = points(row.change, row.interval)
+    place = _name(row.kind, row.place)
+    return (place, row.measure, percent(row.a), percent(row.b), change, p_text(row.p), p_text(row.p_holm), verdict)
+
+
+def _name(kind: str, place: str) -> str:
+    return place if kind == ZONE else f"{place} (area)"
+
+
+def _kilojoule(energy: float | None) -> str:
+    return "-" if energy is None else three_figures(energy / 1000.0)
+
+
+def _ratio(row: Energies) -> str:
+    return f"{row.b / row.a:.2f}" if row.a and row.b is not None else "-"

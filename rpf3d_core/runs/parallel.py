@@ -1,0 +1,250 @@
+"""Work over processes and machines: the parts of one scene, or many scenes and seeds, through any executor.
+
+Any `concurrent.futures.Executor` will do: a process pool on one machine, `distributed.Client.get_executor()` or
+`mpi4py.futures.MPIPoolExecutor` on a cluster, where every worker must see the scene's files at the same paths. Workers
+read the scene themselves, so only the scene goes to them, and what they have counted comes back.
+"""
+
+import threading
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, as_completed
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.joined import joined
+from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of, warm_pieces
+from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.errors import InputError
+from rpf3d_core.hazard.partial import PackedTally, add_packed, packed_tallies
+from rpf3d_core.results.earlier_results import read_summary
+from rpf3d_core.results.summary import summary
+from rpf3d_core.runs.run import SHOWN, Run, findings_of, run_scene, simulate
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.reading import scene_digest
+from rpf3d_core.setup.choices import Round, chosen_scene
+from rpf3d_core.setup.prepared import (
+    Prepared,
+    check_releases,
+    empty_tallies,
+    empty_totals,
+    prepare,
+    releases_in_ranges,
+)
+from rpf3d_core.simulation.engines import Compiled, warm
+from rpf3d_core.values import Outcome
+
+Flown = TypeVar("Flown")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What came of a part of a scene's rocks, ready to travel.
+
+    digest : of the scene, with its files, as the worker read them
+    totals, tallies, barriers : of all rocks of the part; flights : of those that are shown
+    """
+
+    digest: str
+    totals: Totals
+    tallies: tuple[PackedTally, ...]
+    flights: Flights
+    barriers: tuple[Any, ...] = ()
+
+
+class Finished(NamedTuple):
+    """A run of a study: its number among the scenes and seeds, from 0, its scene, its seed and its summary."""
+
+    number: int
+    scene: Path
+    seed: int
+    summary: dict[str, Any]
+
+
+def fly_parts(
+    scene: Scene | str | Path,
+    parts: int,
+    executor: Executor,
+    rocks: int | None = None,
+    engine: str | None = None,
+    seed: int | None = None,
+    shown: int | None = SHOWN,
+    threads: int = 1,
+) -> Run:
+    """Fly the rocks of one scene in parts, each wherever the executor has room, and put together what came of them.
+
+    Parameters
+    ----------
+    parts : how many; totals and maps have the same bits whatever their number, order and place
+    shown : how many rocks to keep in memory to be drawn, evenly spread over the parts; None for all
+    threads : of each part, for the compiled engine
+    scene, rocks, engine, seed : as `run.simulate`
+
+    Raises
+    ------
+    InputError
+        As `run.simulate`; or the scene says `rocks: auto`, or a worker has read other files.
+    """
+    chosen = chosen_scene(scene, rocks, engine, seed)
+    if chosen.rocks == "auto":
+        raise InputError(f"{chosen.path}: `rocks: auto` cannot be flown in parts; say how many rocks")
+    if parts < 1:
+        raise InputError(f"the number of parts is {parts}; it must be at least 1")
+    rounds = rounds_of_parts([source.rocks for source in chosen.sources], parts)
+    kept = None if shown is None else -(-shown // len(rounds))
+    paths = -(-chosen.outputs.trajectories // len(rounds))
+    with _all_or_none([executor.submit(fly_part, chosen, part, kept, paths, threads) for part in rounds]) as flying:
+        prepared = prepare(chosen)  # while the parts fly
+        return merged(prepared, [part.result() for part in flying])
+
+
+def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
+    """The rocks of each part, a share of every source's; parts that would have none are left out."""
+    edges = [[k * n // parts for n in counts] for k in range(parts + 1)]
+    return [(first, last) for first, last in pairwise(edges) if first != last]
+
+
+def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> Part:
+    """Fly a part of a scene's rocks, here.
+
+    Parameters
+    ----------
+    part : of each source from a rock to before another
+    shown : how many rocks to keep, None for all; paths : of how many of these to keep the path
+    threads : for the compiled engine
+
+    Raises
+    ------
+    InputError
+        As `prepared.prepare`, or a rock starts under the ground.
+    """
+    digest = scene_digest(scene)
+    prepared = _prepared(scene, digest)
+    # VTK's locator is for one thread; the lock costs nothing, for the reference engine is plain Python.
+    with nullcontext() if isinstance(prepared.engine, Compiled) else _REFERENCE:
+        return _flown(prepared, digest, part, shown, paths, threads)
+
+
+def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> Part:
+    """Fly a part of a prepared scene."""
+    first, last = part
+    for ranges in blocks_of(first, last):
+        check_releases(prepared, releases_in_ranges(prepared, ranges))
+    totals, tallies, flight = empty_totals(prepared), empty_tallies(prepared), prepared.flight
+    compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
+    compile_s += warm_pieces(prepared.engine, flight)
+    stream = Stream(
+        prepared.engine, flight, shown_of(sum(last) - sum(first), shown, paths), tallies,
+        lambda deposits, _: totals.add(deposits), None, threads,
+    )  # fmt: skip
+    began = time.perf_counter()
+    stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last))
+    totals.dust = stream.dust
+    flights = stream.flights(compile_s, time.perf_counter() - began)
+    barriers = () if tallies.barriers is None else tallies.barriers.counted
+    return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)
+
+
+def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
+    """The parts of a scene's rocks, in any order, as one run.
+
+    Raises
+    ------
+    InputError
+        A part was flown over other files, or by another scene.
+    """
+    scene = prepared.scene
+    digest = scene_digest(scene)
+    if any(part.digest != digest for part in parts):
+        raise InputError(f"{scene.path}: a worker has read other files than are here; all must see the same ones")
+    tallies, totals = empty_tallies(prepared), empty_totals(prepared)
+    for part in parts:
+        add_packed(tallies, part.tallies)
+        totals.join(part.totals)
+        if tallies.barriers is not None:
+            tallies.barriers.join(part.barriers)
+    lost = totals.outcomes[Outcome.LOST_TO_HOLE]
+    return Run(
+        scene, prepared.terrain, prepared.faults, joined([part.flights for part in parts]), totals,
+        tallies.maps(totals.rocks, prepared.area_names, lost), totals.rocks, (), prepared.read_s, prepared.index_s,
+        prepared.began, prepared.obstacles,
+    )  # fmt: skip
+
+
+def study(
+    scenes: Iterable[Scene | str | Path],
+    executor: Executor,
+    seeds: Sequence[int] | None = None,
+    rocks: int | None = None,
+    out: str | Path | None = None,
+) -> Iterator[Finished]:
+    """Fly many scenes, each with many seeds, a whole run wherever the executor has room.
+
+    Parameters
+    ----------
+    seeds : for each scene; None for each scene's own
+    rocks : of each run; None for the scene's own numbers
+    out : a folder that every worker can write to, for a result folder of each run, named by its number; without it
+        a run's rocks are in its worker's memory, so for millions of rocks give one
+
+    Returns
+    -------
+    iterator of Finished
+        In the order in which runs finish. Everything is on its way when this returns; to leave the iterator cancels
+        what has not begun.
+
+    Raises
+    ------
+    InputError
+        A scene is refused: at once, or by the iterator once a worker has tried it.
+    """
+    each: Sequence[int | None] = [None] if seeds is None else seeds
+    chosen = [chosen_scene(scene, rocks, None, seed) for scene in scenes for seed in each]
+    folders = [None if out is None else Path(out, f"{n:04d}_{scene.path.stem}") for n, scene in enumerate(chosen)]
+    flying = {
+        executor.submit(_summary_of, scene, folder): number
+        for number, (scene, folder) in enumerate(zip(chosen, folders, strict=True))
+    }
+    return _as_they_finish(flying, chosen)
+
+
+def _as_they_finish(flying: dict["Future[dict[str, Any]]", int], scenes: Sequence[Scene]) -> Iterator[Finished]:
+    with _all_or_none(list(flying)):
+        for done in as_completed(flying):
+            number = flying[done]
+            yield Finished(number, scenes[number].path, scenes[number].seed, done.result())
+
+
+def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
+    """Fly a whole scene, here, and tell its summary."""
+    if folder is None:
+        return summary(findings_of(simulate(scene, threads=1)))
+    run_scene(scene, folder, recording=False)
+    return read_summary(folder)
+
+
+@contextmanager
+def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
+    """Where one fails or nobody waits any longer, what has not begun never will."""
+    try:
+        yield flying
+    finally:
+        for one in flying:
+            one.cancel()
+
+
+def _prepared(scene: Scene, digest: str) -> Prepared:
+    """The scene made ready to fly, kept for the next part of the same scene in this process."""
+    with _PREPARING:
+        if (scene.path, digest) not in _READY:
+            _READY.clear()  # the terrain before may fill the memory
+            _READY[scene.path, digest] = prepare(scene)
+        return _READY[scene.path, digest]
+
+
+_READY: dict[tuple[Path, str], Prepared] = {}
+_PREPARING, _REFERENCE = threading.Lock(), threading.Lock()

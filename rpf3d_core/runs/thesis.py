@@ -1,0 +1,109 @@
+"""The thesis' two studies: what it compared and printed, and the scenes that make the same comparison here.
+
+Source: Peik 2020, section 5.2, tables 5-2 and 5-4.
+"""
+
+import sysconfig
+from pathlib import Path
+from typing import NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.results.folder import check_folder
+
+
+class Printed(NamedTuple):
+    """A column of the thesis' tables: an area, the pit's zones that it is, and its shares in run A and B (%)."""
+
+    area: str
+    zones: tuple[str, ...]
+    a: float
+    b: float
+
+
+class Study(NamedTuple):
+    """A study: scenes A and B, and perhaps a third with a part of what B has; by the stems of their files."""
+
+    name: str
+    title: str
+    table: str
+    a: str
+    b: str
+    part: str | None
+    printed: tuple[Printed, ...]
+
+
+def _benches(first: int, last: int) -> tuple[str, ...]:
+    return tuple(f"bench_{number}" for number in range(first, last + 1))
+
+
+RESOLUTION = Study(
+    "resolution", "Resolution of the terrain: A low (150,000 triangles), B high (2,332,287)", "5-2",
+    "study_low", "study_high", None,
+    (
+        Printed("first bench", _benches(1, 1), 28.0, 23.0),
+        Printed("fourth bench", _benches(4, 4), 4.0, 19.0),
+        Printed("haulage ramp", ("ramp",), 57.0, 38.0),
+    ),
+)  # fmt: skip
+LOCALISED = Study(
+    "localised", "Coefficients of restitution: A generalised, B localised", "5-4",
+    "study_high", "study_localised", "study_spills",
+    (
+        Printed("first bench", _benches(1, 1), 23.0, 43.0),
+        Printed("following five benches", _benches(2, 6), 27.0, 27.0),
+        Printed("following four benches", _benches(7, 10), 9.0, 0.0),
+        Printed("haulage ramp", ("ramp",), 38.0, 19.0),
+        Printed("bottom of the pit", ("floor",), 4.0, 9.0),
+    ),
+)  # fmt: skip
+REPORTS = ("comparison.json", "comparison.md")
+"""What a study leaves behind beside its runs."""
+STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
+
+
+def scene_files(study: Study) -> list[Path]:
+    """The scenes of a study, as they come with the program: A, B and, where there is one, the part.
+
+    Raises
+    ------
+    InputError
+        They are not where the program was installed.
+    """
+    places = (Path(__file__).parents[2], Path(sysconfig.get_path("data"), "share", "rpf3d"))
+    stems = [stem for stem in (study.a, study.b, study.part) if stem]
+    for place in places:
+        files = [place / "config" / "scenes" / f"{stem}.yaml" for stem in stems]
+        if all(file.is_file() for file in files):
+            return files
+    raise InputError(f"study {study.name}: {stems[0]}.yaml is in none of {', '.join(str(place) for place in places)}")
+
+
+def study_named(name: str) -> Study:
+    """The study of a name.
+
+    Raises
+    ------
+    InputError
+        There is none; says which there are.
+    """
+    if name not in STUDIES:
+        raise InputError(f"there is no study {name!r}; there are {', '.join(STUDIES)}")
+    return STUDIES[name]
+
+
+def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
+    """Each scene of a study with the folder for its result, checked before anything flies.
+
+    Raises
+    ------
+    InputError
+        As `scene_files` and `io.results.check_folder`; or the folder holds what is not of this study.
+    """
+    runs = [(scene, out / scene.stem.removeprefix("study_")) for scene in scene_files(study)]
+    known = {*REPORTS, *(folder.name for _, folder in runs)}
+    foreign = sorted(path.name for path in out.iterdir() if path.name not in known) if out.is_dir() else []
+    if foreign:
+        raise InputError(f"{out}: holds {foreign[0]!r}, which is not of this study; give a new or empty folder")
+    for _, folder in runs:
+        check_folder(folder)
+    return runs

@@ -1,0 +1,55 @@
+"""The scene's key `effects.barriers`: nets and fences along lines."""
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, Field
+
+from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.values import Along, Name, Number, Part, no_two_alike
+
+HIGHEST = 100.0
+"""m; the highest nets stand 10 m."""
+STRONGEST = 1e6
+"""kJ; the strongest nets are tested with 10,000 kJ."""
+BALANCE = "energy balance, physics reference 5.1"
+
+
+class BarrierSpec(Part):
+    """One net or fence: vertical panels on the ground below a line. Every rock finds it as it is written here."""
+
+    name: Name = Field(description="a name that no other barrier has")
+    along: Along = Field(
+        description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines"
+    )
+    height: Number = parameter(
+        ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
+    )
+    capacity_kj: Number = parameter(
+        ..., f"a number from 0 to {STRONGEST:g} (kJ), the translational energy that it holds; 0 counts rocks only",
+        "kJ", BALANCE, "C", ge=0, le=STRONGEST,
+    )  # fmt: skip
+    residual_height: Number = parameter(
+        1.0, "a number from 0 to 1 (-), share of its height that is left, such as after an earlier hit; unconfirmed",
+        "-", "ETAG 027 tells categories of it", "UNCONFIRMED", ge=0, le=1,
+    )  # fmt: skip
+    taken_by_break: Number = parameter(
+        1.0, "a number from 0 to 1 (-), the share of its capacity that a rock loses which breaks through", "-", BALANCE,
+        "D", ge=0, le=1,
+    )  # fmt: skip
+    measured_at: Literal["centre", "top"] = parameter(
+        "centre", "centre or top, the point of the rock whose height over the ground is compared", "", BALANCE, "C"
+    )
+
+
+class BarriersSpec(Offer):
+    """Nets and fences: they catch rocks, are broken through or flown over, and count all three."""
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.effects.barriers:Barriers"
+    BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.barriers:barriers_of"
+    OBSTACLES: ClassVar[str | None] = "rpf3d_core.setup.builders.barriers:barriers_as_obstacles"
+    SOURCE: ClassVar[str] = "physics reference 5.1: rule of RocFall, Rockyfor3D and RockGIS"
+    CONFIRMED: ClassVar[Confirmed] = "CC"
+
+    panels: Annotated[tuple[BarrierSpec, ...], AfterValidator(no_two_alike)] = Field(
+        min_length=1, description="a list of {name, along, height, capacity_kj}"
+    )

@@ -1,0 +1,108 @@
+"""What a scene may name, as a list to read: models and effects with parameters, sources and measured cost."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import resources
+from types import NoneType
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from rpf3d_core.scene.models import EffectsSpec, GroundSpec, ReboundSpec
+from rpf3d_core.scene.offers import Confirmed, Offer
+from rpf3d_core.scene.own import OWN
+
+KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
+COSTS = "measured_costs.json"
+"""What each costs on the demo pit, measured by `make effects`."""
+WORDS = {"gt": "above {:g}", "ge": "at least {:g}", "lt": "below {:g}", "le": "at most {:g}"}
+"""What pydantic calls a bound, in words."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a model or effect.
+
+    default : None where it must be given or is left out (`required` tells which)
+    bounds : in words, "" for none; unit : "" where it is no number
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    default: Any
+    required: bool
+    bounds: str
+    source: str
+    confirmed: Confirmed
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A model or effect that a scene may name.
+
+    kind : the scene's key; summary : what it does; cost : times the time of a rock of the demo pit without it, and what
+    it does to the mean runout there (relative), None where it was not measured
+    """
+
+    kind: str
+    name: str
+    summary: str
+    source: str
+    confirmed: Confirmed
+    parameters: tuple[Parameter, ...]
+    cost: dict[str, float] | None
+
+
+def offers() -> list[Offered]:
+    """All of them, in the order of the scene's keys; their physics is not imported."""
+    costs = _costs()
+    return [
+        _offered(kind, name, offer, costs.get(f"{kind}.{name}"))
+        for kind, spec in KINDS.items()
+        for name, offer in _offers_of(spec)
+    ]
+
+
+def _offers_of(spec: type) -> Iterator[tuple[str, type[Offer]]]:
+    """The names and classes that one of the scene's keys may hold, but for the user's own."""
+    for name, field in spec.model_fields.items():  # type: ignore[attr-defined]
+        if field.alias != OWN:
+            yield name, next(kind for kind in get_args(field.annotation) if kind is not NoneType)
+
+
+def _offered(kind: str, name: str, offer: type[Offer], cost: dict[str, float] | None) -> Offered:
+    parameters = tuple(_parameter(key, field, offer) for key, field in offer.model_fields.items())
+    summary = " ".join((offer.__doc__ or "").split())
+    return Offered(kind, name, summary, offer.SOURCE, offer.CONFIRMED, parameters, cost)
+
+
+def _parameter(name: str, field: FieldInfo, offer: type[Offer]) -> Parameter:
+    """A field, with what `scene_offers.parameter` says of it; a field without that has its offer's source."""
+    facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+    default = field.get_default(call_default_factory=True)
+    return Parameter(
+        name=name,
+        meaning=field.description or "",
+        unit=facts.get("unit", ""),
+        default=None if default is PydanticUndefined else default,
+        required=field.is_required(),
+        bounds=", ".join(_bounds(field)),
+        source=facts.get("source") or offer.SOURCE,
+        confirmed=facts.get("confirmed", offer.CONFIRMED),
+    )
+
+
+def _bounds(field: FieldInfo) -> Iterator[str]:
+    for each in field.metadata:
+        for kind, words in WORDS.items():
+            if getattr(each, kind, None) is not None:
+                yield words.format(getattr(each, kind))
+
+
+def _costs() -> dict[str, dict[str, float]]:
+    """The measured costs that come with the package; none where they have not been measured."""
+    file = resources.files("rpf3d_core").joinpath(COSTS)
+    return json.loads(file.read_text()) if file.is_file() else {}

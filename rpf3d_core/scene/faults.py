@@ -1,0 +1,221 @@
+"""What is wrong with a scene file, in sentences: pydantic's findings with line, key, value and what would be right.
+
+Other files that a pydantic model checks (`io/site.py`) name that model as the `root`; without one it is the scene.
+"""
+
+import difflib
+import json
+import re
+import types
+from collections.abc import Iterator
+from dataclasses import is_dataclass
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from rpf3d_core.formats.yaml import Document, Fault, KeyPath, key_name
+from rpf3d_core.scene.draws import MARKS
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.own import OWN
+from rpf3d_core.scene.values import ROCKS_MARKS
+
+LONGEST_VALUE = 60
+"""Characters of a wrong value that an error message shows."""
+
+PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
+"""What pydantic puts into the path of a key: that a key of a mapping is wrong, or which of several types it took."""
+
+PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
+"""What an item of a list must be whose description has this shape."""
+ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
+"""Where a key belongs that is sought among the effects: berms are ground."""
+
+UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+NOT_SCENE_KEYS = ("path",)
+"""Fields of `Scene` that are not written in the file."""
+
+Root = type[BaseModel] | None
+"""The model of the file that is wrong; None for the scene's."""
+
+
+def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
+    """Pydantic's findings, less those that only follow from another, as lines and sentences."""
+    paths = [_without_marks(detail["loc"]) for detail in details]
+    misspelt = {
+        (*path[:-1], _nearest(path, root))
+        for path, detail in zip(paths, details, strict=True)
+        if detail["type"] in UNKNOWN_KEY
+    }
+    for path, detail in zip(paths, details, strict=True):
+        # A list counts as too short when its items are refused.
+        follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
+        if not follows and not (detail["type"] == "missing" and path in misspelt):
+            yield _fault(path, detail, document, root)
+
+
+def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
+    """A key that the scene, or another file, does not have, with the nearest one that it has."""
+    near = _nearest(path, root)
+    file = "scene" if root is None else f"{document.kind} file"
+    if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
+        return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a scene; it belongs in `{place}`")
+    if near == path[-1]:
+        return Fault(_line(path, document), f"`{key_name(path)}` cannot stand beside the other keys there; remove it")
+    advice = f"did you mean `{near}`?" if near else f"the keys here are {', '.join(_known(path, root))}"
+    return Fault(_line(path, document), f"`{key_name(path)}` is not a key of a {file}; {advice}")
+
+
+def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) -> Fault:
+    kind, context = detail["type"], detail.get("ctx", {})
+    if kind in UNKNOWN_KEY:
+        return unknown_key(path, document, root)
+    if kind == "missing" and not isinstance(path[-1], int):
+        sentence = f"`{key_name(path)}` is missing; it must be {_requirement(path, root)}"
+        return Fault(_line(path[:-1], document), sentence)
+    if "sentence" in context:
+        path = (*path, *context["at"])
+        sentence = context["sentence"]
+    elif kind == "value_error":
+        path = _told_in(str(context["error"]), path, root)
+        sentence = f"is refused: {context['error']}"
+    else:
+        # Of a list that is too short, there is no such item.
+        path = path[:-1] if kind == "missing" else _whole(path, root)
+        sentence = _wrong_value(path, _written(path, document), root)
+    return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
+
+
+def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
+    """The key below a path that a message speaks of, or the path itself."""
+    words = re.findall(r"\w+", message)
+    named = [key for key in _keys(_annotation(path, root)) if key in words]
+    return (*path, named[0]) if len(named) == 1 else path
+
+
+def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
+    must = f"must be {_requirement(path, root)}"
+    if isinstance(value, dict) and _bare(_annotation(path, root)) in (float, int):
+        return f"is a mapping, but no distribution can stand here; it {must}"
+    return f"is {_shown(value)}, but {must}"
+
+
+def _whole(path: KeyPath, root: Root) -> KeyPath:
+    """The path of the vector that a number stands in, of anything else its own: half a vector tells nobody much."""
+    is_component = isinstance(path[-1], int) and _bare(_annotation(path, root)) is float
+    return path[:-1] if is_component else path
+
+
+def _written(path: KeyPath, document: Document) -> Any:
+    value = document.values
+    for step in path:
+        value = value[step]
+    return value
+
+
+def _known(path: KeyPath, root: Root) -> list[str]:
+    """The keys that could stand where the last of a path stands."""
+    keys = _keys(_annotation(path[:-1], root))
+    return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
+
+
+def _nearest(path: KeyPath, root: Root) -> str | None:
+    near = difflib.get_close_matches(str(path[-1]), _known(path, root), n=1)
+    return near[0] if near else None
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, str):
+        text = repr(value)
+    else:
+        text = json.dumps(value, default=str).replace("NaN", "nan").replace("Infinity", "inf")
+    return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
+
+
+def _line(path: KeyPath, document: Document) -> int:
+    """The line of a key, or of the nearest key above it."""
+    while path and path not in document.lines:
+        path = path[:-1]
+    return document.lines.get(path, 1)
+
+
+def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
+    """A key path without the marks that pydantic adds."""
+    return tuple(step for step in location if step not in PYDANTIC_MARKS)
+
+
+def _requirement(path: KeyPath, root: Root) -> str:
+    """What the nearest described field at or above the path must be."""
+    inner = _bare(_annotation(path, root))
+    if _is_record(inner):
+        return f"a mapping with the keys {', '.join(_keys(inner))}"
+    described = [text for text in _descriptions(path, root) if text]
+    if not described:
+        return "left out"
+    if isinstance(path[-1], int) and get_origin(inner) is tuple:
+        return next((words for shape, words in PLACES.items() if shape in described[-1]), f"a part of {described[-1]}")
+    return described[-1]
+
+
+def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
+    for depth, step in enumerate(path):
+        written = _bare(_annotation(path[:depth], root))
+        for record in map(_bare, get_args(written)) if _is_union(written) else (written,):
+            if isinstance(record, type) and issubclass(record, BaseModel) and step in record.model_fields:
+                yield record.model_fields[str(step)].description
+            elif is_dataclass(record):
+                yield _kind_of_number(_annotation(path[: depth + 1], root))
+
+
+def _annotation(path: KeyPath, root: Root) -> Any:
+    """The type that the file's model wants at a key path."""
+    annotation: Any = root or Scene
+    for step in path:
+        annotation = _inside(_bare(annotation), step)
+    return annotation
+
+
+def _inside(annotation: Any, step: str | int) -> Any:
+    if _is_union(annotation):
+        return next((found for item in get_args(annotation) if (found := _inside(_bare(item), step))), None)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        field = annotation.model_fields.get(str(step))
+        return field.annotation if field else None
+    if is_dataclass(annotation):
+        return get_type_hints(annotation).get(str(step))
+    values = [item for item in get_args(annotation) if item is not Ellipsis]
+    return values[-1] if values else None
+
+
+def _bare(annotation: Any) -> Any:
+    """A type without its `Annotated` and `| None`; a union of several types where several can stand."""
+    if get_origin(annotation) is Annotated:
+        return _bare(get_args(annotation)[0])
+    if _is_union(annotation):
+        items = [item for item in get_args(annotation) if item is not type(None)]
+        return _bare(items[0]) if len(items) == 1 else annotation
+    return annotation
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
+
+
+def _is_record(annotation: Any) -> bool:
+    return is_dataclass(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel))
+
+
+def _keys(annotation: Any) -> list[str]:
+    record = _bare(annotation)
+    if _is_union(record):
+        return [key for item in get_args(record) for key in _keys(item)]
+    if isinstance(record, type) and issubclass(record, BaseModel):
+        return list(record.model_fields)
+    return list(get_type_hints(record)) if is_dataclass(record) else []
+
+
+def _kind_of_number(annotation: Any) -> str:
+    bare = _bare(annotation)
+    if get_origin(bare) is tuple:
+        return f"a list of {len(get_args(bare))} numbers"
+    return {float: "a number", int: "a whole number", bool: "true or false"}.get(bare, str(bare))

@@ -1,0 +1,154 @@
+"""The fields of a scene, one by one, as its model declares them: for those who offer them under another roof."""
+
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel, Tag
+from pydantic.fields import FieldInfo
+
+from rpf3d_core.scene.draws import NUMBER
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models import EffectsSpec, OneOf
+from rpf3d_core.scene.offers import Offer
+from rpf3d_core.scene.own import OWN
+
+Scalar = bool | int | float | str
+SCALARS: tuple[type, ...] = (bool, int, float, str)
+BOUNDS = ("ge", "gt", "le", "lt")
+ANY_ZONE = "default"
+"""The key that stands for all others in a mapping of zones."""
+
+
+@dataclass(frozen=True)
+class SceneField:
+    """One field of a scene.
+
+    key : as in the scene file, with dots; of a mapping of zones, that of its `default`
+    kind : bool, int, float or str; None where a list, a file or a mapping of the user's names is wanted
+    default : what the model has where it is left out, None for nothing or where it must be given
+    choices : of a str or an int, () for any; bounds : of a number, by pydantic's names ge, gt, le, lt
+    within : the key of the model or effect that the field is a parameter of, "" where its part is always there
+    names : whether the field names a model (str) or an effect (bool), whose parameters are fields below it
+    """
+
+    key: str
+    kind: type | None
+    default: Any
+    description: str
+    choices: tuple[Any, ...] = ()
+    bounds: Mapping[str, float] | None = None
+    within: str = ""
+    names: bool = False
+
+
+def scene_fields() -> Iterator[SceneField]:
+    """Every field of the scene model that is no mapping of further fields, in the model's order."""
+    yield from _fields(Scene, "", "")
+
+
+def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneField]:
+    for name, field in model.model_fields.items():
+        key = f"{above}{field.alias if field.alias == OWN else name}"
+        part = _part(field.annotation)
+        if part is None:
+            yield _leaf(key, field, within)
+        elif issubclass(part, OneOf):
+            yield _choice(key, field, part)
+            yield from _fields(part, f"{key}.", within)
+        elif issubclass(part, Offer):
+            if model is EffectsSpec:
+                yield _effect(key, field, part)
+            yield from _fields(part, f"{key}.", key)
+        else:
+            each = f"{key}.{ANY_ZONE}." if _is_mapping(field.annotation) else f"{key}."
+            yield from _fields(part, each, within or (key if _may_be_left_out(field) else ""))
+
+
+def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
+    """A field that holds a value."""
+    kind, choices, bounds = _scalar(field.annotation, field.metadata)
+    default = field.get_default(call_default_factory=False) if not field.is_required() else None
+    known = default if isinstance(default, SCALARS) else None
+    return SceneField(key, kind, known, field.description or "", choices, bounds, within)
+
+
+def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
+    """A field that names one of several models."""
+    default = field.get_default(call_default_factory=True)
+    names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
+    return SceneField(key, str, default.name, f"one of {', '.join(names)}", names, names=True)
+
+
+def _effect(key: str, field: FieldInfo, offer: type[Offer]) -> SceneField:
+    """A field that names an effect, with all its defaults."""
+    kind = bool if _is_nameable(field) else None
+    summary = " ".join((offer.__doc__ or "").split())
+    return SceneField(key, kind, None, f"true names the effect: {summary}", within=key, names=True)
+
+
+def _is_nameable(field: FieldInfo) -> bool:
+    """Whether a model or effect can be named without a list or a file."""
+    offer = _part(field.annotation)
+    assert offer is not None
+    required = [each for each in offer.model_fields.values() if each.is_required()]
+    return all(_scalar(each.annotation, each.metadata)[0] is not None for each in required)
+
+
+def _part(annotation: Any) -> type[BaseModel] | None:
+    """The model that a field holds, alone, optional, or for each zone; None where it holds a value."""
+    several = [get_args(annotation)[1]] if _is_mapping(annotation) else _alternatives(annotation)
+    found, _ = _unwrapped(several[0]) if len(several) == 1 else (None, [])
+    return found if isinstance(found, type) and issubclass(found, BaseModel) else None
+
+
+def _is_mapping(annotation: Any) -> bool:
+    return get_origin(annotation) is Mapping
+
+
+def _may_be_left_out(field: FieldInfo) -> bool:
+    return not field.is_required() and field.get_default(call_default_factory=True) is None
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    """The types of a union, without None, with what they are annotated with; of anything else, that alone."""
+    bare, _ = _unwrapped(annotation)
+    if get_origin(bare) in (Union, types.UnionType):
+        return [item for item in get_args(bare) if item is not types.NoneType]
+    return [annotation]
+
+
+def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
+    """Type, choices and bounds of a field; None and nothing where it holds no single value."""
+    several = _alternatives(annotation)
+    if len(several) == 1 and len(_alternatives(several[0])) > 1:
+        several = _alternatives(several[0])
+    if len(several) > 1:  # a number, or a distribution in its place
+        several = [item for item in several if Tag(NUMBER) in getattr(item, "__metadata__", ())]
+    if len(several) != 1:
+        return None, (), {}
+    bare, further = _unwrapped(several[0])
+    if get_origin(bare) is Literal:
+        choices = get_args(bare)
+        return type(choices[0]), choices, {}
+    if bare not in SCALARS:
+        return None, (), {}
+    return bare, (), _bounds([*metadata, *further])
+
+
+def _unwrapped(annotation: Any) -> tuple[Any, list[Any]]:
+    """A type without what it is annotated with, and that."""
+    if get_origin(annotation) is not Annotated:
+        return annotation, []
+    inner, *own = get_args(annotation)
+    bare, further = _unwrapped(inner)
+    return bare, [*further, *own]
+
+
+def _bounds(metadata: list[Any]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for each in metadata:
+        for fact in each.metadata if isinstance(each, FieldInfo) else [each]:
+            found.update({name: getattr(fact, name) for name in BOUNDS if getattr(fact, name, None) is not None})
+    return found

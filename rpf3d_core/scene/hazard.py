@@ -1,0 +1,117 @@
+"""The scene's key `hazard`: the raster of the maps, the levels of the zones, and the memory that maps may take.
+
+Levels and classes are the user's: thresholds differ between countries and mines, and moving one changes the zones
+radically (physics reference 7.3), so nothing but the three levels of reach probability has a default.
+"""
+
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from rpf3d_core.hazard.zones import Matrix
+from rpf3d_core.scene.values import Name, Number, Part, refuse
+
+JOULE_PER_KJ = 1000.0
+
+LEAST_CELL = 0.01
+"""m; no survey knows the ground so well, and the number of smaller cells would soon not fit an integer."""
+
+REACH_LEVELS = (0.01, 0.1, 0.5)
+"""One rock in a hundred, one in ten, every second one: round shares to look at, not thresholds of anything."""
+
+
+def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
+    if any(low >= high for low, high in pairwise(levels)):
+        raise refuse(f"is {list(levels)}, but must rise from each number to the next")
+    return levels
+
+
+def _table(rows: Any) -> Any:
+    """Refused here, for the checks behind it see single rows and names only."""
+    if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
+        raise refuse("must be a list of lists of names, a list for each band of energy, from the lowest")
+    for number, row in enumerate(rows, start=1):
+        for name in row:
+            if name is not None and not (isinstance(name, str) and name):
+                raise refuse(f"has {name!r} in its row {number}, but must have names, or null for no zone")
+    return rows
+
+
+Share = Annotated[Number, Field(gt=0, le=1)]
+Shares = Annotated[tuple[Share, ...], Field(min_length=1), AfterValidator(_ascending)]
+Energies = Annotated[
+    tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=1), AfterValidator(_ascending)
+]
+
+
+class MatrixSpec(Part):
+    """Classes by energy and reach probability: n levels part n + 1 bands, and a level belongs to the upper one."""
+
+    energy_levels_kj: Energies = Field(description="a list of numbers above 0 (kJ), ascending")
+    probability_levels: Shares = Field(description="a list of shares above 0 and up to 1 (-), ascending")
+    classes: Annotated[tuple[tuple[Name | None, ...], ...], BeforeValidator(_table)] = Field(
+        description=(
+            "a list for each band of energy, from the lowest, of a name for each band of reach probability, from the "
+            "lowest; null for no zone"
+        )
+    )
+    object_width: Number | None = Field(
+        None,
+        gt=0,
+        description="a width above 0 (m) across the rocks' way of what may be hit, a rock's diameter added: the "
+        "probabilities are then of hitting it and do not depend on the cell; or left out for those of reaching a cell",
+    )
+
+    @model_validator(mode="after")
+    def _one_class_a_band(self) -> Self:
+        rows, columns = len(self.energy_levels_kj) + 1, len(self.probability_levels) + 1
+        lengths = [len(row) for row in self.classes]
+        if lengths != [columns] * rows:
+            raise refuse(
+                f"has rows of {', '.join(map(str, lengths)) or 'no'} names, but must have {rows} rows of {columns} "
+                f"names: {rows - 1} energy levels part {rows} bands, {columns - 1} probability levels {columns}",
+                "classes",
+            )
+        return self
+
+
+class HazardSpec(Part):
+    """How the hazard of the ensemble is mapped; every map is of rocks that fall, not of how often they do."""
+
+    cell: Number | None = Field(
+        None,
+        ge=LEAST_CELL,
+        description=f"a length of at least {LEAST_CELL} (m), the side of a cell, or left out for one that rocks fill",
+    )
+    reach_levels: Shares = Field(
+        REACH_LEVELS, description="a list of shares above 0 and up to 1 (-), ascending; a zone is drawn for each"
+    )
+    energy_percentile: Literal[50, 90, 95, 99] = Field(
+        95, description="50, 90, 95 or 99, the percentile of energy that the matrix reads"
+    )
+    matrix: MatrixSpec | None = Field(
+        None, description="a mapping with energy_levels_kj, probability_levels and classes, or left out for no classes"
+    )
+    passage_per_metre: bool = Field(
+        False,
+        strict=True,
+        description="true or false, whether passages per metre are mapped, which do not depend on the cell",
+    )
+    memory_gb: Number = Field(
+        1.0, gt=0, description="a number above 0 (GB of 10^9 bytes), the memory that the maps may take"
+    )
+
+
+def matrix_of(spec: HazardSpec) -> Matrix | None:
+    """The matrix in J, as `hazard.zones` reads it; None if the scene has none."""
+    if spec.matrix is None:
+        return None
+    levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
+    matrix = spec.matrix
+    return Matrix(levels, matrix.probability_levels, matrix.classes, spec.energy_percentile, matrix.object_width)
+
+
+def asks_ways(spec: HazardSpec) -> bool:
+    """Return whether the maps of a scene need passages per metre."""
+    return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

@@ -1,0 +1,59 @@
+"""The scene's key `method`: how contacts are found. `events` is exact; fixed steps are there to be compared with it."""
+
+from typing import Any
+
+from pydantic import Field
+
+from rpf3d_core.scene.values import Number, Part, refuse
+
+EVENTS = "events"
+LONGEST_STEP = 1.0
+"""s; in a second a rock falls 5 m, and a longer step finds nothing that is worth a comparison."""
+SHORTEST_STEP = 1e-7
+"""s; a fall of 10 s then takes a hundred million steps: it still comes to an end."""
+
+
+class SteppingSpec(Part):
+    """Contacts found in fixed steps, as in the thesis, sections 3.1 and 3.4; its defaults are 0.1 ms and 5 cm."""
+
+    dt: Number = Field(
+        1e-4, ge=SHORTEST_STEP, le=LONGEST_STEP,
+        description=f"a number from {SHORTEST_STEP:g} to {LONGEST_STEP:g} (s), the time step",
+    )  # fmt: skip
+    threshold: Number = Field(
+        0.05, gt=0, description="a number above 0 (m), the distance from the ground below which the rock is in contact"
+    )
+    squared: bool = Field(
+        False, strict=True,
+        description="true or false, whether the squared distance is compared with it, as in the thesis' code",
+    )  # fmt: skip
+
+
+class MethodSpec(Part):
+    """How contacts are found: exactly, event by event, unless `stepping` is given."""
+
+    stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")
+
+    def describe(self) -> str:
+        """The method in words, for every report of a result."""
+        if self.stepping is None:
+            return EVENTS
+        squared = ", compared with the squared distance" if self.stepping.squared else ""
+        return f"stepping (dt {self.stepping.dt:g} s, threshold {self.stepping.threshold:g} m{squared}): inexact"
+
+
+def method_values(value: Any) -> Any:
+    """What a scene may write for a method: `events`, or a mapping.
+
+    Raises
+    ------
+    PydanticCustomError
+        Any other word, a list, or a mapping without `stepping`.
+    """
+    if value == EVENTS:
+        return {}
+    if isinstance(value, MethodSpec):
+        return value
+    if not isinstance(value, dict) or not value:
+        raise refuse(f"is {value!r}, but must be events, or a mapping {{stepping: {{dt, threshold, squared}}}}")
+    return value

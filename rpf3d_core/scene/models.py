@@ -1,0 +1,161 @@
+"""The scene's keys `rebound`, `ground` and `effects`: one of several models, or any number of effects, by name.
+
+A name alone takes the model with its defaults; a mapping of the name gives its parameters.
+"""
+
+from typing import Any, ClassVar, Self
+
+from pydantic import Field, model_validator
+
+from rpf3d_core.scene.air import DragLayerSpec, DragSpec
+from rpf3d_core.scene.barriers import BarriersSpec
+from rpf3d_core.scene.forest import ForestSpec
+from rpf3d_core.scene.fragmentation import FragmentationSpec
+from rpf3d_core.scene.grounds import RollingSpec, RollingStoneSpec
+from rpf3d_core.scene.offers import Confirmed, Offer
+from rpf3d_core.scene.own import OWN, OwnSpec, is_own
+from rpf3d_core.scene.rebounds import (
+    AngleTableSpec,
+    CoulombLimitedSpec,
+    MassScaledSpec,
+    PfeifferBowenSpec,
+    StochasticMatrixSpec,
+    ThesisLiteralSpec,
+    VelocityScaledSpec,
+    VHalfSpec,
+)
+from rpf3d_core.scene.roughness import RoughnessSpec
+from rpf3d_core.scene.scarring import ScarringSpec
+from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
+from rpf3d_core.scene.values import Part, exactly_one, refuse
+
+
+class ConstantSpec(Offer):
+    """R_n and R_t of the material, whatever the speed and the angle."""
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
+    SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3"
+    CONFIRMED: ClassVar[Confirmed] = "C"
+
+
+class NoGroundSpec(Offer):
+    """A rock slower than stop_speed when its bounces have died out has stopped; a faster one is left unresolved.
+
+    Friction is not asked: a rock may rest on any slope.
+    """
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:NoGround"
+    STOPPED: ClassVar[str | None] = (
+        "was slower than stop_speed when its bounces had died out; `ground: none` does not ask whether friction holds "
+        "it there, so it may rest on any slope (`ground: sliding` asks)"
+    )
+    SOURCE: ClassVar[str] = "thesis, section 3.5"
+    CONFIRMED: ClassVar[Confirmed] = "C"
+
+
+class SlidingSpec(Offer):
+    """Coulomb sliding with the friction angle of the material, from facet to facet."""
+
+    PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:Sliding"
+    SOURCE: ClassVar[str] = "Coulomb friction"
+    CONFIRMED: ClassVar[Confirmed] = "D"
+
+    @property
+    def asks_friction(self) -> bool:
+        """It does."""
+        return True
+
+
+class OneOf(Part):
+    """A choice among models, each a field; exactly one is given."""
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        exactly_one(self, *type(self).model_fields)
+        return self
+
+    @property
+    def name(self) -> str:
+        """The name of the model that is given."""
+        return next(name for name in type(self).model_fields if getattr(self, name) is not None)
+
+    @property
+    def offer(self) -> Offer:
+        """Its parameters."""
+        return getattr(self, self.name)  # type: ignore[no-any-return]
+
+
+class ReboundSpec(OneOf):
+    """What an impact does to a rock."""
+
+    constant: ConstantSpec | None = Field(None, description="a mapping without keys")
+    coulomb_limited: CoulombLimitedSpec | None = Field(None, description="a mapping without keys")
+    thesis_literal: ThesisLiteralSpec | None = Field(None, description="a mapping without keys")
+    pfeiffer_bowen: PfeifferBowenSpec | None = Field(None, description="a mapping with K, A and B")
+    velocity_scaled: VelocityScaledSpec | None = Field(None, description="a mapping with K")
+    mass_scaled: MassScaledSpec | None = Field(None, description="a mapping with C and K")
+    v_half: VHalfSpec | None = Field(None, description="a mapping with speed")
+    angle_table: AngleTableSpec | None = Field(None, description="a mapping with rows or law")
+    stochastic_matrix: StochasticMatrixSpec | None = Field(None, description="a mapping with mean and covariance")
+    coulomb_sphere: CoulombSphereSpec | None = Field(None, description="a mapping of its parameters")
+    own: OwnSpec | None = Field(None, alias=OWN, description="the import path module.Class of a model of your own")
+
+
+class GroundSpec(OneOf):
+    """What follows when the bouncing has died out."""
+
+    none: NoGroundSpec | None = Field(None, description="a mapping without keys")
+    sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
+    rolling: RollingSpec | None = Field(None, description="a mapping without keys")
+    rolling_stone: RollingStoneSpec | None = Field(None, description="a mapping with stop_speed")
+    sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
+
+
+class EffectsSpec(Part):
+    """What else acts on rocks; nothing that is not named here is simulated."""
+
+    roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
+    scarring: ScarringSpec | None = Field(None, description="a mapping with the ground's stiffness, drag and friction")
+    drag: DragSpec | None = Field(None, description="a mapping with coefficient, density and accuracy")
+    drag_layer: DragLayerSpec | None = Field(None, description="a mapping with coefficient, height and polygons")
+    forest: ForestSpec | None = Field(None, description="a mapping with file, or stems and dbh_mean_cm")
+    barriers: BarriersSpec | None = Field(None, description="a mapping with panels")
+    fragmentation: FragmentationSpec | None = Field(None, description="a mapping of when a rock breaks, and what of")
+    own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
+
+    @property
+    def named(self) -> dict[str, Offer]:
+        """The effects that are given, in the order in which they act: the user's own last, in their order."""
+        given = {name: getattr(self, name) for name in type(self).model_fields if name != "own"}
+        ours = {name: offer for name, offer in given.items() if offer is not None}
+        return ours | {offer.path: offer for offer in self.own}
+
+
+def chosen_model(spec: type[OneOf]) -> Any:
+    """What a scene may write for a choice among models: a name, or a mapping of one name to parameters."""
+
+    def values(value: Any) -> Any:
+        if isinstance(value, str):
+            names = [name for name in spec.model_fields if name != "own"]
+            if value not in names and not ("own" in spec.model_fields and is_own(value)):
+                raise refuse(f"is {value!r}, but must be {', '.join(names[:-1])} or {names[-1]}")
+            value = {value: {}}
+        own, ours = _told_apart(value)
+        return ours | {OWN: own[0]} if len(own) == 1 else ours
+
+    return values
+
+
+def named_effects(value: Any) -> Any:
+    """What a scene may write for its effects: a mapping of names to parameters, or to nothing for all defaults."""
+    own, ours = _told_apart(value)
+    return ours | {OWN: own} if own else ours
+
+
+def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
+    """What is the user's own in a mapping of names to parameters, and the rest; no parameters are all defaults."""
+    if not isinstance(value, dict):
+        return [], value
+    given = {key: {} if item is None else item for key, item in value.items()}
+    own = [{"path": key, "values": item} for key, item in given.items() if is_own(key)]
+    return own, {key: item for key, item in given.items() if not is_own(key)}

@@ -1,0 +1,126 @@
+"""Models and effects of the user's own: a class in a file outside the package, named in the scene by its import path.
+
+The file is looked for beside the scene, then where Python looks for modules. docs/own-models.md shows one.
+"""
+
+import hashlib
+import importlib.util
+import inspect
+import math
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from rpf3d_core.jit.dispatch import compile_apart
+from rpf3d_core.scene.offers import Confirmed, Offer
+from rpf3d_core.scene.values import Name, Number, refuse
+
+
+class OwnSpec(Offer):
+    """A model or effect of the user's own: the class at an import path, with numbers for its parameters."""
+
+    PHYSICS: ClassVar[str] = ""
+    SOURCE: ClassVar[str] = "the user's own"
+    CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
+
+    path: Name = Field(description="the import path module.Class of a class of your own")
+    file: Path = Field(description="the file of that module")
+    values: Mapping[str, Number] = Field(default_factory=dict, description="numbers, by the names of its parameters")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _found(cls, given: Any, info: ValidationInfo) -> Any:
+        """The file is found out, not written in the scene; its class must be there, and take the values."""
+        path, values = given["path"], given["values"]
+        module, _, _ = path.rpartition(".")
+        file = _file_of(module, (info.context or {}).get("folder", Path()))
+        _check_values(path, _class_at(path, file), values)
+        return {**given, "file": file}
+
+    def physics(self) -> type:
+        """The class, from its file: loaded once, and again when the file has changed."""
+        return _class_at(self.path, self.file)  # type: ignore[no-any-return]
+
+    def made(self) -> Any:
+        """Its parameters, as floats: a whole number would be compiled as another type."""
+        return self.physics()(**{name: float(value) for name, value in self.values.items()})
+
+
+def _class_at(path: str, file: Path) -> Any:
+    """The NamedTuple of an import path, which is in a file.
+
+    Raises
+    ------
+    PydanticCustomError
+        The file cannot be run, or holds no such NamedTuple.
+    """
+    module, _, name = path.rpartition(".")
+    own = getattr(_loaded(module, file), name, None)
+    if own is None:
+        raise refuse(f"names {path!r}, but {file.name} has no {name!r}")
+    if not (inspect.isclass(own) and issubclass(own, tuple) and hasattr(own, "_fields")):
+        raise refuse(f"names {path!r}, which is no NamedTuple of numbers")
+    return own
+
+
+def _check_values(path: str, own: Any, values: Any) -> None:
+    """Refuse parameters that a class does not have, that are no numbers, or that are missing."""
+    if not isinstance(values, dict):
+        raise refuse(f"gives {path} {values!r}, but must give a mapping of its parameters to numbers")
+    for name, value in values.items():
+        if name not in own._fields:
+            raise refuse(f"gives {path} a {name!r}; it has no such parameter, but {', '.join(own._fields) or 'none'}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise refuse(f"gives {path} {value!r} as {name}, which must be a number")
+    missing = [name for name in own._fields if name not in values and name not in own._field_defaults]
+    if missing:
+        raise refuse(f"names {path} without {', '.join(missing)}; write {{{path}: {{{missing[0]}: ...}}}}")
+
+
+def _file_of(module: str, folder: Path) -> Path:
+    """The file of a module: beside the scene, or where Python finds it."""
+    beside = folder.joinpath(*module.split(".")).with_suffix(".py")
+    if beside.is_file():
+        return beside.absolute()
+    try:
+        found = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        found = None
+    if found is None or found.origin is None or not found.origin.endswith(".py"):
+        raise refuse(f"names the module {module!r}, but it is neither {beside} nor where Python looks")
+    return Path(found.origin)
+
+
+def _loaded(name: str, file: Path) -> Any:
+    """The module of a file under a name, run anew if the file is not what it was when it was last run."""
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    there = sys.modules.get(name)
+    if getattr(there, "RPF3D_DIGEST", None) == digest:
+        return there
+    specification = importlib.util.spec_from_file_location(name, file)
+    if specification is None or specification.loader is None:
+        raise refuse(f"names {file.name}, which is no Python file")
+    module = importlib.util.module_from_spec(specification)
+    sys.modules[name] = module  # numba finds the classes of what it has compiled by the name of their module
+    try:
+        specification.loader.exec_module(module)
+    except Exception as fault:
+        del sys.modules[name]
+        raise refuse(f"names {file.name}, which cannot be run: {type(fault).__name__}: {fault}") from fault
+    module.RPF3D_DIGEST = digest  # type: ignore[attr-defined]
+    compile_apart(digest)
+    return module
+
+
+OWN = "[own]"
+"""What stands before the user's own in the path of a key that is refused; it is not shown."""
+
+
+def is_own(name: Any) -> bool:
+    """Whether a name in a scene is the import path of a class of the user's own."""
+    return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name
+
+

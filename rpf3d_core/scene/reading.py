@@ -1,0 +1,138 @@
+"""Reading a scene file: YAML in, a validated `Scene` out, or one sentence for each thing that is wrong with it."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sized
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.formats.yaml import Document, Fault, read_yaml
+from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import SourceSpec
+from rpf3d_core.scene.values import MISSING_FILE
+from rpf3d_core.setup.sources import source_points
+
+
+def read_scene(path: str | Path) -> Scene:
+    """Read and check a scene file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A YAML file; the paths in it are relative to its folder and must exist.
+
+    Returns
+    -------
+    Scene
+        SI units, input axes; file paths made absolute.
+
+    Raises
+    ------
+    SceneError
+        One line for each fault: file, line, key, value and what would be right; then the scene's `data_hint` if a
+        file is missing.
+    InputError
+        A file of points that rocks are to be counted by is damaged.
+    """
+    path = Path(path)
+    document = read_yaml(path)
+    if not isinstance(document.values, dict):
+        raise SceneError(f"{path}: must hold a mapping of keys (terrain, materials, sources, ...), but does not")
+    faults = [unknown_key((key,), document) for key in document.values if key in NOT_SCENE_KEYS]
+    try:
+        scene = _scene(path, document.values)
+    except ValidationError as error:
+        faults += faults_of(error.errors(), document)
+        hint = _data_hint(error, document.values)
+        raise SceneError(_report(path, [*document.faults, *faults]) + hint) from None
+    if faults or document.faults:
+        raise SceneError(_report(path, [*document.faults, *faults]))
+    return _filled_in(scene)
+
+
+def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
+    """Check a scene whose values were not read from a file; `path` stands for that in later messages.
+
+    Raises
+    ------
+    SceneError
+        One line for each fault: parameter, value and what would be right.
+    """
+    try:
+        return Scene.model_validate({**values, "path": path})
+    except ValidationError as error:
+        sentences = {fault.sentence for fault in faults_of(error.errors(), Document(values, {}, []))}
+        raise SceneError("\n".join(f"parameter {sentence}" for sentence in sorted(sentences))) from None
+
+
+def _filled_in(scene: Scene) -> Scene:
+    """The scene with what its files say where it says nothing: a reference system, and how many points there are."""
+    terrain = scene.terrain
+    crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
+    sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
+    return scene.model_copy(update={"terrain": terrain.model_copy(update={"crs": crs}), "sources": sources})
+
+
+def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
+    """A source that does not say how many rocks fall from it has one for each of its points: none is left out."""
+    if "rocks" in source.model_fields_set:
+        return source
+    if source.points_file:
+        points: Sized = source_points(source, scene.terrain.up)
+    else:
+        points = source.points or ()
+    return source.model_copy(update={"rocks": max(len(points), 1)})
+
+
+def scene_digest(scene: Scene) -> str:
+    """SHA-256 (64 hex digits) of what a scene says.
+
+    Every key counts, defaults included, but for `path` and `data_hint`; a file counts by its content, not its name or
+    place. Equal digests therefore mean equal answers from the same version.
+    """
+    return _digest(scene.model_dump(exclude={"path", "data_hint"}))
+
+
+def releases_digest(scene: Scene) -> str:
+    """SHA-256 (64 hex digits) of what decides, with the seed, where rocks start, how fast and how heavy they are.
+
+    Not how many there are: of more rocks the first start as those of fewer.
+    """
+    return _digest({
+        "rock": scene.rock.model_dump(),
+        "sources": [source.model_dump(exclude={"rocks"}) for source in scene.sources],
+    })  # fmt: skip
+
+
+def _digest(content: dict[str, Any]) -> str:
+    text = json.dumps(_canonical(content), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _canonical(value: Any) -> Any:
+    if isinstance(value, Path):
+        with value.open("rb") as file:
+            return {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
+    if isinstance(value, Mapping):
+        # Materials are matched in file order, so order is part of what a scene says.
+        return [[key, _canonical(item)] for key, item in value.items()]
+    return [_canonical(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _scene(path: Path, values: dict[str, Any]) -> Scene:
+    written = {key: value for key, value in values.items() if key not in NOT_SCENE_KEYS}
+    return Scene.model_validate({**written, "path": path}, context={"folder": path.parent})
+
+
+def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
+    """What the scene itself says about files that are missing, once, after the faults."""
+    is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
+    return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""
+
+
+def _report(path: Path, faults: list[Fault]) -> str:
+    return "\n".join(f"{path}, line {line}: {sentence}" for line, sentence in sorted(set(faults)))

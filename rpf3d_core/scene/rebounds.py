@@ -1,0 +1,194 @@
+"""The rebound models that a scene may name beside `constant`, with their parameters."""
+
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import AfterValidator, model_validator
+
+from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.values import Number, Vector, exactly_one, refuse
+
+REBOUNDS = "rpf3d_core.kinetics.rebounds"
+BUILDERS = "rpf3d_core.setup.builders.rebounds"
+PFEIFFER = "Pfeiffer & Bowen 1989, Bull. AEG 26:135-146"
+BOURRIER = "Bourrier et al. 2009, Geomorphology 110:68-79"
+
+STEEPEST = 90.0
+"""Degrees; an impact straight into the ground."""
+MOST_R_N = 10.0
+"""R_n of a table at most: Wyllie's law is cut off at 2, and energy limits it anyway."""
+ROUNDING = 1e-9
+"""Share of its largest entry by which a covariance may miss symmetry, or be below zero: figures are written rounded."""
+
+Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
+
+
+class CoulombLimitedSpec(Offer):
+    """R_n and R_t of the material, but along the ground an impact takes no more than Coulomb friction allows.
+
+    The loss of speed along the ground is at most the tangent of friction_angle_deg times the change of speed across the
+    ground: mu (1 + R_n) |v_n|. Where R_t takes less than that, the rebound is that of `constant`.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.coulomb_limited:CoulombLimited"
+    SOURCE: ClassVar[str] = "thesis, equations 3-1 to 3-3, with Coulomb's bound on the tangential impulse"
+    CONFIRMED: ClassVar[Confirmed] = "D"
+
+    @property
+    def asks_friction(self) -> bool:
+        """It does."""
+        return True
+
+
+class ThesisLiteralSpec(Offer):
+    """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.thesis_literal:ThesisLiteral"
+    SOURCE: ClassVar[str] = "thesis, equations 2-3 to 2-8"
+    CONFIRMED: ClassVar[Confirmed] = "C"
+
+
+class PfeifferBowenSpec(Offer):
+    """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
+
+    R_n and R_t are those of slow impacts, and R_t multiplies energy: values for a lumped mass are other values.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
+    SOURCE: ClassVar[str] = PFEIFFER
+    CONFIRMED: ClassVar[Confirmed] = "CC"
+
+    K: Number = parameter(
+        9.144, "a number above 0 (m/s), the speed into the ground at which R_n is halved", "m/s", PFEIFFER, "CC", gt=0
+    )
+    A: Number = parameter(
+        6.096, "a number above 0 (m/s), the slip at which friction gives way", "m/s", PFEIFFER, "CC", gt=0
+    )
+    B: Number = parameter(
+        76.2, "a number above 0 (m/s), times R_n the speed into the ground at which v_t^2 is halved once more",
+        "m/s", PFEIFFER, "CC", gt=0,
+    )  # fmt: skip
+
+
+class VelocityScaledSpec(Offer):
+    """R_n of the material over 1 + (v_n / K)^2, of a lumped mass."""
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.velocity_scaled:VelocityScaled"
+    SOURCE: ClassVar[str] = f"{PFEIFFER}; RocFall offers it"
+    CONFIRMED: ClassVar[Confirmed] = "CC"
+
+    K: Number = parameter(
+        9.144, "a number above 0 (m/s), the speed into the ground at which R_n is halved", "m/s", PFEIFFER, "CC", gt=0
+    )
+
+
+class MassScaledSpec(Offer):
+    """R_n of the material over 1 + (m / C)^2; with K scaled by speed as well. The form is unconfirmed."""
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
+    BUILDER: ClassVar[str] = f"{BUILDERS}:mass_scaled"
+    SOURCE: ClassVar[str] = "RocFall offers it; this algebra as a public implementation has it"
+    CONFIRMED: ClassVar[Confirmed] = "UNCONFIRMED"
+
+    C: Number = parameter(
+        1000.0, "a number above 0 (kg), the mass at which R_n is halved; the formula is unconfirmed", "kg",
+        "a public implementation of RocFall's option", "CC", gt=0,
+    )  # fmt: skip
+    K: Number | None = parameter(
+        None, "a number above 0 (m/s), the speed into the ground at which R_n is halved, or left out for none", "m/s",
+        PFEIFFER, "CC", gt=0,
+    )  # fmt: skip
+
+
+class VHalfSpec(Offer):
+    """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used.
+
+    Its bounces have no end of their own, so they end where they would rise less than smallest_bounce.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
+    SOURCE: ClassVar[str] = "Bourrier and Dorren, as in PlatRock 2"
+    CONFIRMED: ClassVar[Confirmed] = "CC"
+
+    speed: Number = parameter(
+        10.0, "a number above 0 and at most 50 (m/s), the speed into the ground of which half is given back", "m/s",
+        "PlatRock 2", "CC", gt=0, le=50,
+    )  # fmt: skip
+
+
+def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple[tuple[float, float, float], ...]:
+    limits = (STEEPEST, MOST_R_N, 1.0)
+    for i, row in enumerate(rows):
+        for k, (name, most) in enumerate(zip(("angle", "R_n", "R_t"), limits, strict=True)):
+            if not 0.0 <= row[k] <= most:
+                raise refuse(f"is {row[k]:g}, but {name} must be a number from 0 to {most:g}", i, k)
+        if i and row[0] <= rows[i - 1][0]:
+            raise refuse(f"is {row[0]:g}, but angles must rise, and the one before is {rows[i - 1][0]:g}", i, 0)
+    return rows
+
+
+class AngleTableSpec(Offer):
+    """R_n and R_t from the angle between velocity and surface, of a lumped mass.
+
+    R_n may be above 1 where impacts are flat; what that adds across the ground is limited to what is lost along it, so
+    energy never rises.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"
+    BUILDER: ClassVar[str] = f"{BUILDERS}:angle_table"
+    SOURCE: ClassVar[str] = "the user's table; law wyllie: Wyllie 2014, Rock Fall Engineering, figures of RockGIS"
+    CONFIRMED: ClassVar[Confirmed] = "CC"
+
+    rows: Annotated[tuple[Vector, ...], AfterValidator(_rising_within_limits)] | None = parameter(
+        None, "a list of [angle, R_n, R_t]: degrees that rise from 0 to 90, R_n from 0 to 10, R_t from 0 to 1",
+        "", "the user's", "D", min_length=1,
+    )  # fmt: skip
+    law: Literal["wyllie"] | None = parameter(
+        None, "wyllie, R_n = 19.5 angle^-1.03 up to 2, and R_t of the material; instead of rows", "",
+        "Wyllie 2014, Rock Fall Engineering, figures of RockGIS", "CC",
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        exactly_one(self, "rows", "law")
+        return self
+
+
+def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
+    matrix = np.array(rows, dtype=float)
+    room = ROUNDING * float(np.abs(matrix).max(initial=0.0))
+    for i, k in np.argwhere(np.abs(matrix - matrix.T) > room)[:1].tolist():
+        raise refuse(f"is {matrix[i, k]:g}, but a covariance is symmetric, and [{k}][{i}] is {matrix[k, i]:g}", i, k)
+    least = float(np.linalg.eigvalsh(matrix).min())
+    if least < -room:
+        raise refuse(
+            f"is no covariance: some sum of the coefficients would have a variance of {least:.3g}; its eigenvalues "
+            "must be >= 0"
+        )
+    return rows
+
+
+class StochasticMatrixSpec(Offer):
+    """(v_t, v_n, R w) after an impact is a drawn matrix times that before; the user's own, no figures are offered.
+
+    v_t is the speed along the ground where it was heading, v_n that into the ground before and away from it after, R w
+    the radius times the spin, positive where a rolling rock has it: [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped
+    mass. A draw that leads into the ground takes v_n from the mean, and energy never rises.
+    """
+
+    PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"
+    BUILDER: ClassVar[str] = f"{BUILDERS}:stochastic_matrix"
+    SOURCE: ClassVar[str] = BOURRIER
+    CONFIRMED: ClassVar[Confirmed] = "C"
+
+    mean: tuple[Vector, Vector, Vector] = parameter(
+        ..., "three rows of three numbers (-), for v_t, v_n and R w after the impact from those before", "-",
+        "the user's", "D",
+    )  # fmt: skip
+    covariance: Annotated[
+        tuple[Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine, Nine], AfterValidator(_covariance)
+    ] = parameter(
+        ..., "nine rows of nine numbers, the covariances of the coefficients of mean, row by row; symmetric, with no "
+        "negative eigenvalue", "-", "the user's", "D",
+    )  # fmt: skip

@@ -1,0 +1,116 @@
+"""What a scene releases: its rocks, and the sources that say where they start and how fast."""
+
+import math
+from typing import Any, Self
+
+from pydantic import Field, model_validator
+
+from rpf3d_core.scene.draws import Size, Speed, distribution_of
+from rpf3d_core.scene.values import (
+    MOST_ROCKS,
+    HalfWidths,
+    InputFile,
+    Name,
+    Number,
+    Outline,
+    Part,
+    Rocks,
+    Vector,
+    exactly_one,
+    refuse,
+)
+
+FASTEST = 10_000.0
+"""m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
+PLACES = ("points", "points_file", "line", "polygon", "zone")
+"""Keys of a source that say where its rocks start; one of them is given."""
+
+
+class RockSpec(Part):
+    """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume, the mass or the volume."""
+
+    density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
+    diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
+    mass: Size | None = Field(None, description="a number above 0 (kg), or a distribution")
+    volume: Size | None = Field(None, description="a number above 0 (m3), or a distribution")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_metre_unless_told(cls, values: Any) -> Any:
+        told = not isinstance(values, dict) or any(name in values for name in ("diameter", "mass", "volume"))
+        return values if told else {**values, "diameter": 1.0}
+
+    @model_validator(mode="after")
+    def _one_size(self) -> Self:
+        exactly_one(self, "diameter", "mass", "volume")
+        return self
+
+
+class SourceSpec(Part):
+    """Where rocks start and how fast; `rocks` is the source's total."""
+
+    name: Name = Field(description="a name that no other source has")
+    points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
+    points_file: InputFile | None = Field(
+        None, description="the path of a file of points: x y z (m) on each line, a CSV with a header, or GeoJSON"
+    )
+    line: tuple[Vector, ...] | None = Field(None, min_length=2, description="two or more points [x, y, z] (m)")
+    polygon: Outline | None = Field(
+        None, description="three or more corners [x, y] (m) in plan, or the path of a GeoJSON file with polygons"
+    )
+    zone: Name | None = Field(None, description="the name, or a pattern, of zones that rocks fall from")
+    steeper_than_deg: Number | None = Field(
+        None, ge=0, lt=180, description="a number from 0 to below 180 (degrees), a facet's least slope; with `zone`"
+    )
+    rocks: Rocks = Field(
+        1, description=f"a whole number from 1 to {MOST_ROCKS}; left out, one for each point that is given, or one"
+    )
+    velocity: Vector = Field((0.0, 0.0, 0.0), description="three numbers [vx, vy, vz] (m/s)")
+    speed: Speed | None = Field(None, description="a number >= 0 (m/s), or a distribution; instead of velocity")
+    azimuth_deg: Number | None = Field(
+        None, ge=-360, le=360, description="a number from -360 to 360 (degrees), clockwise from north; with `speed`"
+    )
+    elevation_deg: Number | None = Field(
+        None, ge=-90, le=90, description="a number from -90 to 90 (degrees) above the horizontal; with `speed`"
+    )
+    spread_deg: Number | None = Field(
+        None, ge=0, le=180, description="a number from 0 to 180 (degrees), half the cone of directions; with `speed`"
+    )
+    above_ground: Number | None = Field(
+        None, ge=0, description="a height >= 0 (m) above the terrain, or left out to keep the heights of the points"
+    )
+    spread: HalfWidths = Field(
+        (0.0, 0.0, 0.0), description="three numbers >= 0 (m), uniform half-widths of the position"
+    )
+    velocity_spread: HalfWidths = Field(
+        (0.0, 0.0, 0.0), description="three numbers >= 0 (m/s), uniform half-widths of the velocity"
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        exactly_one(self, *PLACES)
+        if self.steeper_than_deg is not None and self.zone is None:
+            raise refuse("is for the facets of a `zone`, and there is none", "steeper_than_deg")
+        if (self.zone or self.polygon) and any(self.spread):
+            raise refuse("is for points and lines; a polygon or zone spreads its rocks evenly by itself", "spread")
+        return self
+
+    @property
+    def _fastest(self) -> float:
+        """No rock of the source starts faster than this (m/s)."""
+        speed = 0.0 if self.speed is None else distribution_of(self.speed).high
+        return speed + math.hypot(*self.velocity) + math.hypot(*self.velocity_spread)
+
+    @model_validator(mode="after")
+    def _one_velocity(self) -> Self:
+        if self.speed is not None and any(self.velocity):
+            raise refuse("must have velocity or speed, but has both")
+        if self.speed is not None and self.azimuth_deg is None:
+            raise refuse("has a speed and no `azimuth_deg`; it must say where to, in degrees clockwise from north")
+        if self._fastest > FASTEST:
+            key = "velocity" if self.speed is None else "speed"
+            raise refuse(f"lets a rock start at {self._fastest:g} m/s, but {FASTEST:g} m/s is the most", key)
+        for name in ("azimuth_deg", "elevation_deg", "spread_deg"):
+            if self.speed is None and getattr(self, name) is not None:
+                raise refuse("is the direction of a `speed`, and there is none", name)
+        return self

@@ -1,0 +1,84 @@
+"""The terrain of a scene: files or a synthetic pit, berms on it, and the zones that its facets belong to."""
+
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import pydantic.dataclasses
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
+
+from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
+from rpf3d_core.scene.berms import BermSpec
+from rpf3d_core.scene.values import InputFile, Name, Number, Part, exactly_one, no_two_alike, refuse
+from rpf3d_core.terrain.pit.parameters import Pit
+
+
+def _pit_values(pit: Any) -> Any:
+    return _as_mapping(pit) if isinstance(pit, Pit) else pit
+
+
+def _plain_pit(checked: Pit) -> Pit:
+    return Pit(**_as_mapping(checked))
+
+
+def _as_mapping(pit: Pit) -> dict[str, Any]:
+    return {field.name: getattr(pit, field.name) for field in fields(Pit)}
+
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+if TYPE_CHECKING:
+    PitSpec = Pit
+else:
+    _CHECKED_PIT = pydantic.dataclasses.dataclass(Pit, frozen=True, config=_STRICT)
+    PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
+
+
+class TerrainFile(Part):
+    """One mesh or grid file, all of it one zone."""
+
+    path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
+    zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
+
+
+class TerrainSpec(Part):
+    """Where the terrain comes from: files, or a synthetic pit."""
+
+    files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
+    pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
+    berms: Annotated[tuple[BermSpec, ...], AfterValidator(no_two_alike)] = Field(
+        (), description="a list of {name, along, height, width}, each raised on the ground as a zone of its own"
+    )
+    up: Literal["y", "z"] = Field("z", description="y or z, the input axis that points up")
+    weld: Number = Field(1e-4, ge=0, description="a distance >= 0 (m), vertices nearer than this become one")
+    crs: Name | None = Field(None, description="the name of a coordinate reference system, such as EPSG:31287, "
+                             "or left out for that of GeoTIFF files")  # fmt: skip
+
+    @model_validator(mode="after")
+    def _one_origin(self) -> Self:
+        exactly_one(self, "files", "pit")
+        return self
+
+    @model_validator(mode="after")
+    def _one_reference_system(self) -> Self:
+        if self.crs is not None and (why := why_unusable(self.crs)):
+            raise refuse(why, "crs")
+        found = self.crs_of_files()
+        for i, crs in found.items():
+            first, name = next(iter(found.items())), self.files[i].path.name if self.files else ""
+            if self.crs is not None and not are_same(self.crs, crs):
+                raise refuse(f"is {self.crs!r}, but {name} is in {crs!r}; name that, or leave crs out", "crs")
+            if not are_same(first[1], crs):
+                raise refuse(f"is in {crs!r}, but files[{first[0]}] in {first[1]!r}; reproject one", "files", i, "path")
+        return self
+
+    def crs_of_files(self) -> dict[int, str]:
+        """The reference systems of those files that say in which they are, by their place in the list."""
+        found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
+        return {i: crs for i, crs in found.items() if crs is not None}
+
+
+class ZoneSpec(Part):
+    """Facets whose centroid lies, in plan, in one of the polygons belong to the zone."""
+
+    zone: Name = Field(description="the name of a zone")
+    polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")

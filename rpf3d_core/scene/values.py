@@ -1,0 +1,111 @@
+"""What the parts of a scene are made of: numbers, names, vectors, outlines, files; and how one of them is refused."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationInfo
+from pydantic_core import PydanticCustomError
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import polygon_of
+
+MOST_ROCKS = 4_000_000_000
+"""Rocks of one scene: a rock's number is a word of 32 bits of the random streams."""
+
+MISSING_FILE = "missing_file"
+"""The kind of refusal that a scene's `data_hint` speaks to."""
+
+
+def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
+    """A refusal that reads `<key> <sentence>`, pointing at a key below the one being validated."""
+    return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})
+
+
+def existing_file(value: Any, info: ValidationInfo) -> Path:
+    """The path of a file that is there, relative to the scene's folder.
+
+    Raises
+    ------
+    PydanticCustomError
+        It is no path, a folder, or nothing at all.
+    """
+    if not isinstance(value, str | Path) or not str(value):
+        raise refuse(f"is {value!r}, but must be the path of a file, relative to the scene file")
+    folder = (info.context or {}).get("folder", Path())
+    path = Path(os.path.abspath(folder / value))
+    if not path.is_file():
+        what = "that is a folder" if path.is_dir() else "there is no such file"
+        raise refuse(f"names {str(value)!r}, but {what} (looked for {path})", kind=MISSING_FILE)
+    return path
+
+
+def exactly_one(part: BaseModel, *names: str) -> None:
+    """Refuse a part that has none of some keys, or more than one."""
+    given = [name for name in names if getattr(part, name) is not None]
+    if len(given) != 1:
+        has = " and ".join(given) if given else "none of them"
+        raise refuse(f"must have exactly one of {', '.join(names)}, but has {has}")
+
+
+def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Refuse parts of which two have the same name."""
+    first: dict[str, int] = {}
+    for i, part in enumerate(parts):
+        if first.setdefault(part.name, i) != i:
+            other = first[part.name] + 1
+            raise refuse(
+                f"is {part.name!r}, but so is the name of number {other} in the list; names must differ", i, "name"
+            )
+    return parts
+
+
+def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """Refuse corners in plan (N, 2) that enclose no area."""
+    try:
+        polygon_of(corners)
+    except InputError as fault:
+        raise refuse(str(fault)) from None
+    return corners
+
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Count = Annotated[int, Field(strict=True)]
+Name = Annotated[str, Field(strict=True, min_length=1)]
+Vector = tuple[Number, Number, Number]
+Rocks = Annotated[Count, Field(ge=1, le=MOST_ROCKS)]
+ROCKS_MARKS = ("[rocks]", "[auto]")
+if TYPE_CHECKING:
+    RocksOrAuto = int | Literal["auto"]
+else:
+    RocksOrAuto = Annotated[
+        Annotated[Rocks, Tag(ROCKS_MARKS[0])] | Annotated[Literal["auto"], Tag(ROCKS_MARKS[1])],
+        Discriminator(lambda value: ROCKS_MARKS[isinstance(value, str)]),
+    ]
+HalfWidths = tuple[Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)], Annotated[Number, Field(ge=0)]]
+InputFile = Annotated[Path, BeforeValidator(existing_file)]
+Corner = tuple[Number, Number]
+Corners = Annotated[tuple[Corner, ...], Field(min_length=3), AfterValidator(_enclosing)]
+if TYPE_CHECKING:
+    Outline = Path | Corners
+else:
+    Outline = Annotated[
+        Annotated[InputFile, Tag("[file]")] | Annotated[Corners, Tag("[corners]")],
+        Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
+    ]
+
+Places = Annotated[tuple[Corner, ...], Field(min_length=2)]
+if TYPE_CHECKING:
+    Along = Path | Places
+else:
+    Along = Annotated[
+        Annotated[InputFile, Tag("[file]")] | Annotated[Places, Tag("[corners]")],
+        Discriminator(lambda value: "[file]" if isinstance(value, str | Path) else "[corners]"),
+    ]
+"""A line in plan: its corners, or the path of a GeoJSON file with lines."""
+
+
+class Part(BaseModel):
+    """A frozen piece of a scene that refuses keys it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")

@@ -1,0 +1,77 @@
+"""Which of a scene's materials a zone of the terrain has: by its name, by a pattern, or by default."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
+
+from rpf3d_core.errors import SceneError
+from rpf3d_core.scene.model import Material, Scene
+
+MOST_NAMED = 12
+"""Zones that a message lists: a pit has dozens."""
+
+
+def material_of(scene: Scene, zone: str) -> Material:
+    """The material of a zone: its exact name, else the first pattern in file order, else `default`.
+
+    Raises
+    ------
+    SceneError
+        If nothing in the scene's materials fits the zone.
+    """
+    return scene.materials[name_of_material(scene, zone)]
+
+
+def name_of_material(scene: Scene, zone: str) -> str:
+    """The name, in the scene, of the material of a zone.
+
+    Raises
+    ------
+    SceneError
+        As `material_of`.
+    """
+    fitting = (pattern for pattern in scene.materials if fnmatchcase(zone, pattern))
+    name = zone if zone in scene.materials else next(fitting, "default")
+    if name in scene.materials:
+        return name
+    known = ", ".join(scene.materials)
+    raise SceneError(
+        f"{scene.path}: no material for the zone {zone!r}; materials has {known}: add {zone!r} or `default`"
+    )
+
+
+def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
+    """Names of the materials that take the default friction angle: zones have them, and the scene's models ask for it.
+
+    Raises
+    ------
+    SceneError
+        As `material_of`.
+    """
+    if not (scene.rebound.offer.asks_friction or scene.ground.offer.asks_friction):
+        return ()
+    names = dict.fromkeys(name_of_material(scene, zone) for zone in zones)
+    return tuple(name for name in names if "friction_angle_deg" not in scene.materials[name].model_fields_set)
+
+
+def words_on_friction(materials: Sequence[str]) -> str:
+    """A sentence on materials that take the default friction angle."""
+    default = Material.model_fields["friction_angle_deg"].default
+    return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
+
+
+def check_materials(scene: Scene, zones: Sequence[str]) -> None:
+    """Refuse a material that no zone of the terrain takes: its name is misspelt, or what it is for is not there.
+
+    Raises
+    ------
+    SceneError
+        Names it and the nearest zone, or the zones that there are.
+    """
+    for name in scene.materials:
+        if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):
+            continue
+        near = get_close_matches(name, zones, n=1)
+        shown = ", ".join(zones[:MOST_NAMED]) + (", ..." if len(zones) > MOST_NAMED else "")
+        advice = f"did you mean {near[0]!r}?" if near else f"the zones are {shown}; correct it, or remove it"
+        raise SceneError(f"{scene.path}: `materials.{name}` fits no zone of the terrain; {advice}")

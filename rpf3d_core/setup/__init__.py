@@ -1,0 +1,1 @@
+"""From a scene to what flies: terrain, sources, materials, models and maps."""

@@ -1,0 +1,72 @@
+"""Areas of interest: polygons in plan."""
+
+from pathlib import Path
+
+import numpy as np
+import shapely
+from shapely.geometry import MultiPolygon
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import local_plan, read_polygons
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.coverage import extents, lies_off
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray, Frame
+
+REACHED_BY = (
+    "a rock reached an area if its path crosses it in plan, at whatever height: exact in flight, and along chords of "
+    "slides that bend"
+)
+
+
+def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
+    """The areas of interest by name, in the input's plan coordinates; `InputError` as `read_polygons`.
+
+    Polygons of one area that overlap are one: the overlap is not outside.
+    """
+    return {area.name: _united(read_polygons(area.polygons)) for area in scene.areas_of_interest}
+
+
+def _united(polygons: MultiPolygon) -> MultiPolygon:
+    union = shapely.union_all(list(polygons.geoms))
+    return union if isinstance(union, MultiPolygon) else MultiPolygon([union])
+
+
+def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]:
+    """The rings (N, 2) m of each area of interest, as `local_outlines`, over a terrain that they must lie on.
+
+    Raises
+    ------
+    InputError
+        A file is damaged, or an area lies off the terrain: nobody would learn anything of it.
+    """
+    areas = read_areas(scene)
+    for spec in scene.areas_of_interest:
+        if lies_off(terrain, areas[spec.name]):
+            where = extents(terrain, shapely.get_coordinates(areas[spec.name]))
+            raise InputError(
+                f"{spec.polygons}: the area of interest {spec.name!r} lies off the terrain: {where}; it must be in the "
+                "plan coordinates of the terrain's own input (x y, or x z where y is up)"
+            )
+    return {name: local_outlines(terrain.frame, area) for name, area in areas.items()}
+
+
+def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
+    """The rings (N, 2) m of the polygons of a file, as `local_outlines`, on a terrain; overlapping ones are one.
+
+    Raises
+    ------
+    InputError
+        The file is damaged, or they lie off the terrain; names the scene's key.
+    """
+    polygons = _united(read_polygons(path))
+    if lies_off(terrain, polygons):
+        raise InputError(f"{key} lie off the terrain: {extents(terrain, shapely.get_coordinates(polygons))}")
+    return local_outlines(terrain.frame, polygons)
+
+
+def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
+    """Outer and inner rings (N, 2) m in plan, local frame."""
+    rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
+    return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]
+

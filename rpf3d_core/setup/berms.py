@@ -1,0 +1,54 @@
+"""The berms of a scene, raised on its terrain."""
+
+from itertools import pairwise
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import local_plan
+from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.scene.berms import BermSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.coverage import extents
+from rpf3d_core.terrain.berms import raised, ridge_along
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.sections import section_of
+from rpf3d_core.terrain.zones import with_zone
+
+ZONE = "berm_"
+"""What the name of a berm's zone begins with."""
+
+
+def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
+    """The terrain with the scene's berms on it, one after another: where two cross, their heights add up.
+
+    Raises
+    ------
+    InputError
+        A line is damaged, has no length, bends too sharply for the width, or leaves the terrain; names the key.
+    """
+    for number, spec in enumerate(scene.terrain.berms):
+        key = f"{scene.path}: `terrain.berms[{number}].along`"
+        for line in _lines(key, spec):
+            plan = local_plan(terrain.frame, line)
+            ridge = ridge_along(plan, spec.height, spec.width, spec.crest)
+            if ridge is None:
+                raise InputError(f"{key} of {spec.name!r} bends too sharply for a berm {spec.width:g} m wide")
+            if any(section_of(terrain, begin, end) is None for begin, end in pairwise(plan)):
+                raise InputError(f"{key} of {spec.name!r} leaves the terrain: {extents(terrain, line)}")
+            terrain = raised(terrain, ridge, ZONE + spec.name)
+    return terrain
+
+
+def with_zones_of_berms(terrain: Terrain, berms: Terrain) -> Terrain:
+    """A terrain whose facets that belong to berms in another, of the same facets, do so again."""
+    for number, zone in enumerate(berms.zones):
+        if zone.startswith(ZONE):
+            terrain = with_zone(terrain, zone, berms.zone == number)
+    return terrain
+
+
+def _lines(key: str, spec: BermSpec) -> list[FloatArray]:
+    try:
+        return lines_along(spec.along)
+    except InputError as fault:
+        raise InputError(f"{key} {fault}") from fault

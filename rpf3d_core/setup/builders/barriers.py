@@ -1,0 +1,93 @@
+"""The barriers of a scene, put on its terrain: each line in pieces over one facet each."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.effects.barriers import CORNER, Barriers, Panel
+from rpf3d_core.effects.obstacle_cells import cells_of
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import local_plan
+from rpf3d_core.formats.polylines import lines_along
+from rpf3d_core.scene.barriers import BarriersSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.coverage import extents
+from rpf3d_core.terrain.facet_geometry import NEAR
+from rpf3d_core.terrain.facets import Terrain, tolerance_of
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
+from rpf3d_core.terrain.sections import section_of
+
+JOULE_PER_KJ = 1000.0
+
+
+class _Piece(NamedTuple):
+    """One piece of a panel: its foot at both ends (2, 3) m, the facet below it, its line and its barrier."""
+
+    foot: FloatArray
+    facet: int
+    line: int
+    barrier: int
+
+
+def barriers_of(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers:
+    """The barriers of a scene.
+
+    Raises
+    ------
+    InputError
+        A line is damaged, has no length, or leaves the terrain; names the key.
+    """
+    pieces = list(_pieces(offer, scene, terrain))
+    foot = np.array([piece.foot for piece in pieces])
+    facet, line, barrier = (np.array([piece[k] for piece in pieces], dtype=np.int64) for k in (1, 2, 3))
+    way = foot[:, 1] - foot[:, 0]
+    x, y, z, dx, dy, dz = (np.ascontiguousarray(column) for column in (*foot[:, 0].T, *way.T))
+    panel = Panel(
+        x, y, z, dx, dy, dz, facet, line, barrier,
+        height=np.array([spec.height * spec.residual_height for spec in offer.panels]),
+        capacity=np.array([JOULE_PER_KJ * spec.capacity_kj for spec in offer.panels]),
+        taken=np.array([spec.taken_by_break for spec in offer.panels]),
+        top=np.array([1.0 if spec.measured_at == "top" else 0.0 for spec in offer.panels]),
+    )  # fmt: skip
+    plan = foot[..., :2]
+    cells = cells_of(plan.min(axis=1) - CORNER, plan.max(axis=1) + CORNER)
+    return Barriers(0, panel, NEAR * tolerance_of(terrain), cells)
+
+
+def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) -> Obstacles:
+    """What the barriers are called, and the ground below them."""
+    panel = barriers.panel
+    names = tuple(f"{name}.{spec.name}" for spec in offer.panels)
+    begin = np.stack([panel.x, panel.y, panel.z], axis=1)
+    end = begin + np.stack([panel.dx, panel.dy, panel.dz], axis=1)
+    lines = tuple(
+        (names[panel.barrier[its][0]], np.concatenate([begin[its], end[its][-1:]]))
+        for number in range(int(panel.line.max()) + 1)
+        if (its := panel.line == number).any()
+    )
+    return Obstacles(names, panel.barrier, lines, NO_OBSTACLES.stems)
+
+
+def _pieces(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
+    """The pieces of all barriers, in order."""
+    number = 0
+    for barrier, spec in enumerate(offer.panels):
+        key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"
+        try:
+            lines = lines_along(spec.along)
+        except InputError as fault:
+            raise InputError(f"{key} {fault}") from fault
+        for line in lines:
+            plan = local_plan(terrain.frame, line)
+            for begin, end in pairwise(plan):
+                section = section_of(terrain, begin, end)
+                if section is None:
+                    where = extents(terrain, line)
+                    raise InputError(f"{key} of {spec.name!r} leaves the terrain, or crosses a hole in it: {where}")
+                at = begin + section.share[..., None] * (end - begin)
+                feet = np.concatenate([at, section.z[..., None]], axis=-1)
+                yield from (_Piece(foot, int(f), number, barrier) for foot, f in zip(feet, section.facet, strict=True))
+                number += 1

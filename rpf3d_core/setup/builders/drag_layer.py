@@ -1,0 +1,31 @@
+"""The forest's drag layer from a scene: where it stands, in the terrain's local frame."""
+
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.effects.drag_layer import DragLayer
+from rpf3d_core.scene.air import DragLayerSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.areas import outlines_on
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+
+
+def drag_layer(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer:
+    """The effect as the kernels take it.
+
+    Raises
+    ------
+    InputError
+        The polygons are damaged, or lie off the terrain.
+    """
+    edges = _edges_of(offer, scene, terrain) if offer.polygons else np.empty((0, 4))
+    return DragLayer(offer.coefficient, offer.height, offer.accuracy, scene.gravity, edges)
+
+
+def _edges_of(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
+    """Edges (E, 4) m of the outlines of a forest; polygons that overlap are one."""
+    polygons: Path = offer.polygons  # type: ignore[assignment]  # there are some
+    rings = outlines_on(terrain, polygons, f"{scene.path}: `effects.drag_layer.polygons`")
+    return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])

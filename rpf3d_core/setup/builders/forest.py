@@ -1,0 +1,166 @@
+"""The trees of a scene: from its file, or drawn, and put on the terrain."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.effects.forest import Deflection, Forest, Stems, most_energy
+from rpf3d_core.effects.obstacle_cells import cells_of
+from rpf3d_core.ensemble.sizes import diameter_of, mass_range
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.polygons import local_plan, read_polygons
+from rpf3d_core.formats.trees import KINDS, Tree, read_trees
+from rpf3d_core.materials.gamma import gamma_of
+from rpf3d_core.materials.streams import Purpose, uniform
+from rpf3d_core.scene.forest import ForestSpec
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.coverage import extents, lies_off
+from rpf3d_core.setup.sources import rock_of
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.obstacles import Obstacles
+from rpf3d_core.terrain.sections import ground_at
+from rpf3d_core.terrain.zones import covered, in_plan
+
+ANGLES = (0.0, 22.5, 67.5, 76.0)
+"""Degrees at which the classes of angles begin and end (physics reference 4.1)."""
+CENTIMETRE = 0.01
+SQUARE_METRES_PER_HA = 10_000.0
+MOST_TREES = 20_000_000
+"""Trees of a scene: 1 GB."""
+OFF_GROUND = 2.0
+"""Metres that a file may put the foot of a tree off the ground: surveys of trees and of the ground differ."""
+ROOM = 1.0 + 1e-9
+"""Over the largest rock's radius, so that rounding puts no tree into too few cells."""
+
+
+class _Stand(NamedTuple):
+    """T trees before they stand anywhere: plan (T, 2) m, local; diameter (T,) m, height (T,) m; kind (T,) of KINDS."""
+
+    plan: FloatArray
+    diameter: FloatArray
+    height: FloatArray
+    kind: NDArray[np.int64]
+
+
+def forest_of(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
+    """The trees of a scene.
+
+    Raises
+    ------
+    InputError
+        Its file is damaged, a tree stands off the terrain or inside the ground, or no tree is drawn; names the key.
+    """
+    stand = _drawn(offer, scene, terrain) if offer.file is None else _written(offer, scene, terrain)
+    z, facet = ground_at(terrain, stand.plan)
+    there = facet >= 0
+    stand, z = _some(stand, there), z[there]
+    factors = np.array([getattr(offer.energy_factors, kind) for kind in KINDS])
+    energy = most_energy(stand.diameter / CENTIMETRE, factors[stand.kind])
+    stems = Stems(*(np.ascontiguousarray(column) for column in (
+        stand.plan[:, 0], stand.plan[:, 1], z, 0.5 * stand.diameter, stand.height, energy,
+    )))  # fmt: skip
+    aside = offer.deflection
+    chances = tuple(chance for blow in (aside.frontal, aside.lateral, aside.scratch) for chance in blow)
+    reach = stems.radius[:, None] + ROOM * _largest_radius(scene)
+    cells = cells_of(stand.plan - reach, stand.plan + reach)
+    return Forest(0, stems, Deflection(aside.frontal_within, aside.lateral_within, chances, ANGLES), cells)
+
+
+def forest_as_obstacles(name: str, offer: ForestSpec, forest: Forest) -> Obstacles:
+    """All trees have one name."""
+    stems = forest.stems
+    feet = np.stack([stems.x, stems.y, stems.z, 2.0 * stems.radius], axis=1)
+    return Obstacles((name,), np.zeros(len(feet), dtype=np.int64), (), feet)
+
+
+def _largest_radius(scene: Scene) -> float:
+    """No rock of the scene is thicker than twice this (m)."""
+    return 0.5 * float(diameter_of(mass_range(rock_of(scene.rock))[1], scene.rock.density))
+
+
+def _written(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
+    """The trees of a file."""
+    key = f"{scene.path}: `effects.forest.file`"
+    try:
+        trees = read_trees(offer.file, terrain.frame.up)  # type: ignore[arg-type]
+    except InputError as fault:
+        raise InputError(f"{key} names a file that cannot be used: {fault}") from fault
+    plan = local_plan(terrain.frame, np.array([(tree.east, tree.north) for tree in trees]))
+    ground, facet = ground_at(terrain, plan)
+    for tree, z, f in zip(trees, ground.tolist(), facet.tolist(), strict=True):
+        _check_foot(key, offer, tree, terrain, z, f)
+    return _Stand(
+        plan,
+        CENTIMETRE * np.array([tree.dbh for tree in trees]),
+        np.array([offer.height if tree.height is None else tree.height for tree in trees]),
+        np.array([KINDS.index(tree.kind) for tree in trees]),
+    )
+
+
+def _check_foot(key: str, offer: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
+    """Refuse a tree off the terrain, or whose foot the file puts elsewhere than on the ground."""
+    where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {offer.file}, line {tree.line},"
+    if facet < 0:
+        raise InputError(f"{where} stands off the terrain: {extents(terrain, np.array([(tree.east, tree.north)]))}")
+    if tree.foot is None:
+        return
+    above = tree.foot - (ground + terrain.frame.origin[2])
+    if abs(above) > OFF_GROUND:
+        place = "inside the ground" if above < 0.0 else "in the air"
+        raise InputError(f"{where} stands {place}: its foot is {above:+.1f} m from the ground, {OFF_GROUND:g} at most")
+
+
+def _drawn(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
+    """Trees drawn evenly over the plan of the terrain, or of polygons: of a box around it those that lie in it."""
+    within = None if offer.within is None else _outline(offer, scene, terrain)
+    low, high = _box(terrain, within)
+    number = _number(offer, scene, float(np.prod(np.maximum(high - low, 0.0))))
+    tree = np.arange(number)
+    share = np.stack([uniform(scene.seed, 0, tree, stream) for stream in (Purpose.TREE_X, Purpose.TREE_Y)], axis=1)
+    plan = low + share * (high - low)
+    diameter = CENTIMETRE * gamma_of(scene.seed, Purpose.TREE_DIAMETER, tree, offer.dbh_mean_cm, offer.dbh_sd_cm)
+    conifers = uniform(scene.seed, 0, tree, Purpose.TREE_KIND) < offer.conifer_share
+    stand = _Stand(plan, diameter, np.full(number, offer.height), np.where(conifers, 0, 1))
+    if within is None:
+        return stand
+    inside = covered(within, in_plan(terrain.frame, np.pad(plan, ((0, 0), (0, 1)))))
+    return _some(stand, inside)
+
+
+def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
+    """Some of T trees (T,)."""
+    return _Stand(stand.plan[chosen], stand.diameter[chosen], stand.height[chosen], stand.kind[chosen])
+
+
+def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
+    """Corners (2,), (2,) m in plan, local, of the box that trees are drawn in."""
+    low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
+    if within is None:
+        return low, high
+    corners = local_plan(terrain.frame, np.reshape(within.bounds, (2, 2)))
+    return np.maximum(low, corners.min(axis=0)), np.minimum(high, corners.max(axis=0))
+
+
+def _number(offer: ForestSpec, scene: Scene, area: float) -> int:
+    """How many trees to draw over an area (m^2) in plan."""
+    stems = (offer.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
+    if stems > MOST_TREES:
+        raise InputError(
+            f"{scene.path}: `effects.forest.stems_per_ha` makes {stems:,.0f} trees, but {MOST_TREES:,} are the most"
+        )
+    return math.floor(stems + 0.5)
+
+
+def _outline(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
+    """Where trees are drawn, in the input's plan coordinates."""
+    key = f"{scene.path}: `effects.forest.within`"
+    try:
+        polygons = read_polygons(offer.within)  # type: ignore[arg-type]
+    except InputError as fault:
+        raise InputError(f"{key} names a file that cannot be used: {fault}") from fault
+    if lies_off(terrain, polygons):
+        raise InputError(f"{key} lies off the terrain: {extents(terrain, np.reshape(polygons.bounds, (2, 2)))}")
+    return polygons

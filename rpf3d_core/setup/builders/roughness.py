@@ -1,0 +1,21 @@
+"""The law of roughness that a scene names."""
+
+import math
+from typing import Any
+
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.offers import loaded
+from rpf3d_core.scene.roughness import RoughnessSpec
+from rpf3d_core.terrain.facets import Terrain
+
+ROCFALL = "rpf3d_core.effects.roughness:RocfallRoughness"
+SPREAD = "rpf3d_core.effects.roughness:SpreadRoughness"
+
+
+def roughness(offer: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
+    """CRSP's law where an amplitude is given, RocFall's where an angle is, with a lateral part where that is given."""
+    if offer.angle_sd_deg is not None and offer.lateral_sd_deg is not None:
+        return loaded(SPREAD)(math.radians(offer.angle_sd_deg), math.radians(offer.lateral_sd_deg))
+    if offer.angle_sd_deg is not None:
+        return loaded(ROCFALL)(math.radians(offer.angle_sd_deg))
+    return offer.physics()(offer.amplitude, offer.deviates)

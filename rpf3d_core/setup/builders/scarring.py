@@ -1,0 +1,48 @@
+"""Soft ground from a scene: the numbers of each zone of its terrain."""
+
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.effects.scarring import Scarring
+from rpf3d_core.errors import SceneError
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.scarring import ScarringSpec
+from rpf3d_core.terrain.facets import Terrain
+
+HARD = {"form_drag": 0.0, "soil_drag": 0.0, "mu_min": 0.0, "mu_max": 0.0}
+"""What makes a zone one that a rock is not braked in."""
+
+
+def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
+    """The effect as the kernels take it.
+
+    Raises
+    ------
+    SceneError
+        A name fits no zone of the terrain, or friction falls as a rock slips; names the key.
+    """
+    for name in offer.zones:
+        if not any(zone == name or fnmatchcase(zone, name) for zone in terrain.zones):
+            raise SceneError(f"{scene.path}: `effects.scarring.zones.{name}` fits no zone of the terrain")
+    rows = [ground_of_zone(offer, zone) for zone in terrain.zones]
+    for zone, row in zip(terrain.zones, rows, strict=True):
+        if row["mu_max"] < row["mu_min"]:
+            found = f"is {row['mu_max']:g} in zone {zone!r}, but must be at least mu_min, {row['mu_min']:g}"
+            raise SceneError(f"{scene.path}: `effects.scarring.mu_max` {found}")
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    drag = columns.pop("form_drag") + columns.pop("soil_drag")
+    return Scarring(drag=drag, **columns)
+
+
+def ground_of_zone(offer: ScarringSpec, zone: str) -> dict[str, Any]:
+    """The numbers of a zone: of its exact name, else of the first pattern that fits, in file order."""
+    everywhere = {name: getattr(offer, name) for name in type(offer).model_fields if name != "zones"}
+    if not offer.zones:
+        return everywhere
+    fitting = [name for name in offer.zones if fnmatchcase(zone, name)]
+    if not fitting:
+        return everywhere | HARD
+    other = offer.zones[zone if zone in offer.zones else fitting[0]]
+    return everywhere | other.model_dump(exclude_none=True)

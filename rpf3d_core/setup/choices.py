@@ -1,0 +1,72 @@
+"""What of a scene is flown: the caller's choices instead of its own, and how many rocks in each round."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Literal
+
+from rpf3d_core.ensemble.releases import share_out
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.model import LARGEST_SEED, Scene
+from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.scene.values import MOST_ROCKS
+from rpf3d_core.setup.cells import FIRST_ROUND
+
+Rocks = int | Literal["auto"] | None
+"""How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
+Round = tuple[Sequence[int], Sequence[int]]
+"""The rocks of one round: of each source from a number to before another."""
+
+
+def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
+    """A scene, read if need be, with what the caller chose instead of what it says; errors as `with_choices`."""
+    return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
+
+
+def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
+    """The scene with what the caller chose instead of what it says; None keeps what it says.
+
+    Raises
+    ------
+    InputError
+        Fewer than one rock or more than MOST_ROCKS, an unknown engine, or a seed out of range.
+    """
+    changes: dict[str, object] = {}
+    wanted = scene.rocks if rocks is None else rocks
+    if wanted == "auto":
+        changes["rocks"] = wanted
+    elif wanted is not None:
+        if not 1 <= wanted <= MOST_ROCKS:
+            raise InputError(f"the number of rocks is {wanted}; it must be from 1 to {MOST_ROCKS}, or auto")
+        shares = share_out([source.rocks for source in scene.sources], wanted)
+        changes["rocks"] = wanted
+        changes["sources"] = tuple(
+            source.model_copy(update={"rocks": n}) for source, n in zip(scene.sources, shares, strict=True)
+        )
+    if engine is not None:
+        if engine not in ("auto", "reference", "compiled"):
+            raise InputError(f"the engine is {engine!r}; it must be auto, reference or compiled")
+        changes["engine"] = engine
+    if seed is not None:
+        if not 0 <= seed <= LARGEST_SEED:
+            raise InputError(f"the seed is {seed}; it must be a whole number from 0 to {LARGEST_SEED}")
+        changes["seed"] = seed
+    return scene.model_copy(update=changes)
+
+
+def rounds_of(scene: Scene, points: Sequence[int]) -> Iterator[Round]:
+    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`.
+
+    points : how many places each source deals its rocks to in turn: the first round reaches all of them, or what it
+        says would be of the first places only
+    """
+    counts = [source.rocks for source in scene.sources]
+    done = [0] * len(counts)
+    if scene.rocks != "auto":
+        yield done, counts
+        return
+    times = max(-(-FIRST_ROUND // sum(counts)), *(-(-p // n) for p, n in zip(points, counts, strict=True) if n))
+    first, most = [n * times for n in counts], scene.target.most_rocks
+    counts = first if sum(first) <= most else share_out(first, most)
+    while sum(counts) <= most:
+        yield done, counts
+        done, counts = counts, [2 * n for n in counts]

@@ -1,0 +1,66 @@
+"""The models and effects that a scene names, made ready for the kernels; nothing else of them is imported."""
+
+from typing import Any
+
+from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
+from rpf3d_core.errors import InputError
+from rpf3d_core.kinetics.rebound import rebound
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.scene.offers import Offer, loaded
+from rpf3d_core.simulation.engines import Models
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.obstacles import Obstacles, all_of
+
+
+def models_of(scene: Scene, terrain: Terrain) -> Models:
+    """The models of a scene over its terrain.
+
+    Raises
+    ------
+    InputError
+        One of them cannot be built there: names the key.
+    """
+    model, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
+    effects = numbered([_built(offer, scene, terrain) for offer in scene.effects.named.values()])
+    if not rebound.has_rule(type(model)):
+        raise InputError(f"{scene.path}: `rebound` names {type(model).__name__}, which has no rule; its file must have "
+                         f"a function decorated with @rebound.rule({type(model).__name__})")  # fmt: skip
+    for effect in effects:
+        if not any(hook.has_rule(type(effect)) for hook in HOOKS):
+            raise InputError(f"{scene.path}: `effects` names {type(effect).__name__}, which has no rule; its file must "
+                             f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
+                             f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
+    return Models(model, ground, chain_of(effects))
+
+
+def models_called(rebound: str, ground: str) -> Models:
+    """Models by name, with all their defaults and no effects; for those that need nothing of a scene."""
+    bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
+    return Models(bouncing.offer.made(), resting.offer.made())
+
+
+def numbered(effects: list[Any]) -> list[Any]:
+    """Effects whose obstacles, where they have some (`first`, `obstacles`), are numbered over all of them together."""
+    known, first = [], 0
+    for effect in effects:
+        if hasattr(effect, "first"):
+            effect, first = effect._replace(first=first), first + effect.obstacles
+        known.append(effect)
+    return known
+
+
+def obstacles_of(scene: Scene, models: Models) -> Obstacles:
+    """What the obstacles of a scene are called and where they stand, in the order of their numbers."""
+    named = zip(scene.effects.named.items(), links_of(models.effects), strict=True)
+    parts = [
+        loaded(offer.OBSTACLES)(name, offer, effect) for (name, offer), effect in named if offer.OBSTACLES is not None
+    ]
+    return all_of(parts)
+
+
+def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:
+    """The parameters of one model or effect, as the class that its rules are registered for."""
+    if offer.BUILDER is not None:
+        return loaded(offer.BUILDER)(offer, scene, terrain)
+    return offer.made()

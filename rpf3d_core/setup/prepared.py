@@ -1,0 +1,282 @@
+"""A scene made ready to fly: terrain read, index built, ground, sources and maps prepared; refused here if at all."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rpf3d_core.detection.bucket_locator import bucket_locator
+from rpf3d_core.ensemble.batches import Flight
+from rpf3d_core.ensemble.flights import FloatArray
+from rpf3d_core.ensemble.fly import choose_engine
+from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, releases_in
+from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
+from rpf3d_core.ensemble.totals import Totals
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.hazard.areas import Areas, areas_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales
+from rpf3d_core.hazard.maps import Raster
+from rpf3d_core.hazard.raster import check_memory, raster_over
+from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_ways
+from rpf3d_core.hazard.tally import BYTES_PER_CELL
+from rpf3d_core.hazard.walks.ground import ground_over
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
+from rpf3d_core.results.observed import position_along
+from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.hazard import asks_ways
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.sphere import SPHERE
+from rpf3d_core.scene.zone_materials import check_materials, material_of
+from rpf3d_core.setup.areas import area_outlines, read_areas
+from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
+from rpf3d_core.setup.cells import least_cell
+from rpf3d_core.setup.named import models_of, obstacles_of
+from rpf3d_core.setup.sources import read_source_files, rock_of, scene_sources
+from rpf3d_core.setup.terrain import read_terrain
+from rpf3d_core.simulation.capped import engine_over
+from rpf3d_core.simulation.engines import Compiled, Engine, spins_of, stepping
+from rpf3d_core.simulation.settings import Settings
+from rpf3d_core.terrain.facets import Terrain, facets_of
+from rpf3d_core.terrain.mesh.faults import FaultReport
+from rpf3d_core.terrain.obstacles import Obstacles
+from rpf3d_core.values import Rock, Vec
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Everything that flying a scene takes.
+
+    read_s : wall seconds to read and check the terrain; index_s : to build the engine's index over it
+    began : when it all began, `time.perf_counter()`
+    """
+
+    scene: Scene
+    terrain: Terrain
+    faults: FaultReport
+    engine: Engine
+    flight: Flight
+    sources: Sequence[Source]
+    rock: Rock | DrawnRock
+    raster: Raster
+    areas: Areas
+    area_names: tuple[str, ...]
+    read_s: float
+    index_s: float
+    began: float
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """What the obstacles of the scene are called and where they stand."""
+        return obstacles_of(self.scene, self.flight.models)
+
+
+def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
+    """Read everything that a scene names and build what flying takes.
+
+    wait : called before the index is built
+
+    Raises
+    ------
+    InputError
+        One of the scene's files, its sources or its maps is refused; says which, and what would be right.
+    """
+    began = time.perf_counter()
+    check_engine(scene)
+    read_companions(scene)
+    terrain, faults = read_terrain(scene)
+    flight = scene_flight(scene, terrain)
+    sources = scene_sources(scene, terrain)
+    raster = scene_raster(scene, terrain, sources=sources)
+    outlines = area_outlines(scene, terrain)
+    read_s = time.perf_counter() - began
+    if wait:
+        wait()
+    engine = build_engine(scene, terrain)
+    index_s = time.perf_counter() - began - read_s
+    return Prepared(
+        scene, terrain, faults, engine, flight, sources, rock_of(scene.rock), raster, areas_of(outlines),
+        tuple(outlines), read_s, index_s, began,
+    )  # fmt: skip
+
+
+def read_companions(scene: Scene) -> None:
+    """Read the small files that a scene names, so that a damaged one is refused before a large mesh is read and flown.
+
+    Raises
+    ------
+    InputError
+        A file of points or polygons is damaged; names it.
+    """
+    read_source_files(scene)
+    read_areas(scene)
+    if scene.observed is not None:
+        read_points(scene.observed.points_file, scene.terrain.up)
+
+
+def check_engine(scene: Scene) -> None:
+    """Refuse an engine that is not there.
+
+    Raises
+    ------
+    InputError
+        The compiled engine is asked for and numba is not installed.
+    """
+    if scene.engine == Compiled.name and not HAS_NUMBA:
+        raise InputError(f"{scene.path}: engine {scene.engine!r} cannot be used: numba is not installed")
+
+
+def engine_for(scene: Scene, rocks: int) -> str:
+    """The name of the engine that flies so many rocks of a scene."""
+    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == SPHERE)
+
+
+def engine_name(scene: Scene) -> str:
+    """The name of the engine that flies the rocks of a scene."""
+    rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
+    return engine_for(scene, rocks)
+
+
+def build_engine(scene: Scene, terrain: Terrain) -> Engine:
+    """The scene's engine, with its index over the terrain, and the method that the scene names."""
+    engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
+    return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
+
+
+def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
+    """Materials by zone, settings and models of a scene.
+
+    Raises
+    ------
+    InputError
+        A zone of the terrain has no material, or a material no zone.
+    """
+    surfaces = [_surface(scene, zone) for zone in terrain.zones]
+    check_materials(scene, terrain.zones)
+    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts, scene.seed)
+    return Flight(drawn_materials(surfaces), settings, models_of(scene, terrain))
+
+
+def _surface(scene: Scene, zone: str) -> DrawnSurface:
+    """The ground of one zone."""
+    material = material_of(scene, zone)
+    return DrawnSurface(
+        R_n=distribution_of(material.normal_restitution),
+        R_t=distribution_of(material.tangential_restitution),
+        friction_angle=distribution_of(material.friction_angle_deg),
+        stop_speed=scene.stop_speed if material.stop_speed is None else material.stop_speed,
+        per_impact=material.draw == "per_impact",
+        rolling_friction=distribution_of(material.rolling_friction or 0.0),
+    )
+
+
+def scene_raster(
+    scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None, sources: Sequence[Source] = ()
+) -> Raster:
+    """The raster of the scene's maps.
+
+    Parameters
+    ----------
+    box : corners of the terrain's box where they are known already, m
+    sources : whose rocks are to fill the cells where the scene gives no cell; none where they are not known beforehand
+
+    Raises
+    ------
+    InputError
+        Its maps would need more memory than the scene allows.
+    """
+    least = 0.0 if scene.hazard.cell is not None else least_cell(scene, terrain, sources)
+    raster = raster_over(terrain, scene.hazard.cell, box, least)
+    try:
+        check_memory(raster, len(terrain.triangles), scene.hazard.memory_gb, BYTES_PER_CELL)
+    except InputError as fault:
+        raise InputError(f"{scene.path}: {fault}") from fault
+    return raster
+
+
+def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
+    """The releases of the rocks of each source whose numbers stand in its range.
+
+    Raises
+    ------
+    InputError
+        A source is off the terrain; names the scene, the source and the position.
+    """
+    scene, frame = prepared.scene, prepared.terrain.frame
+    try:
+        return releases_in(prepared.sources, ranges, prepared.rock, scene.seed, prepared.engine, frame)
+    except InputError as fault:
+        raise InputError(f"{scene.path}: {fault}") from fault
+
+
+def places_of(prepared: Prepared) -> list[int]:
+    """How many places each source deals its rocks to in turn; 1 for one that draws them."""
+    drawn = [source.line or source.patches is not None for source in prepared.sources]
+    return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
+
+
+def check_releases(prepared: Prepared, releases: Releases) -> None:
+    """Refuse rocks that start under the ground or beside the terrain.
+
+    Raises
+    ------
+    InputError
+        Names the scene, the source, the rock and its position.
+    """
+    names = [source.name for source in prepared.sources]
+    try:
+        check_above_ground(releases, names, prepared.engine, prepared.terrain.frame)
+    except InputError as fault:
+        raise InputError(f"{prepared.scene.path}: {fault}") from fault
+
+
+def empty_tallies(prepared: Prepared) -> Tallies:
+    """Tallies over the scene with nothing counted yet."""
+    scene, engine = prepared.scene, prepared.engine
+    compiled = isinstance(engine, Compiled)
+    facets = engine.facets if compiled else facets_of(prepared.terrain)
+    locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(facets)
+    ground = ground_over(facets, locator, prepared.raster)
+    zones = len(prepared.terrain.zones)
+    limit = memory_of_bins(scene, prepared.raster, facets)
+    scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
+    tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
+    tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
+    tallies = replace(tallies, spins=spins_of(prepared.flight.models))
+    return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
+
+
+def _scales(prepared: Prepared, per_octave: int) -> Scales:
+    """Scales that hold whatever the scene can produce; a function of the scene alone, so that parts can be merged."""
+    facets, sources = prepared.engine.facets, prepared.sources
+    fastest = max((_fastest(source) for source in sources), default=0.0)
+    highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
+    masses, spins = mass_range(prepared.rock), spins_of(prepared.flight.models)
+    return scales_over(facets, prepared.scene.gravity, fastest, highest, masses, per_octave, spins)
+
+
+def _highest(source: Source, top: float) -> float:
+    """No rock of a source is released higher than this (m), over a terrain that reaches up to `top` (m)."""
+    above = source.spread[2] + (source.above_ground or 0.0)
+    on_ground = source.above_ground is not None or source.patches is not None
+    return (top if on_ground else float(source.points[:, 2].max())) + above
+
+
+def _fastest(source: Source) -> float:
+    """No rock of a source is released faster than this (m/s)."""
+    if source.throw is not None:
+        return source.throw.speed.high
+    return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
+
+
+def empty_totals(prepared: Prepared) -> Totals:
+    """Return totals over a scene's rocks with nothing gathered yet."""
+    return Totals(position_of_stops(prepared), spins=spins_of(prepared.flight.models))
+
+
+def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
+    """Where points lie along the direction of the scene's observed stops; None if it has none."""
+    observed = prepared.scene.observed
+    return None if observed is None else position_along(observed, prepared.terrain.frame)

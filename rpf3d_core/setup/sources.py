@@ -1,0 +1,177 @@
+"""The sources and rocks of a scene as the ensemble releases them: in the terrain's local frame, angles in radians."""
+
+import math
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from shapely.geometry import MultiPolygon
+
+from rpf3d_core.ensemble.patches import Patches, patches_of
+from rpf3d_core.ensemble.releases import Source
+from rpf3d_core.ensemble.sizes import DrawnRock
+from rpf3d_core.ensemble.throws import Throw
+from rpf3d_core.errors import InputError
+from rpf3d_core.formats.points import read_points
+from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
+from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.releases import RockSpec, SourceSpec
+from rpf3d_core.setup.coverage import extents
+from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
+from rpf3d_core.values import Rock, Vec
+
+NO_POINTS = np.empty((0, 3))
+
+
+def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
+    """The sources of a scene, in its order; one that is dealt no rock keeps its place, and with it every draw.
+
+    Raises
+    ------
+    InputError
+        A file is damaged, a polygon lies off the terrain, or a zone has no such facet; names the key and what there is.
+    """
+    return [_source(scene, number, terrain) for number in range(len(scene.sources))]
+
+
+def read_source_files(scene: Scene) -> None:
+    """Read the files that sources name, for what is wrong with them.
+
+    Raises
+    ------
+    InputError
+        A file of points or polygons is damaged; names it.
+    """
+    for number, spec in enumerate(scene.sources):
+        if spec.points_file:
+            source_points(spec, scene.terrain.up)
+        elif spec.polygon:
+            source_outline(scene, number)
+
+
+def source_points(spec: SourceSpec, up: Up) -> FloatArray:
+    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
+
+    Raises
+    ------
+    InputError
+        As `read_points`.
+    """
+    return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)
+
+
+def rock_of(spec: RockSpec) -> Rock | DrawnRock:
+    """A rock from its density and its diameter, mass or volume: a sphere; drawn where that is a distribution."""
+    measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
+    size = getattr(spec, measure)
+    if not isinstance(size, float):
+        return DrawnRock(spec.density, measure, distribution_of(size))
+    if measure == "diameter":
+        radius = 0.5 * size
+        return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
+    mass = size if measure == "mass" else spec.density * size
+    return Rock(mass, (3.0 * mass / (4.0 * math.pi * spec.density)) ** (1.0 / 3.0))
+
+
+def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
+    """One source in the local frame."""
+    spec, frame = scene.sources[number], terrain.frame
+    return Source(
+        name=spec.name,
+        points=_points(spec, frame),
+        rocks=spec.rocks,
+        velocity=_vector(frame.directions_to_local(spec.velocity)),
+        line=spec.line is not None,
+        spread=_vector(np.abs(frame.directions_to_local(spec.spread))),
+        velocity_spread=_vector(np.abs(frame.directions_to_local(spec.velocity_spread))),
+        above_ground=spec.above_ground,
+        patches=_patches(scene, number, terrain),
+        throw=_throw(spec),
+    )
+
+
+def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
+    """The points (P, 3) m of a source, local; none of an area."""
+    if spec.points_file:
+        return frame.points_to_local(source_points(spec, frame.up))
+    written = spec.points or spec.line
+    return frame.points_to_local(np.array(written, dtype=float)) if written else NO_POINTS
+
+
+def _throw(spec: SourceSpec) -> Throw | None:
+    """Speed and direction, where the source gives them instead of a velocity."""
+    if spec.speed is None:
+        return None
+    angles = (spec.azimuth_deg, spec.elevation_deg, spec.spread_deg)
+    return Throw(distribution_of(spec.speed), *(math.radians(angle or 0.0) for angle in angles))
+
+
+def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
+    """The surface that a source's rocks fall from, if it is an area."""
+    spec = scene.sources[number]
+    if spec.polygon is not None:
+        return _within_polygon(scene, number, terrain)
+    return _steep_facets(scene, number, terrain) if spec.zone is not None else None
+
+
+def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> Patches:
+    """The parts of facets within a source's polygon."""
+    plan = plan_triangles(source_outline(scene, number))
+    parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
+    if not len(parts):
+        raise _refused(scene, number, "polygon", f"lies off the terrain: {extents(terrain, plan)}")
+    return patches_of(parts)
+
+
+def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
+    """The facets of a source's zone that are steep enough."""
+    spec = scene.sources[number]
+    pattern, least = spec.zone or "", spec.steeper_than_deg
+    fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
+    corners = terrain.vertices[terrain.triangles[fits[terrain.zone]]]
+    if not len(corners):
+        raise _refused(scene, number, "zone", f"is {pattern!r}, but the zones are {', '.join(terrain.zones)}")
+    corners = corners[areas_of(corners) > 0.0]
+    slopes = _slopes(corners)
+    if least is not None and not (slopes > least).any():
+        steepest = f"the steepest facet of {pattern!r} has {slopes.max(initial=0.0):.1f} degrees"
+        raise _refused(scene, number, "steeper_than_deg", f"is {least:g}, but {steepest}")
+    return patches_of(corners if least is None else corners[slopes > least])
+
+
+def _slopes(corners: FloatArray) -> FloatArray:
+    """Slopes (F,) of facets (F, 3, 3), degrees from the horizontal; an overhang has more than 90."""
+    x, y, z = normals_of(corners).T
+    return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
+
+
+def source_outline(scene: Scene, number: int) -> MultiPolygon:
+    """The polygons of a source that has some, in the input's plan coordinates.
+
+    Raises
+    ------
+    InputError
+        Their file is damaged; names the key.
+    """
+    polygon = scene.sources[number].polygon
+    if isinstance(polygon, tuple):
+        return polygon_of(polygon)
+    try:
+        return read_polygons(polygon)  # type: ignore[arg-type]
+    except InputError as fault:
+        raise _refused(scene, number, "polygon", f"names a file that cannot be used: {fault}") from fault
+
+
+def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
+    """A refusal of one key of a source."""
+    return InputError(f"{scene.path}: `sources[{number}].{key}` {sentence}")
+
+
+def _vector(values: Any) -> Vec:
+    """Three floats as a tuple; a zero without a sign."""
+    x, y, z = (float(value) + 0.0 for value in values)
+    return x, y, z

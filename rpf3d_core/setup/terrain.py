@@ -1,0 +1,146 @@
+"""Reading a scene's terrain: files or a synthetic pit in, a welded and consistently wound mesh and its faults out."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
+from rpf3d_core.formats.meshes import MESH_READERS
+from rpf3d_core.formats.polygons import read_polygons
+from rpf3d_core.formats.surface import Surface, facet_count, usable
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.terrain import TerrainSpec
+from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
+from rpf3d_core.terrain.mesh.edges import Index, edges_of
+from rpf3d_core.terrain.mesh.faults import FaultReport, fault_report
+from rpf3d_core.terrain.mesh.welding import weld
+from rpf3d_core.terrain.mesh.winding import repair_winding
+from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL
+from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
+from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
+
+BLOCK = 2**14
+"""Points that are turned at a time: they stay in the cache."""
+
+
+def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
+    """The terrain of a scene, ready to fly over, and what was found and repaired on the way.
+
+    Files are read in order, turned z up, moved to a local origin of whole metres and welded; facets keep their order,
+    faulty ones included, so facet f of the run is facet f of the files, but for those that berms cut: the first part
+    of each keeps its number, and the others come after all. Zones drawn as polygons come on top, later ones winning;
+    a berm stays a zone of its own.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, damaged, of unknown kind or empty, no facet has an area, or a polygon covers no facet; it
+        names the file.
+    """
+    raw, files = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
+    raw = with_berms(raw, scene)
+    edges = edges_of(raw.triangles, len(raw.vertices))
+    winding = repair_winding(raw.vertices, raw.triangles, edges)
+    terrain = with_zones_of_berms(_with_drawn_zones(replace(raw, triangles=winding.triangles), scene), raw)
+    report = fault_report(terrain, winding, edges, files)
+    if report.zero_area_facets == report.triangles:
+        raise TerrainError(f"{', '.join(str(file.path) for file in scene.terrain.files or ())}: {NO_AREA_AT_ALL}")
+    return terrain, report
+
+
+def read_surface(path: Path) -> Surface:
+    """The triangles of one terrain file and the points that they have, as they are, checked.
+
+    Raises
+    ------
+    TerrainError
+        If the file is missing, empty, damaged, of unknown kind, or has facets with vertices that are not finite.
+    """
+    extension = _extension(path)
+    reader = MESH_READERS.get(extension, read_dem if extension in DEM_EXTENSIONS else None)
+    if reader is None:
+        known = ", ".join([*MESH_READERS, *DEM_EXTENSIONS])
+        raise TerrainError(f"{path}: {extension or 'no extension'} is no known terrain format; known are {known}")
+    try:
+        if path.stat().st_size == 0:
+            raise TerrainError(f"{path}: is empty")
+        surface = reader(path)
+    except OSError as fault:
+        raise TerrainError(f"{path}: cannot be read ({fault.strerror or fault})") from fault
+    return usable(path, surface)
+
+
+def _extension(path: Path) -> str:
+    name = path.name.lower()
+    return ".asc.gz" if name.endswith(".asc.gz") else path.suffix.lower()
+
+
+def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...]]:
+    return pit_terrain(pit), ("synthetic pit",)
+
+
+def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
+    """The files of a scene as one welded mesh, wound as they were."""
+    files = spec.files or ()
+    for file in files:
+        if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
+            raise TerrainError(f"{file.path}: the heights of a grid are z, so it cannot be read with `up: {spec.up}`")
+    surfaces = [read_surface(file.path) for file in files]
+    zones = tuple(dict.fromkeys(file.zone for file in files))
+    counts = [facet_count(surface) for surface in surfaces]
+    zone = np.repeat(np.array([zones.index(file.zone) for file in files], np.int32), counts)
+    points, frame = _local_points([surface.points for surface in surfaces], spec.up)
+    corners = _corners(surfaces)
+    del surfaces
+    vertices, index = weld(points, spec.weld)
+    triangles = (index if corners is None else index[corners]).reshape(-1, 3)
+    return Terrain(vertices, triangles, zone, zones, frame), tuple(file.path.name for file in files)
+
+
+def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
+    """All points (N, 3) m in one local frame whose origin is the centre of their box, to whole metres."""
+    low = np.min([[column.min() for column in part.T] for part in parts], axis=0)
+    high = np.max([[column.max() for column in part.T] for part in parts], axis=0)
+    x, y, z = np.round(Frame(up=up).directions_to_local(0.5 * low + 0.5 * high)).tolist()
+    frame = Frame((x + 0.0, y + 0.0, z + 0.0), up)
+    points = np.empty((3, sum(len(part) for part in parts))).T
+    begin = 0
+    for part in parts:
+        for row in range(0, len(part), BLOCK):
+            block = frame.points_to_local(part[row : row + BLOCK])
+            points[begin + row : begin + row + len(block)] = block
+        begin += len(part)
+    return points, frame
+
+
+def _corners(surfaces: list[Surface]) -> Index | None:
+    """The points (F, 3) at the corners of all facets; None if every facet has three points of its own."""
+    if all(surface.triangles is None for surface in surfaces):
+        return None
+    parts, begin = [], 0
+    for surface in surfaces:
+        own = surface.triangles
+        if own is None:
+            own = np.arange(len(surface.points), dtype=np.int32).reshape(-1, 3)
+        parts.append(own + np.int32(begin))
+        begin += len(surface.points)
+    return np.concatenate(parts)
+
+
+def _with_drawn_zones(terrain: Terrain, scene: Scene) -> Terrain:
+    if not scene.zones:
+        return terrain
+    plan = centroids_in_plan(terrain)
+    for spec in scene.zones:
+        facets = covered(read_polygons(spec.polygons), plan)
+        if not facets.any():
+            raise TerrainError(
+                f"{spec.polygons}: the polygons of zone {spec.zone!r} cover no facet; they must be in the plan "
+                "coordinates of the terrain's own input (x y, or x z where y is up)"
+            )
+        terrain = with_zone(terrain, spec.zone, facets)
+    return terrain

@@ -1,0 +1,79 @@
+"""What a scene says that is allowed and hardly meant."""
+
+from collections.abc import Iterator
+
+from rpf3d_core.ensemble.sizes import mass_range
+from rpf3d_core.scene.draws import distribution_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.sphere import SPHERE_GROUND
+from rpf3d_core.setup.sources import rock_of
+
+LEAST_FRICTION = 1.0
+"""Degrees; ice on ice has 2: below this an angle in radians, or its tangent, stands where degrees should."""
+LEAST_STEM = 2.0
+"""Centimetres; a stem this thin stops no rock: below this a diameter in metres stands where centimetres should."""
+LEAST_DENSITY = 100.0
+"""kg/m^3; pumice has 250: below this a density in t/m^3 stands where kg/m^3 should."""
+LEAST_TERMINAL_SPEED = 1.0
+"""m/s; a rock that sinks more slowly takes half a minute through a layer of 30 m: it floats."""
+
+
+def warnings_of(scene: Scene) -> Iterator[str]:
+    """A sentence for each thing that is likely to be a slip: a unit, or a key without effect."""
+    if scene.rock.density < LEAST_DENSITY:
+        yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
+    for name, material in scene.materials.items():
+        friction = distribution_of(material.friction_angle_deg).high
+        if scene.ground.name != "none" and friction < LEAST_FRICTION:
+            yield f"`materials.{name}.friction_angle_deg` is {friction:g} degrees; is it in radians, or a tangent?"
+    forest = scene.effects.forest
+    if forest is not None and forest.stems_per_ha and forest.dbh_mean_cm < LEAST_STEM:
+        yield f"`effects.forest.dbh_mean_cm` is {forest.dbh_mean_cm:g} cm; is it in metres?"
+    if scene.effects.fragmentation is not None:
+        yield (
+            "`effects.fragmentation` is unconfirmed: neither its least_ratio nor the sizes of its pieces were compared "
+            "with measured fragments; compare them with those of your site"
+        )
+    yield from _rolling(scene)
+    if scene.rebound.name == "coulomb_limited" and scene.ground.name == "none":
+        yield (
+            "`rebound: coulomb_limited` leaves a rock its speed along the ground when its bounces die out, and "
+            "`ground: none` carries no rock on: it ends as unresolved_contact if it is faster than stop_speed; name "
+            "`ground: sliding`"
+        )
+    yield from _floating(scene)
+    if "target" in scene.model_fields_set and scene.rocks != "auto":
+        yield "`target` has no effect, for `rocks` is not auto"
+
+
+def _rolling(scene: Scene) -> Iterator[str]:
+    """A sentence for each material without rolling friction where a sphere rolls."""
+    if scene.ground.name != SPHERE_GROUND:
+        return
+    for name, material in scene.materials.items():
+        given = material.rolling_friction
+        if given is None or distribution_of(given).high <= 0.0:
+            yield (
+                f"`materials.{name}.rolling_friction` is {'not given and taken as 0' if given is None else 0}: a "
+                "sphere loses no spin at impacts there and does not stop on level ground, so it rolls through the "
+                "pit; give a rolling friction (-), the tangent of the slope that just keeps a rock rolling"
+            )
+
+
+def _floating(scene: Scene) -> Iterator[str]:
+    """A sentence where the drag layer lets the lightest rock, or fragment, sink at less than LEAST_TERMINAL_SPEED."""
+    layer, breaking = scene.effects.drag_layer, scene.effects.fragmentation
+    if layer is None or layer.coefficient == 0.0:
+        return
+    from rpf3d_core.effects.drag_layer import terminal_speed
+
+    rock, mass = "rock", mass_range(rock_of(scene.rock))[0]
+    if breaking is not None and (fragment := breaking.least_volume * scene.rock.density) < mass:
+        rock, mass = "fragment", fragment
+    speed = terminal_speed(layer.coefficient, mass, scene.gravity)
+    if speed < LEAST_TERMINAL_SPEED:
+        yield (
+            f"`effects.drag_layer` lets the lightest {rock} ({mass:.3g} kg) sink at no more than {speed:.2g} m/s, "
+            f"below {LEAST_TERMINAL_SPEED:g} m/s: it floats and may end as max_impacts; lower `coefficient` "
+            f"({layer.coefficient:g} kg/s is that of heavier rocks) or leave light rocks out"
+        )

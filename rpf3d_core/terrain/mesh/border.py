@@ -1,0 +1,118 @@
+"""The border of a mesh: the sides of facets that no neighbour runs back along.
+
+Seen from the free side, the terrain lies to the left of each side. The sides of a whole mesh form closed rings:
+counter-clockwise around a component, clockwise around a hole.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.jit.memory import Memory, fresh
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+
+Corners = NDArray[np.integer[Any]]
+
+
+def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh) -> FloatArray:
+    """Return the border sides (B, 3, 3) m: begin, end and third corner of their facet.
+
+    A side counts as often as facets run along it more than back along it: an edge between two facets, and one between
+    two facets and two duplicates of them, do not count. Facets with two corners on one vertex have no sides.
+
+    Parameters
+    ----------
+    vertices : (V, 3) m
+    triangles : (F, 3), wound alike
+    """
+    triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+    balance = memory("border_balance", len(vertices), np.int64)
+    balance[:] = 0
+    _weigh_sides(triangles, _marks(len(vertices)), balance)
+    count = _sides_between(triangles, balance, np.empty((0, 3), np.int32))
+    sides = np.empty((count, 3), np.int32)
+    _sides_between(triangles, balance, sides)
+    return np.asarray(vertices[sides[left_over(sides[:, :2])]])
+
+
+def net_sides(gone: Corners, came: Corners) -> Corners:
+    """Return the sides (N, 3) that a border gains where triangles (G, 3) go and triangles (C, 3) come.
+
+    A side of the border that has a neighbour afterwards stands there running backwards (`border_after`). The third
+    corner of a side that a triangle left behind is that of the triangle which went.
+    """
+    triangles = np.concatenate([gone[:, [0, 2, 1]], came]).astype(np.int64)
+    sides = np.concatenate([triangles[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
+    return np.asarray(sides[left_over(sides[:, :2])])
+
+
+def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
+    """Return the border (B, 3, 3) m that has gained sides (N, 3, 3) m: sides that run back along each other cancel out.
+
+    Vertices are told apart by their coordinates, so those that stay must keep every bit.
+    """
+    sides = np.concatenate([border, gained])
+    ends = np.ascontiguousarray(sides[:, :2]).reshape(-1, 3) + 0.0  # -0.0 and 0.0 are one coordinate
+    number = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    kept = np.flatnonzero(left_over(number))
+    return np.asarray(sides[kept])
+
+
+def left_over(number: Corners) -> NDArray[np.bool_]:
+    """Return which sides (N, 2), given by the numbers of their ends, are left where opposite sides cancel out: (N,)."""
+    low, high = number.min(axis=1).astype(np.int64), number.max(axis=1).astype(np.int64)
+    up = number[:, 0] < number[:, 1]
+    edge = np.unique(low * (int(high.max(initial=0)) + 1) + high, return_inverse=True)[1]
+    net = np.bincount(edge[up], minlength=edge.max(initial=-1) + 1) - np.bincount(
+        edge[~up], minlength=edge.max(initial=-1) + 1
+    )
+    wanted = np.where(up, net[edge], -net[edge])
+    order = np.lexsort((~up, edge))  # sides of one edge and direction lie together
+    runs = np.concatenate([[True], (np.diff(edge[order]) != 0) | (np.diff(up[order].astype(np.int8)) != 0)])
+    place = np.arange(len(order)) - np.maximum.accumulate(np.where(runs, np.arange(len(order)), 0))
+    kept = np.zeros(len(number), dtype=bool)
+    kept[order] = place < wanted[order]
+    return np.asarray(kept & (number[:, 0] != number[:, 1]))
+
+
+def _marks(vertices: int) -> NDArray[np.int64]:
+    """Return a number of 43 bits for each vertex, so scattered that sums of them hardly ever agree by chance.
+
+    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of them add up to less than 2^63.
+    """
+    z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray((z ^ (z >> np.uint64(31))) >> np.uint64(21)).astype(np.int64)
+
+
+@loop
+def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
+    """Add up at each vertex the marks of the vertices that sides run to, less those that sides come from.
+
+    It is 0 where every side runs back, so a vertex with another balance lies on the border.
+    """
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if a != b and b != c and c != a:
+            balance[a] += marks[b] - marks[c]
+            balance[b] += marks[c] - marks[a]
+            balance[c] += marks[a] - marks[b]
+
+
+@loop
+def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
+    """Return how many sides run between two vertices out of balance; write as many as `sides` (N, 3) has rows."""
+    count = 0
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if a != b and b != c and c != a:
+            for v, w, u in ((a, b, c), (b, c, a), (c, a, b)):
+                if balance[v] != 0 and balance[w] != 0:
+                    if count < len(sides):
+                        sides[count, 0], sides[count, 1], sides[count, 2] = v, w, u
+                    count += 1
+    return count

@@ -1,0 +1,53 @@
+"""Connected components of a graph given as pairs."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.jit.dispatch import loop
+
+Index = NDArray[np.int32]
+
+
+def components(count: int, a: Index, b: Index) -> Index:
+    """The smallest node that each node is connected to; it does not depend on the order of the pairs.
+
+    Parameters
+    ----------
+    count : int
+        Number of nodes.
+    a, b : (P,) int
+        Pairs of connected nodes.
+
+    Returns
+    -------
+    (count,) int
+        For each node the smallest node of its component.
+    """
+    above: Index = np.arange(count, dtype=np.int32)
+    _join(above, np.ascontiguousarray(a, dtype=np.int32), np.ascontiguousarray(b, dtype=np.int32))
+    return above
+
+
+@loop
+def _join(above: Any, a: Any, b: Any) -> None:
+    """Hang the larger root of each pair under the smaller, then every node under its root.
+
+    Halving the way up at every look keeps it short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node hangs under a
+    smaller one always, so that in rising order all above it hang under their roots already.
+    """
+    for p in range(len(a)):
+        i, j = a[p], b[p]
+        while above[i] != i:
+            above[i] = above[above[i]]
+            i = above[i]
+        while above[j] != j:
+            above[j] = above[above[j]]
+            j = above[j]
+        if i < j:
+            above[j] = i
+        else:
+            above[i] = j
+    for i in range(len(above)):
+        above[i] = above[above[i]]

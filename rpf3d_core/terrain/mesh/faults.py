@@ -1,0 +1,194 @@
+"""The fault report: what a mesh holds, what is wrong with it, and what was repaired."""
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, collapsed
+from rpf3d_core.terrain.mesh.winding import Winding
+from rpf3d_core.terrain.mesh.zero_area import without_area
+from rpf3d_core.values import Vec
+
+
+@dataclass(frozen=True)
+class FaultReport:
+    """What a terrain's mesh holds and what is wrong with it; lengths in m, areas in m^2.
+
+    files : where the mesh came from
+    triangles, vertices, edges : counts, after welding
+    area, area_by_zone : of all facets, and of each zone's
+    pieces : parts that no edge connects
+    boundary_edges : edges of one facet; holes : closed rings of them, besides one outer ring for each piece (rings
+        that touch at a vertex count as one)
+    non_manifold_edges : edges of three facets or more
+    zero_area_facets, duplicate_facets : counts; they are kept, so facet ids are those of the files
+    flipped_facets : facets that were turned over to look towards the free side
+    one_sided_pieces : pieces without two sides, left as they were
+    low, high : corners of the bounding box in the input's own coordinates
+    steepest_deg : the largest angle of a facet from the horizontal; above 90 it overhangs
+    median_edge : median length of an edge
+    """
+
+    files: tuple[str, ...]
+    triangles: int
+    vertices: int
+    edges: int
+    area: float
+    area_by_zone: dict[str, float]
+    pieces: int
+    boundary_edges: int
+    holes: int
+    non_manifold_edges: int
+    zero_area_facets: int
+    duplicate_facets: int
+    flipped_facets: int
+    one_sided_pieces: int
+    low: Vec
+    high: Vec
+    steepest_deg: float
+    median_edge: float
+
+    @property
+    def repaired(self) -> bool:
+        """Whether anything was changed on the way in."""
+        return self.flipped_facets > 0
+
+    def describe(self) -> list[str]:
+        """The report as lines for people."""
+        span = "  ".join(f"{n} {a:.1f} .. {b:.1f}" for n, a, b in zip("xyz", self.low, self.high, strict=True))
+        zones = ", ".join(f"{zone} {area:,.0f}" for zone, area in _folded(self.area_by_zone).items())
+        return [
+            f"files               {', '.join(self.files)}",
+            f"triangles           {self.triangles:,} ({self.vertices:,} vertices, {self.edges:,} edges)",
+            f"area                {self.area:,.0f} m2 ({zones})",
+            f"extent              {span} m",
+            f"median edge         {self.median_edge:.2f} m, steepest facet {self.steepest_deg:.0f} degrees",
+            f"pieces              {self.pieces:,} (one-sided {self.one_sided_pieces:,})",
+            f"boundary edges      {self.boundary_edges:,} (holes {self.holes:,})",
+            f"non-manifold edges  {self.non_manifold_edges:,}",
+            f"zero-area facets    {self.zero_area_facets:,}",
+            f"duplicate facets    {self.duplicate_facets:,}",
+            f"flipped facets      {self.flipped_facets:,}",
+        ]
+
+
+def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
+    """Areas by zone; zones that differ only in a number at the end are one, in place of their first."""
+    families: dict[str, list[str]] = {}
+    for zone in area_by_zone:
+        families.setdefault(re.sub(r"\d+$", "*", zone), []).append(zone)
+    return {
+        f"{family} ({len(zones)} zones)" if len(zones) > 1 else zones[0]: sum(area_by_zone[zone] for zone in zones)
+        for family, zones in families.items()
+    }
+
+
+def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[str, ...]) -> FaultReport:
+    """Inspect a terrain whose winding was repaired.
+
+    The edges may be those from before the repair, which changes only their `down`, which is not asked for here.
+    """
+    area = np.sqrt(np.einsum("ij,ij->i", winding.areas, winding.areas))
+    flat = without_area(terrain.vertices, terrain.triangles, winding.areas)
+    by_zone = np.bincount(terrain.zone, area, len(terrain.zones))
+    low, high = _extent(terrain)
+    boundary = edges.uses == 1
+    whole = _pieces(winding.piece, edges)
+    return FaultReport(
+        files=files,
+        triangles=len(terrain.triangles),
+        vertices=len(terrain.vertices),
+        edges=len(edges.low),
+        area=float(area.sum()),
+        area_by_zone={zone: float(a) for zone, a in zip(terrain.zones, by_zone, strict=True)},
+        pieces=len(np.unique(whole[~collapsed(terrain.triangles)])),
+        boundary_edges=int(boundary.sum()),
+        holes=_holes(len(terrain.vertices), edges, boundary, whole),
+        non_manifold_edges=int((edges.uses > 2).sum()),
+        zero_area_facets=int(flat.sum()),
+        duplicate_facets=_duplicates(terrain.triangles, len(terrain.vertices)),
+        flipped_facets=int(winding.flipped.sum()),
+        one_sided_pieces=winding.one_sided,
+        low=low,
+        high=high,
+        steepest_deg=_steepest(winding.areas, area, flat),
+        median_edge=_median_edge(terrain.vertices, edges),
+    )
+
+
+def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
+    """Corners of the bounding box in the input's coordinates."""
+    local = [[column.min() for column in terrain.vertices.T], [column.max() for column in terrain.vertices.T]]
+    corners = terrain.frame.points_to_input(local)
+    (x, y, z), (u, v, w) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return (x, y, z), (u, v, w)
+
+
+def _pieces(piece: Index, edges: Edges) -> Index:
+    """(F,) pieces connected across edges of any number of facets, from those across edges shared by two."""
+    crowded = np.repeat(edges.uses > 2, edges.uses)
+    if not crowded.any():
+        return piece
+    hub = piece[edges.facet[np.repeat(edges.start, edges.uses)[crowded]]]
+    return components(len(piece), piece[edges.facet[crowded]], hub)[piece]
+
+
+def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
+    """Rings of boundary edges, less one for each piece that has any."""
+    ring = components(vertices, edges.low[boundary], edges.high[boundary])[edges.low[boundary]]
+    owner = piece[edges.facet[edges.start[boundary]]]
+    rings = np.unique(np.stack([owner, ring], axis=1), axis=0)
+    return len(rings) - len(np.unique(owner))
+
+
+def _duplicates(triangles: Index, vertices: int) -> int:
+    """Number of facets on the same three vertices as an earlier one, collapsed ones apart."""
+    corners = triangles[~collapsed(triangles)]
+    mark = _marks(vertices)
+    marks = mark[corners[:, 0]] + mark[corners[:, 1]] + mark[corners[:, 2]]
+    values = np.sort(marks)
+    repeated = values[1:][values[1:] == values[:-1]]
+    suspects = np.sort(corners[np.isin(marks, repeated)] if len(repeated) else corners[:0], axis=1)
+    return len(suspects) - len(np.unique(suspects, axis=0))
+
+
+def _marks(vertices: int) -> NDArray[np.uint64]:
+    """A 64-bit number for each vertex, scattered so that the sums of different threes hardly ever meet.
+
+    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
+    """
+    z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.asarray(z ^ (z >> np.uint64(31)))
+
+
+def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
+    """Largest angle (degrees) between a normal and the vertical."""
+    cosine = np.divide(areas[:, 2], area, out=np.ones_like(area), where=~flat)
+    return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
+
+
+def _median_edge(vertices: FloatArray, edges: Edges) -> float:
+    """Median length of the edges (m), 0 where there are none."""
+    if len(edges.low) == 0:
+        return 0.0
+    squared = np.empty(len(edges.low))
+    _squared_lengths(np.ascontiguousarray(vertices), edges.low, edges.high, squared)
+    return float(np.sqrt(np.median(squared, overwrite_input=True)))
+
+
+@loop
+def _squared_lengths(vertices: Any, low: Any, high: Any, squared: Any) -> None:
+    """Write the squared length of each edge (m^2)."""
+    for e in range(len(low)):
+        x, y, z = (vertices[high[e], 0] - vertices[low[e], 0], vertices[high[e], 1] - vertices[low[e], 1],
+                   vertices[high[e], 2] - vertices[low[e], 2])  # fmt: skip
+        squared[e] = x * x + y * y + z * z

@@ -1,0 +1,95 @@
+"""Which pieces of a mesh whose facets agree look the wrong way: as `winding` tells it, without sorting.
+
+An open piece is to look up, a closed one outwards. Only a mesh with facets that look up and others that look down needs
+to be asked piece by piece.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.jit.memory import Memory, Share, halves
+from rpf3d_core.terrain.facets import IntArray, area_vector, vertex
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.vectors import dot
+
+
+def turn_wrong_pieces(
+    vertices: FloatArray, triangles: IntArray, starts: IntArray, to: IntArray, memory: Memory, share: Share
+) -> None:
+    """Turn over the pieces that look down, or inwards if they are closed; each facet keeps its first corner.
+
+    starts (V + 1,), to : where the sides that run from each vertex run to, of which none runs twice the same way
+    """
+    count = len(triangles)
+    of, cursor = memory("out_of", len(to), np.int32), memory("out_cursor", len(starts), np.int32)
+    cursor[:] = starts
+    share([lambda a=a, b=b: _fill_of(triangles, a, b, cursor, of) for a, b in halves(len(vertices))])  # type: ignore[misc]
+    above, sums = memory("pieces", count, np.int32), memory("piece_sums", 2 * count, np.float64).reshape(-1, 2)
+    border = memory("piece_border", count, np.bool_)
+    _join(starts, to, of, above, border)
+    _sum_up(vertices, triangles, above, border, sums)
+    _turn_some(triangles, above, border, sums)
+
+
+@loop
+def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
+    """Write the facets of the sides that run from some vertices, in the order that `to` has."""
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if a != b and b != c and c != a:
+            for v in (a, b, c):
+                if begin <= v < end:
+                    of[cursor[v]] = f
+                    cursor[v] += 1
+
+
+@loop
+def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
+    """Hang each facet under the smallest of its piece (as `components`); mark facets with a side on a border."""
+    for f in range(len(above)):
+        above[f], border[f] = f, False
+    for v in range(len(starts) - 1):
+        for e in range(starts[v], starts[v + 1]):
+            w, mate = to[e], -1
+            for other in range(starts[w], starts[w + 1]):
+                if to[other] == v:
+                    mate = of[other]
+            i, j = of[e], mate
+            if mate < 0:
+                border[i] = True
+                continue
+            while above[i] != i:
+                above[i] = above[above[i]]
+                i = above[i]
+            while above[j] != j:
+                above[j] = above[above[j]]
+                j = above[j]
+            above[max(i, j)] = min(i, j)
+    for f in range(len(above)):
+        above[f] = above[above[f]]
+
+
+@loop
+def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
+    """Write what area in plan (m^2), and three times what volume (m^3), the facets of each piece add up to."""
+    for f in range(len(above)):
+        sums[f, 0], sums[f, 1] = 0.0, 0.0
+    for f in range(len(above)):
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        area = area_vector(a, b, c)
+        sums[above[f], 0] += area[2]
+        sums[above[f], 1] += dot(a, area)
+        if border[f]:
+            border[above[f]] = True
+
+
+@loop
+def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
+    """Turn over the facets of the pieces whose sum is below 0."""
+    for f in range(len(above)):
+        piece = above[f]
+        if sums[piece, 0 if border[piece] else 1] < 0.0:
+            triangles[f, 1], triangles[f, 2] = triangles[f, 2], triangles[f, 1]

@@ -1,0 +1,201 @@
+"""Whether a mesh needs any repair: most that a survey brings are welded and wound, and are told so in a few passes.
+
+Vertices that only welding would join lie on borders, where facets that should meet do not; so only those are held
+against each other. (A facet shorter than the tolerance within a closed fan is left as it is, which `weld` would
+collapse.) Every side of a facet is looked up at the vertex that it runs from: the winding agrees where none runs twice
+the same way.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.jit.memory import Memory, Share, fresh, halves, one_by_one
+from rpf3d_core.terrain.facets import IntArray, area_vector, vertex
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.grid_rows import Mesh, origin_of
+from rpf3d_core.terrain.mesh.mesh_pieces import turn_wrong_pieces
+from rpf3d_core.terrain.mesh.welding import weld
+from rpf3d_core.terrain.mesh.zero_area import NO_AREA
+from rpf3d_core.terrain.survey import mesh_terrain
+from rpf3d_core.vectors import dot, subtract
+
+UP, DOWN, MIXED = 1, -1, 0
+"""Where the facets of a mesh look to."""
+FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
+
+
+def ready_mesh(
+    vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
+    share: Share = one_by_one,
+) -> Mesh:  # fmt: skip
+    """A mesh of vertices (V, 3) m and triangles (F, 3), repaired where it needs to be: welded, wound, local.
+
+    As `survey.mesh_terrain` lays it out, which does the repairs. Raises TerrainError as that, and where a triangle
+    names a vertex that there is not.
+    """
+    if len(triangles) == 0:
+        raise TerrainError("the terrain holds no triangles; it needs at least one")
+    mesh = _moved(vertices, triangles, memory, share)
+    looks = _looks(mesh, memory, share)
+    starts, to = _sides(mesh, memory, share)
+    if not _is_sound(mesh, starts, to, weld_tolerance, memory, share):
+        return _repaired(vertices, triangles, zone, weld_tolerance, memory)
+    if looks == DOWN:
+        _turn(mesh.triangles)
+    elif looks == MIXED:
+        turn_wrong_pieces(mesh.vertices, mesh.triangles, starts, to, memory, share)
+    return mesh
+
+
+def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Share) -> Mesh:
+    """Copies about a local origin."""
+    vertices = np.ascontiguousarray(vertices, dtype=np.float64)
+    parts, boxes = halves(len(vertices)), np.empty((2, 2, 3))
+    share([lambda k=k, a=a, b=b: _box_of(vertices, a, b, boxes[k]) for k, (a, b) in enumerate(parts)])  # type: ignore[misc]
+    origin = origin_of(boxes)
+    local = memory("vertices", 3 * len(vertices), np.float64).reshape(-1, 3)
+    share([lambda a=a, b=b: _move(vertices, a, b, *origin, local) for a, b in parts])  # type: ignore[misc]
+    corners = memory("triangles", 3 * len(triangles), np.int32).reshape(-1, 3)
+    corners[:] = triangles
+    if int(corners.min()) < 0 or int(corners.max()) >= len(local):
+        raise TerrainError(f"a triangle names a vertex that there is not; the mesh has {len(local):,}")
+    return Mesh(local, corners, origin)
+
+
+def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
+    """UP or DOWN where all facets look there, MIXED where some do not. Raises TerrainError where none has an area."""
+    seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
+    up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
+    if up + down + level == 0:
+        raise TerrainError(FLAT)
+    return UP if down == 0 else DOWN if up + level == 0 else MIXED
+
+
+def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
+    """Where the sides that run from vertex v run to: those of v are to[starts[v] : starts[v + 1]]."""
+    count = len(mesh.vertices)
+    starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
+    starts[:] = 0
+    parts = halves(count)
+    share([lambda a=a, b=b: _count_out(mesh.triangles, a, b, starts) for a, b in parts])  # type: ignore[misc]
+    np.cumsum(starts, out=starts)
+    cursor = memory("out_cursor", count + 1, np.int32)
+    cursor[:] = starts
+    share([lambda a=a, b=b: _fill_out(mesh.triangles, a, b, cursor, to) for a, b in parts])  # type: ignore[misc]
+    return starts, to
+
+
+def _is_sound(
+    mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
+) -> bool:  # fmt: skip
+    """Whether no side runs twice the same way, and no two vertices on borders are within the tolerance (m)."""
+    border = memory("border", len(mesh.vertices), np.bool_)
+    border[:] = False
+    parts = halves(len(mesh.vertices))
+    if not all(share([lambda a=a, b=b: _sides_agree(starts, to, a, b, border) for a, b in parts])):  # type: ignore[misc]
+        return False
+    rim = mesh.vertices[border]
+    return len(rim) == 0 or len(weld(rim, tolerance)[0]) == len(rim)
+
+
+def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
+    """The mesh as `mesh_terrain` repairs it, in the memory."""
+    terrain = mesh_terrain(vertices, triangles, zone, tolerance)
+    local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
+    corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
+    local[:], corners[:] = terrain.vertices, terrain.triangles
+    return Mesh(local, corners, terrain.frame.origin)
+
+
+@loop
+def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
+    """Write the box (2, 3) of some vertices; NaN where one has a NaN."""
+    for axis in range(3):
+        box[0, axis], box[1, axis] = np.inf, -np.inf
+    for v in range(begin, end):
+        for axis in range(3):
+            x = vertices[v, axis]
+            if x != x:
+                box[0, axis], box[1, axis] = x, x
+                return
+            box[0, axis], box[1, axis] = min(box[0, axis], x), max(box[1, axis], x)
+
+
+@loop
+def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, local: Any) -> None:
+    """Write some vertices less the origin."""
+    for v in range(begin, end):
+        local[v, 0], local[v, 1], local[v, 2] = vertices[v, 0] - x, vertices[v, 1] - y, vertices[v, 2] - z
+
+
+@loop
+def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int, int]:
+    """How many of some facets look up, down, and neither way; those without area are not counted."""
+    up, down, level = 0, 0, 0
+    for f in range(begin, end):
+        a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
+                   vertex(vertices, triangles[f, 2]))  # fmt: skip
+        n, ab, bc, ca = area_vector(a, b, c), subtract(b, a), subtract(c, b), subtract(a, c)
+        if 2.0 * math.sqrt(dot(n, n)) <= NO_AREA * max(dot(ab, ab), dot(bc, bc), dot(ca, ca)):
+            continue
+        if n[2] > 0.0:
+            up += 1
+        elif n[2] < 0.0:
+            down += 1
+        else:
+            level += 1
+    return up, down, level
+
+
+@loop
+def _turn(triangles: Any) -> None:
+    """Turn all facets over; each keeps its first corner."""
+    for f in range(len(triangles)):
+        triangles[f, 1], triangles[f, 2] = triangles[f, 2], triangles[f, 1]
+
+
+@loop
+def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
+    """Count the sides that run from vertex v, of those from `begin` to `end`, into starts[v + 1]."""
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if a != b and b != c and c != a:
+            for v in (a, b, c):
+                if begin <= v < end:
+                    starts[v + 1] += 1
+
+
+@loop
+def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
+    """Write where those sides run to."""
+    for f in range(len(triangles)):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if a != b and b != c and c != a:
+            for v, w in ((a, b), (b, c), (c, a)):
+                if begin <= v < end:
+                    to[cursor[v]] = w
+                    cursor[v] += 1
+
+
+@loop
+def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
+    """Whether none of these sides runs twice the same way; marks the vertices of those that do not run back."""
+    for v in range(begin, end):
+        for e in range(starts[v], starts[v + 1]):
+            w, back = to[e], False
+            for other in range(starts[v], e):
+                if to[other] == w:
+                    return False
+            for other in range(starts[w], starts[w + 1]):
+                if to[other] == v:
+                    back = True
+                    break
+            if not back:
+                border[v], border[w] = True, True
+    return True
+
+

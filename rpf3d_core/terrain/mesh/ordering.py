@@ -1,0 +1,49 @@
+"""Sorting whole numbers together with where they came from."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.jit.dispatch import loop
+
+Keys = NDArray[np.int64]
+
+LARGEST_BITS = 63
+"""Bits of a non-negative int64."""
+
+
+def bits_left(count: int) -> int:
+    """Bits that each of a number of keys may have to be sorted the fast way."""
+    return LARGEST_BITS - count.bit_length()
+
+
+def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
+    """Keys (N,) >= 0 of at most a number of bits in rising order, and the place (N,) that each had; keys is spent.
+
+    Key and place are packed into one integer where they fit: sorting values is several times faster than sorting
+    indices. Equal keys then stay in their order; otherwise their order is left open.
+    """
+    if bits > bits_left(len(keys)):
+        order = np.argsort(keys)
+        return keys[order], order.astype(np.int32)
+    shift, place = len(keys).bit_length(), np.empty(len(keys), np.int32)
+    _pack(keys, shift)
+    keys.sort()
+    _unpack(keys, shift, place)
+    return keys, place
+
+
+@loop
+def _pack(keys: Any, shift: int) -> None:
+    """Put the place of each key behind it."""
+    for i in range(len(keys)):
+        keys[i] = (keys[i] << shift) + i
+
+
+@loop
+def _unpack(keys: Any, shift: int, place: Any) -> None:
+    """Take the places from behind the keys."""
+    for i in range(len(keys)):
+        place[i] = keys[i] & ((1 << shift) - 1)
+        keys[i] >>= shift

@@ -1,0 +1,149 @@
+"""Welding: points nearer than a tolerance become one vertex.
+
+No grid of cells is involved, so no pair is split by a cell's border: points are sorted along one oblique direction,
+and two points within the tolerance of each other are within the tolerance along that direction too.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.jit.dispatch import loop
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.ordering import bits_left, sort_keys
+
+Index = NDArray[np.int32]
+
+OBLIQUE = (0.6180339887498949, 0.4142135623730951, 0.6681786379192989)
+"""Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the rest.
+
+Any direction is right; one that no survey grid is square to keeps few points at equal heights along it.
+"""
+
+ROUNDING = 8 * np.finfo(float).eps
+"""Relative rounding of a place along OBLIQUE: three products and two sums, doubled for the difference of two."""
+
+
+SMALLER_THAN_ONE = 1.0 - 2.0**-40
+"""Keeps the last step within its bits, whatever the rounding."""
+
+
+def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
+    """Make points one vertex where they are no further apart than a tolerance.
+
+    Chains count: a vertex stands for all points that are linked by steps of at most the tolerance. It lies on the
+    first of them, and vertices are numbered in the order in which they are first met.
+
+    Parameters
+    ----------
+    points : (N, 3) float
+        Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest in column order.
+    tolerance : float
+        m, >= 0; 0 makes only equal points one.
+
+    Returns
+    -------
+    vertices : (V, 3) float
+        m.
+    index : (N,) int
+        The vertex of each point.
+    """
+    x, y, z = (np.ascontiguousarray(column, dtype=np.float64) for column in points.T)
+    along = np.empty(len(points))
+    _project(x, y, z, along)
+    order, step = _sorted_along(along)
+    first, run, index = (np.empty_like(order) for _ in range(3))
+    first = first[: _runs_of_equals(x, y, z, order, first, run)]
+    first = _first_of_near(_at((x, y, z), first), along[first], first, tolerance, step)
+    kept = np.empty_like(first)
+    kept = kept[: _number(order, run, first, index, kept)]
+    return _at((x, y, z), kept), index
+
+
+def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
+    """Some of the points of which these are the columns, (N, 3)."""
+    return np.stack([column[some] for column in columns], axis=1)
+
+
+@loop
+def _project(x: Any, y: Any, z: Any, along: Any) -> None:
+    """Write the place of each point along OBLIQUE (m)."""
+    for p in range(len(x)):
+        along[p] = x[p] * OBLIQUE[0] + y[p] * OBLIQUE[1] + z[p] * OBLIQUE[2]
+
+
+def _sorted_along(along: FloatArray) -> tuple[Index, float]:
+    """The points (N,) in rising order of their place, as far as whole steps tell, and the length of a step (m)."""
+    bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
+    low = float(along.min())
+    span = float(along.max()) - low
+    _count_steps(along, low, SMALLER_THAN_ONE * 2.0**bits / (span or 1.0), steps)
+    return sort_keys(steps, bits)[1], 2.0 * span / 2.0**bits
+
+
+@loop
+def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
+    """Write how many whole steps each place lies above the lowest."""
+    for p in range(len(along)):
+        steps[p] = np.int64((along[p] - low) * per_metre)
+
+
+@loop
+def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
+    """Number the runs of equal points along the order: the point that each begins with, and that of each place."""
+    count = 0
+    for place in range(len(order)):
+        p = order[place]
+        q = order[max(place - 1, 0)]
+        if place == 0 or x[p] != x[q] or y[p] != y[q] or z[p] != z[q]:
+            first[count] = p
+            count += 1
+        run[place] = count - 1
+    return count
+
+
+def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
+    """(M,) the smallest of `first` in the chain of each of M places, which are sorted along OBLIQUE by steps (m)."""
+    a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
+    if len(a) == 0:
+        return first
+    chain = components(len(places), a, b)
+    smallest = first.copy()
+    np.minimum.at(smallest, chain, first)
+    return smallest[chain]
+
+
+def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
+    """Pairs of places (a < b) at most the tolerance apart, sought no further than a window (m) along OBLIQUE."""
+    found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
+    for step in range(1, len(places)):
+        a = np.flatnonzero(along[step:] - along[:-step] <= window)
+        if len(a) == 0:
+            break
+        distance = places[a + step] - places[a]
+        a = a[np.einsum("ij,ij->i", distance, distance) <= tolerance * tolerance].astype(np.int32)
+        found_a.append(a)
+        found_b.append(a + np.int32(step))
+    return np.concatenate(found_a), np.concatenate(found_b)
+
+
+@loop
+def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
+    """Write the vertex of each point into index, and the point that each vertex lies on into kept; how many there are.
+
+    The first point of a chain has no later number than any other of it, so its vertex is known when theirs is asked.
+    """
+    for place in range(len(order)):
+        index[order[place]] = first[run[place]]
+    count = 0
+    for p in range(len(index)):
+        if index[p] == p:
+            kept[count] = p
+            index[p] = count
+            count += 1
+        else:
+            index[p] = index[index[p]]
+    return count

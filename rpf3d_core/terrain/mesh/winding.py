@@ -1,0 +1,83 @@
+"""Winding repair: every normal towards the free side.
+
+Neighbours are made to agree across every edge that two facets share. Then each piece of the mesh is turned as a whole:
+an open one so that it faces up (the sum of n_z times area is not negative), a closed one so that it faces outwards
+(its signed volume is not negative).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.terrain.facets import area_vectors
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.mesh.components import components
+from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, facets_on_borders, shared_by_two
+
+
+class Winding(NamedTuple):
+    """A mesh whose winding is repaired.
+
+    triangles : (F, 3), in the same order and each with the same first corner as before
+    areas : (F, 3) m^2, the area of each facet times its unit normal
+    flipped : (F,) whether a facet was turned over
+    piece : (F,) the smallest facet that each facet is connected to across edges shared by two
+    one_sided : number of pieces that have only one side (as a Moebius strip); they are left as they were
+    """
+
+    triangles: Index
+    areas: FloatArray
+    flipped: Flags
+    piece: Index
+    one_sided: int
+
+
+def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
+    """Turn over the facets that look away from the free side.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float
+        m, z up.
+    triangles : (F, 3) int
+        Indices into vertices.
+    edges : Edges
+        Of these triangles.
+    """
+    piece, flipped, one_sided = _agreement(len(triangles), edges)
+    areas = area_vectors(vertices, triangles)
+    areas[flipped] *= -1.0
+    wrong = _faces_wrong(vertices[triangles[:, 0]], areas, piece, edges)
+    areas[wrong] *= -1.0
+    flipped ^= wrong
+    triangles = triangles.copy()
+    triangles[flipped, 1:] = triangles[flipped, :0:-1]
+    return Winding(triangles, areas, flipped, piece, one_sided)
+
+
+def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
+    """The piece of each facet, which facets to turn for neighbours to agree, and the number of one-sided pieces.
+
+    Each facet f stands for two nodes, f as it is and f + F turned over; neighbours are joined node by node so that
+    they agree. The two copies of a piece stay apart, unless it is one-sided.
+    """
+    f, g, agree = shared_by_two(edges)
+    if agree.all():
+        return components(count, f, g), np.zeros(count, bool), 0
+    turned = np.where(agree, g, g + np.int32(count))
+    opposite = np.where(agree, g + np.int32(count), g)
+    node = components(2 * count, np.concatenate([f, f + np.int32(count)]), np.concatenate([turned, opposite]))
+    piece = np.minimum(node[:count], node[count:])
+    return piece, node[:count] != piece, len(np.unique(piece[node[:count] == node[count:]]))
+
+
+def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edges) -> Flags:
+    """(F,) whether the piece of each facet looks down or inwards; first : (F, 3) m, a corner of each facet."""
+    upward = np.bincount(piece, areas[:, 2], len(piece))
+    has_border = np.zeros(len(piece), bool)
+    has_border[piece[facets_on_borders(edges)]] = True
+    wrong = upward < 0.0
+    if not has_border[piece].all():
+        volume = np.bincount(piece, np.einsum("ij,ij->i", first, areas), len(piece))
+        wrong = np.where(has_border, wrong, volume < 0.0)
+    return np.asarray(wrong[piece])

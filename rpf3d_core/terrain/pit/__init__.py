@@ -1,0 +1,1 @@
+"""The synthetic open pit: its design, its relief and its mesh."""

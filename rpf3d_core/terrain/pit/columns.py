@@ -1,0 +1,238 @@
+"""Points of a pit in columns: each column is a profile from the floor out to the natural ground.
+
+Columns differ in their number of points, because rows stop where the ramp cuts them. Keys say in which order the
+points of two neighbouring columns follow each other, and equal keys are joined by an edge: so crests, toes and the
+ramp's edges are lines of edges in the mesh.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.design import Design
+from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE, Rows, rows_of
+
+IndexArray = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+SECTION = 1.0e6
+"""Step of the keys from one section of a profile (wall, ramp, wall, ...) to the next; far above any row or offset."""
+GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
+"""Keys of ground and floor: these plus the offset in m, so after and before all rows of the wall."""
+OUTWARD_GROWTH = 1.5
+"""Edge length on the natural ground over that in the pit (-)."""
+
+
+class Spacing(NamedTuple):
+    """Edge length aimed at, m."""
+
+    edge: float
+
+    @property
+    def feature_gap(self) -> float:
+        """Toes and crests nearer to the ramp's edge than this (m) merge with it: thinner slivers serve nobody."""
+        return min(0.15 * self.edge, 0.5)
+
+    @property
+    def row_gap(self) -> float:
+        """The same for the other rows, which mark nothing, m."""
+        return 0.4 * self.edge
+
+
+class Columns(NamedTuple):
+    """P points in N columns, sorted by column, then outwards.
+
+    column : (P,) ; offset : (P,) m ; height : (P,) m above the floor
+    key_ahead, key_behind : (P,) the point's place among the points of its own and the next, or the previous, column
+    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp the point is on, else -1
+    at_foot, at_top : (P,) whether the point is on the ramp's first, or last, line across
+    rows : of the wall ; wall : (W, N) offset of every row in every column, m, dropped points too ; around : N
+    """
+
+    column: IndexArray
+    offset: FloatArray
+    height: FloatArray
+    key_ahead: FloatArray
+    key_behind: FloatArray
+    row: IndexArray
+    ramp: IndexArray
+    at_foot: Mask
+    at_top: Mask
+    rows: Rows
+    wall: FloatArray
+    around: int
+
+
+class Crossing(NamedTuple):
+    """One turn of the ramp as it crosses the N columns; arrays (N,).
+
+    exists : whether the ramp is there ; face : number of the face it cuts ; part : how far up that face (-)
+    height : m ; inner, outer : offsets of its edges, m ; coordinate : height told in benches
+    """
+
+    exists: Mask
+    face: FloatArray
+    part: FloatArray
+    height: FloatArray
+    inner: FloatArray
+    outer: FloatArray
+    coordinate: FloatArray
+
+
+class Points(NamedTuple):
+    """A block of points as arrays (rows, N), to be joined with others; see `Columns`."""
+
+    offset: FloatArray
+    height: FloatArray
+    key: FloatArray
+    row: IndexArray
+    ramp: IndexArray
+    valid: Mask
+
+
+def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
+    """The points of a pit in `count` columns, the first at the foot of the ramp."""
+    last = round(design.turns * count) if design.turns > 0.0 else -1
+    crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
+    rows = rows_of(design, spacing.edge)
+    wall = wall_points(design, rows, crossings, np.arange(count) / count, spacing)
+    ramps = [ramp_points(design, crossing, turn, spacing) for turn, crossing in enumerate(crossings)]
+    floor, ground = floor_points(design, wall, spacing), ground_points(design, wall, crossings, spacing)
+    return joined([floor, wall, *ramps, ground], rows, last)
+
+
+def crossing_of(design: Design, count: int, last: int, turn: int) -> Crossing:
+    """Where this turn of the ramp crosses the columns; its length is stretched to end at a column."""
+    step = np.arange(count) + turn * count
+    height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
+    coordinate = design.bench_coordinate(height)
+    face = np.maximum(np.ceil(coordinate), 1.0)
+    inner = design.wall_offset(np.arange(count) / count, height, coordinate - 1.0, turn)
+    return Crossing(step <= last, face, coordinate - face + 1.0, height, inner, inner + design.strip, coordinate)
+
+
+def wall_points(design: Design, rows: Rows, crossings: list[Crossing], p: FloatArray, spacing: Spacing) -> Points:
+    """Points of faces and benches; their offsets also where a point is dropped."""
+    shape = (len(rows.kind), len(p))
+    below = np.zeros(shape)
+    for crossing in crossings:
+        below += crossing.exists & (crossing.coordinate <= rows.coordinate[:, None])
+    below[0] = 0.0  # the floor's edge lies inside of the ramp's foot
+    offset = design.wall_offset(p, rows.height[:, None], rows.berms[:, None], below)
+    valid = np.ones(shape, dtype=bool)
+    for crossing in crossings:
+        offset += taper(rows, crossing, design.width_at(p))
+        valid &= ~merges(rows, crossing, offset, spacing) & ~crowds(rows, crossing, design.width_at(p), spacing)
+    height = np.broadcast_to(rows.height[:, None], shape)
+    row = np.broadcast_to(np.arange(shape[0])[:, None], shape)
+    return Points(offset, height, 2.0 * SECTION * below + row, row, np.full(shape, -1), valid)
+
+
+def taper(rows: Rows, crossing: Crossing, width: FloatArray) -> FloatArray:
+    """How far (W, N), m, to move the face that the ramp cuts: the berm below tapers to the ramp, that above from it.
+
+    With a share f of the face left below the ramp, the berm at its toe is f w wide and that at its crest (1 - f) w.
+    """
+    kind = rows.kind[:, None]
+    cut = crossing.exists & (rows.face[:, None] == crossing.face) & (kind != BENCH)
+    lower = (kind == TOE) | ((kind == FACE) & (rows.coordinate[:, None] < crossing.coordinate))
+    move = np.where(lower, (crossing.part - 1.0) * width, crossing.part * width)
+    return np.where(cut, move, 0.0)
+
+
+def crowds(rows: Rows, crossing: Crossing, width: FloatArray, spacing: Spacing) -> Mask:
+    """Which inner bench rows (W, N) a tapered berm leaves no room for."""
+    bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
+    edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
+    steps_up = rows.face[:, None] - crossing.face
+    narrow: Mask = ((steps_up == -1.0) & (place > edge - margin)) | ((steps_up == 0.0) & (place < edge + margin))
+    narrow &= bench & crossing.exists
+    return narrow
+
+
+def merges(rows: Rows, crossing: Crossing, offset: FloatArray, spacing: Spacing) -> Mask:
+    """Which points (W, N) nearly coincide with an edge of the ramp, so that the edge stands for them."""
+    feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
+    gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
+    rise = np.abs(rows.height[:, None] - crossing.height)
+    run = np.minimum(np.abs(offset - crossing.inner), np.abs(offset - crossing.outer))
+    thin: Mask = feature & (rows.face[:, None] == crossing.face) & (rise < spacing.feature_gap)
+    near: Mask = crossing.exists & (thin | (np.hypot(rise, run) < gap))
+    return near
+
+
+def ramp_points(design: Design, crossing: Crossing, turn: int, spacing: Spacing) -> Points:
+    """Points across one turn of the ramp, level from its inner to its outer edge."""
+    parts = max(1, round(design.strip / spacing.edge))
+    across = np.arange(parts + 1)[:, None]
+    offset = crossing.inner + across * (design.strip / parts)
+    shape = offset.shape
+    key = np.broadcast_to((2.0 * turn + 1.0) * SECTION + across, shape)
+    valid = np.broadcast_to(crossing.exists, shape)
+    return Points(offset, np.broadcast_to(crossing.height, shape), key, np.full(shape, -1), np.full(shape, turn), valid)
+
+
+def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
+    """Points of the floor's outer part, up to the toe of the lowest face."""
+    reach = wall.offset[0] - design.inner
+    parts = max(1, round(float(reach.mean()) / spacing.edge))
+    offset = design.inner + np.arange(parts)[:, None] / parts * reach
+    return flat(offset, np.zeros_like(offset), FLOOR_KEY + offset)
+
+
+def ground_points(design: Design, wall: Points, crossings: list[Crossing], spacing: Spacing) -> Points:
+    """Points of the natural ground from the crest out, level here (its relief comes with the roughness)."""
+    crest = wall.offset[-1]
+    parts = max(2, round((design.outer - float(crest.mean())) / (OUTWARD_GROWTH * spacing.edge)))
+    offset = crest + np.arange(1, parts + 1)[:, None] / parts * (design.outer - crest)
+    section = 2.0 * SECTION * sum((c.exists for c in crossings), np.zeros(len(crest)))
+    return flat(offset, np.full_like(offset, design.pit.levels[-1]), section + GROUND_KEY + offset)
+
+
+def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
+    """Points off the wall and off the ramp."""
+    nowhere = np.full(offset.shape, -1)
+    return Points(offset, height, key, nowhere, nowhere, np.ones(offset.shape, dtype=bool))
+
+
+def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
+    """The valid points of all blocks, sorted by column and key."""
+    count = blocks[0].offset.shape[1]
+    valid = np.concatenate([block.valid for block in blocks])
+    column = np.broadcast_to(np.arange(count), valid.shape)[valid]
+    offset, height, key, row, ramp = (
+        np.concatenate([block[field] for block in blocks])[valid] for field in range(len(Points._fields) - 1)
+    )
+    order = np.lexsort((key, column))
+    column, offset, height, key, row, ramp = (a[order] for a in (column, offset, height, key, row, ramp))
+    at_foot, at_top = (ramp >= 0) & (column + ramp * count == 0), (ramp >= 0) & (column + ramp * count == last)
+    ahead = key_at_top(column, offset, key, at_top, len(rows.kind), last % count if last >= 0 else -1)
+    behind = key_at_foot(column, offset, key, at_foot)
+    return Columns(column, offset, height, ahead, behind, row, ramp, at_foot, at_top, rows, blocks[1].offset, count)
+
+
+def key_at_top(
+    column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
+) -> FloatArray:
+    """Keys towards the next column: seen from there, the ramp's top is ground, with the crest at its inner edge."""
+    if not at_top.any():
+        return key
+    key, edge = key.copy(), np.flatnonzero(at_top)[0]
+    section = key[edge] - SECTION
+    key[(column == last) & (key > section + 2.0 * SECTION)] -= 2.0 * SECTION
+    key[at_top] = section + GROUND_KEY + offset[at_top]
+    key[edge] = section + rows - 1
+    return key
+
+
+def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
+    """Keys towards the previous column: seen from there, the ramp's foot is floor, with the toe at its outer edge."""
+    if not at_foot.any():
+        return key
+    key, edge = key.copy(), np.flatnonzero(at_foot)[-1]
+    key[(column == 0) & (key >= SECTION)] -= 2.0 * SECTION
+    key[at_foot] = FLOOR_KEY + offset[at_foot]
+    key[edge] = 0.0
+    return key

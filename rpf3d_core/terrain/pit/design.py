@@ -1,0 +1,245 @@
+"""The design of a synthetic pit, free of any mesh: plan outline, haul ramp, bench widths, zones.
+
+Places on the wall are told by p, the fraction of the way round the pit (counter-clockwise, 0 at the foot of the ramp),
+and by the offset o (m) outwards from the floor outline, along its normal. Offsets along the normal keep the faces at
+their angle whatever the outline. A profile at p is, from the floor up: face, berm, face, berm, ..., crest. The ramp is
+a strip let into the profiles at a height that rises with p; what lies above it is pushed outwards. So with every turn
+the wall moves out by the ramp's width less one berm, and all level lines are slowly opening spirals that meet the ramp.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.parameters import Pit
+
+SAMPLES = 4096
+"""Samples of the plan in one turn: about 1 m each on a pit of the thesis' size."""
+LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
+"""Waves of the outline: number round the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
+WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
+"""Waves of the bench width round the pit: number, relative amplitude (-), phase (rad); chosen by eye."""
+INNER_SHARE = 0.14
+"""The floor's outer part that is meshed with the walls, as a share of its radius (-)."""
+LEAST_STRETCH = 0.25
+"""Least length of an offset line over that of the outline (-) before the plan counts as folded."""
+MOST_TURNS = 12
+FACES_BETWEEN_TURNS = 2.5
+"""Least height between two turns of the ramp over that of a face (-)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """All that the mesh needs to know of a pit.
+
+    pit : its parameters; cot : run over rise of the faces (-)
+    angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
+    width : (SAMPLES + 1,) bench width at the same places, m
+    climb : (L,) heights of the ramp above the floor, m, at evenly spaced p from 0 to `turns`; turns : of the ramp
+    strip : width of the ramp measured along the outline's normal, m
+    inner, outer : offsets of the first and the last line of the walls' mesh, m
+    """
+
+    pit: Pit
+    cot: float
+    angle: FloatArray
+    width: FloatArray
+    climb: FloatArray
+    turns: float
+    strip: float
+    inner: float
+    outer: float
+
+    @property
+    def zones(self) -> tuple[str, ...]:
+        """Names of the zones, benches first, from the top."""
+        benches = tuple(f"bench_{number}" for number in range(1, self.benches + 1))
+        return (*benches, "face", "ramp", "floor", "spill", "ground")
+
+    @property
+    def benches(self) -> int:
+        """How many catch benches there are."""
+        return len(self.pit.levels) - 2 if self.pit.bench_widths[1] > 0.0 else 0
+
+    @property
+    def surface_area(self) -> float:
+        """Rough area of the true surface, m2: only a start for the edge length."""
+        rings = np.linspace(0.0, self.crest_offset, 2)
+        plan = math.pi * (self.pit.floor_radius + rings) ** 2
+        steepness = 1.0 / math.sin(math.radians(self.pit.face_angle_deg)) * self.pit.levels[-1] / self.crest_offset
+        wall = (plan[1] - plan[0]) * (steepness + 1.0 - self.cot * self.pit.levels[-1] / self.crest_offset)
+        return float(plan[0] + wall + math.pi * (self.pit.floor_radius + self.outer) ** 2 - plan[1])
+
+    @property
+    def crest_offset(self) -> float:
+        """Mean offset of the crest, m."""
+        berms = (len(self.pit.levels) - 2) * float(self.width.mean())
+        return float(self.pit.levels[-1]) * self.cot + berms + float(self.push(0.5, 0.5))
+
+    def width_at(self, p: FloatArray) -> FloatArray:
+        """Bench width, m, at p."""
+        return sampled(p % 1.0, 1.0, self.width)
+
+    def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x and y, m, of places on the wall."""
+        x, y, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
+        return x + offset * nx, y + offset * ny
+
+    def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """x and y of the outline's outward unit normal at p."""
+        _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
+        return nx, ny
+
+    def angle_at(self, p: FloatArray) -> FloatArray:
+        """Polar angle, rad, of the outline's place at p."""
+        return sampled(p % 1.0, 1.0, self.angle)
+
+    def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
+        """How far, m, the wall at p stands further out because of the ramp, where so many of its turns lie below."""
+        if self.pit.ramp_width == 0.0:
+            return np.zeros(np.broadcast(p, ramps_below).shape)
+        p = np.asarray(p, dtype=float)
+        pushed: FloatArray = (self.strip - self.width[0]) * p + ramps_below * (self.strip - self.width_at(p))
+        return pushed
+
+    def ramp_height(self, turn: FloatArray) -> FloatArray:
+        """Height of the ramp above the floor, m, so many turns from its foot."""
+        return sampled(turn, self.turns, self.climb)
+
+    def bench_coordinate(self, height: FloatArray) -> FloatArray:
+        """Height told in benches: i at level i, in between in proportion."""
+        benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
+        return benches
+
+    def wall_offset(
+        self, p: FloatArray, height: FloatArray, berms: FloatArray, ramps_below: FloatArray | float
+    ) -> FloatArray:
+        """Offset, m, of the wall at p and a height in m, with so many bench widths and turns of the ramp below.
+
+        The ramp's inner edge is there with one berm less than its height told in benches: at level i it is the crest
+        of face i, so the berm at that level tapers to nothing, and goes on outside of the ramp.
+        """
+        offset: FloatArray = height * self.cot + berms * self.width_at(p) + self.push(p, ramps_below)
+        return offset
+
+
+def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
+    """Values at places between 0 and `end` of a quantity sampled evenly there."""
+    values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
+    return values
+
+
+def design_of(pit: Pit) -> Design:
+    """Work out outline, bench widths and ramp."""
+    cot = 1.0 / math.tan(math.radians(pit.face_angle_deg))
+    berms = max(0, len(pit.levels) - 2) * 0.5 * sum(pit.bench_widths)
+    middle = 0.5 * (pit.levels[-1] * cot + berms + pit.ramp_width)
+    angle = evenly_round(pit, middle)
+    width = bench_width(pit)
+    strip = pit.ramp_width * obliqueness(pit, cot)
+    climb, turns = climb_ramp(pit, cot, angle, width, strip) if strip > 0.0 else (np.zeros(2), -1.0)
+    farthest = pit.levels[-1] * cot + (len(pit.levels) - 2) * width.max() + strip * (max(turns, 0.0) + 1.0)
+    inner, outer = -INNER_SHARE * pit.floor_radius, float(farthest) + pit.rim_width
+    refuse_folds(pit, inner, outer)
+    refuse_close_turns(pit, climb, turns)
+    return Design(pit, cot, angle, width, climb, turns, strip, inner, outer)
+
+
+def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
+    """The floor outline at polar angles in rad: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
+
+    An ellipse of the given elongation with a few waves; closed forms of a polar curve r(angle).
+    """
+    r, r1, r2 = radius(pit, angle)
+    cos, sin = np.cos(angle), np.sin(angle)
+    speed = np.sqrt(r * r + r1 * r1)
+    nx, ny = (r1 * sin + r * cos) / speed, (r * sin - r1 * cos) / speed
+    return r * cos, r * sin, nx, ny, speed, (r * r + 2.0 * r1 * r1 - r * r2) / speed**3
+
+
+def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The outline's radius (m) at polar angles in rad, and its first and second derivative."""
+    a2, turned = pit.elongation, angle - math.radians(pit.long_axis_deg)
+    g = 0.5 * (1.0 / a2 + a2) + 0.5 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
+    g1, g2 = -(1.0 / a2 - a2) * np.sin(2.0 * turned), -2.0 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
+    r, r1 = g**-0.5, -0.5 * g**-1.5 * g1
+    r2 = 0.75 * g**-2.5 * g1**2 - 0.5 * g**-1.5 * g2
+    for number, amplitude, phase in LOBES:
+        r = r + amplitude * np.cos(number * turned + phase)
+        r1 = r1 - amplitude * number * np.sin(number * turned + phase)
+        r2 = r2 - amplitude * number**2 * np.cos(number * turned + phase)
+    return pit.floor_radius * r, pit.floor_radius * r1, pit.floor_radius * r2
+
+
+def evenly_round(pit: Pit, offset: float) -> FloatArray:
+    """Polar angles (SAMPLES + 1,) from the ramp's foot round, spaced evenly along the line at this offset in m."""
+    start = math.radians(pit.ramp_foot_deg)
+    angle = start + np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1)
+    _, _, _, _, speed, curvature = outline(pit, angle)
+    density = speed * (1.0 + curvature * offset)
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+    even: FloatArray = np.interp(np.linspace(0.0, way[-1], SAMPLES + 1), way, angle)
+    return even
+
+
+def bench_width(pit: Pit) -> FloatArray:
+    """Bench width (SAMPLES + 1,) round the pit, m: waves that touch the least and the greatest width."""
+    p = np.linspace(0.0, 1.0, SAMPLES + 1)
+    wave = np.zeros(SAMPLES + 1)
+    for number, amplitude, phase in WIDENINGS:
+        wave += amplitude * np.cos(2.0 * math.pi * number * p + phase)
+    wave = (wave - wave.min()) / np.ptp(wave)
+    wave[-1] = wave[0]
+    width: FloatArray = pit.bench_widths[0] + (pit.bench_widths[1] - pit.bench_widths[0]) * wave
+    return width
+
+
+def obliqueness(pit: Pit, cot: float) -> float:
+    """Ramp width along the outline's normal over its true width (-): the ramp runs aslant as it moves out."""
+    drift = pit.ramp_grade * (cot + 0.5 * sum(pit.bench_widths) * (len(pit.levels) - 1) / pit.levels[-1])
+    return math.sqrt(1.0 + drift**2)
+
+
+def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
+    """Heights of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its turns.
+
+    The rise per step is the grade times the way along the ramp's middle line (explicit Euler, steps of about 1 m).
+    """
+    _, _, _, _, speed, curvature = outline(pit, angle)
+    along = speed * np.gradient(angle)
+    levels, benches = pit.levels, np.arange(len(pit.levels), dtype=float)
+    per_turn = strip - width[0]
+    heights, top = [0.0], float(levels[-1])
+    while heights[-1] < top:
+        k, step = len(heights) - 1, (len(heights) - 1) % SAMPLES
+        turn = k // SAMPLES
+        berms = (float(np.interp(heights[-1], levels, benches)) - 1.0) * width[step]
+        push = per_turn * step / SAMPLES + turn * (strip - width[step])
+        offset = heights[-1] * cot + berms + push + 0.5 * strip
+        heights.append(heights[-1] + pit.ramp_grade * float(along[step] * (1.0 + curvature[step] * offset)))
+        if turn >= MOST_TURNS:
+            raise TerrainError("pit: the ramp needs too many turns; make the pit wider or the grade steeper")
+    last = (top - heights[-2]) / (heights[-1] - heights[-2])
+    turns = (len(heights) - 2 + last) / SAMPLES
+    even = np.interp(np.linspace(0.0, turns, len(heights)), np.arange(len(heights)) / SAMPLES, heights)
+    even[0], even[-1] = 0.0, top
+    return even, turns
+
+
+def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
+    """Raise `TerrainError` if lines at the innermost or outermost offset would fold over themselves."""
+    curvature = outline(pit, np.linspace(0.0, 2.0 * math.pi, SAMPLES))[5]
+    stretch = min(float(np.min(1.0 + curvature * inner)), float(np.min(1.0 + curvature * outer)))
+    if stretch < LEAST_STRETCH:
+        raise TerrainError("pit: the plan folds over itself; lower elongation or rim_width, or raise floor_radius")
+
+
+def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
+    """Raise `TerrainError` if the ramp passes itself with less than a whole bench and two faces in between."""
+    place = np.linspace(0.0, turns, len(climb))
+    between = np.diff(pit.levels).max() * FACES_BETWEEN_TURNS
+    if turns > 1.0 and np.any((sampled(place + 1.0, turns, climb) - climb)[place <= turns - 1.0] < between):
+        raise TerrainError("pit: the ramp's turns lie too close; make the grade steeper or the pit wider")

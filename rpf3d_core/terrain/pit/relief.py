@@ -1,0 +1,194 @@
+"""What makes a designed pit look mined: rough surfaces, cones of loose rock on the benches, hills around it.
+
+All are functions of place and seed alone, so that meshes of any resolution sample the same surface.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.columns import Columns
+from rpf3d_core.terrain.pit.design import Design
+from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE
+
+OCTAVES = (24.0, 12.0, 6.0, 3.0)
+"""Wave lengths of the roughness, m. Shorter waves would only be aliased by facets of 1 m2."""
+HURST = 0.8
+"""Amplitude grows with wave length to this power: a common value for rough rock surfaces."""
+WAVES = 6
+"""Plane waves of random direction an octave."""
+SMOOTH_SHARE = 1.0 / 3.0
+"""Roughness of the graded surfaces, ramp and floor, over that of faces and benches (-)."""
+HILLS = (900.0, 420.0)
+"""Wave lengths of the natural ground, m."""
+HILL_HEIGHT = 8.0
+"""Standard deviation of the natural ground at the outer edge, m; it sets in over the width of the rim."""
+LEAST_SPILL, MOST_SPILL = 0.6, 0.95
+"""How far a spill reaches over the bench, over its width (-): the thesis' figure 5-9 shows them within the bench."""
+LONGEST_SPILL = 3.0
+"""A spill's reach along the bench over its reach across, at most (-)."""
+HIGHEST_SPILL = 0.8
+"""A spill's height over the height of the face it leans on, at most (-)."""
+SLACK = 1.3
+"""Columns searched for a spill's points over those it needs where columns are evenly spaced (-)."""
+RAISED = 0.1
+"""A point that a spill lifts by more than this, m, lies on the spill."""
+TRIES = 40
+"""Places tried for a spill before it is given up because the ramp leaves no full bench."""
+
+
+class Waves(NamedTuple):
+    """A sum of K plane waves: vector (K, 3) rad/m, phase (K,) rad, amplitude (K,)."""
+
+    vector: FloatArray
+    phase: FloatArray
+    amplitude: FloatArray
+
+
+def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> Waves:
+    """Waves of random direction (in plan or in space) whose sum has a standard deviation of 1."""
+    vectors, amplitudes = [], []
+    for length in lengths:
+        direction = random.normal(size=(WAVES, 3))
+        if plan:
+            direction[:, 2] = 0.0
+        vectors.append(direction / np.linalg.norm(direction, axis=1, keepdims=True) * (2.0 * math.pi / length))
+        amplitudes += [length**HURST] * WAVES
+    amplitude = np.array(amplitudes)
+    amplitude *= math.sqrt(2.0) / np.linalg.norm(amplitude)
+    return Waves(np.concatenate(vectors), random.uniform(0.0, 2.0 * math.pi, len(amplitude)), amplitude)
+
+
+def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
+    """The sum of the waves at points (P,)."""
+    total = np.zeros(len(x))
+    for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
+        total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))
+    return total
+
+
+def roughness(design: Design, points: FloatArray) -> FloatArray:
+    """Height (P,), m, of the small-scale relief at points (P, 3), with the standard deviation asked for."""
+    random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=1))
+    return design.pit.roughness * height_of_waves(drawn_waves(random, OCTAVES, plan=False), *points.T)
+
+
+def steepness(design: Design, columns: Columns) -> FloatArray:
+    """What to multiply the roughness of the columns' points (P,) by to displace them along z.
+
+    On faces that is more than the roughness, which is meant along the normal; edges of faces take the mean slope.
+    Displacing along z, not along the normal, keeps every facet's normal upwards, whatever the roughness.
+    """
+    steep = math.radians(design.pit.face_angle_deg)
+    of_kind = np.ones(max(TOE, FACE, CREST, BENCH) + 1)
+    of_kind[FACE], of_kind[[TOE, CREST]] = 1.0 / math.cos(steep), 1.0 / math.cos(0.5 * steep)
+    factor = np.where(columns.row >= 0, of_kind[columns.rows.kind[columns.row]], 1.0)
+    graded = (columns.row < 0) & (columns.height < design.pit.levels[-1])
+    factor[graded | (columns.ramp >= 0)] = SMOOTH_SHARE
+    return factor
+
+
+def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
+    """Relief (P,), m, of the natural ground at points (P, 3): nothing at the crest, full some way outside."""
+    ground = np.flatnonzero((columns.row < 0) & (columns.ramp < 0) & (columns.height == design.pit.levels[-1]))
+    random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=2))
+    waves = drawn_waves(random, HILLS, plan=True)
+    rim = (columns.offset[ground] - design.outer) / design.pit.rim_width + 1.0
+    share = np.clip(rim, 0.0, 1.0)
+    relief = np.zeros(len(points))
+    relief[ground] = HILL_HEIGHT * share**2 * (3.0 - 2.0 * share) * height_of_waves(waves, *points[ground].T)
+    return relief
+
+
+class Spill(NamedTuple):
+    """A cone of loose rock at the toe above bench `level`.
+
+    p : fraction round the pit ; level : number of the level from below ; across, along : its reach, m ; height : m
+    """
+
+    p: float
+    level: int
+    across: float
+    along: float
+    height: float
+
+
+def drawn_spills(design: Design) -> list[Spill]:
+    """The spills of a pit: none where the ramp cuts the bench or tapers it."""
+    if not design.benches:
+        return []
+    random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=3))
+    return [spill for _ in range(design.pit.spills) if (spill := drawn_spill(design, random))]
+
+
+def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
+    """One spill, or None if no free place was found."""
+    for _ in range(TRIES):
+        p, level = float(random.uniform()), int(random.integers(1, design.benches + 1))
+        across = random.uniform(LEAST_SPILL, MOST_SPILL) * float(design.width_at(np.array([p]))[0])
+        along = across * float(random.uniform(1.0, LONGEST_SPILL))
+        face = float(design.pit.levels[level + 1] - design.pit.levels[level])
+        height = min(across * math.tan(math.radians(design.pit.repose_deg)), HIGHEST_SPILL * face)
+        if not near_ramp(design, p, level):
+            return Spill(p, level, across, along, height)
+    return None
+
+
+def near_ramp(design: Design, p: float, level: int) -> bool:
+    """Whether the ramp passes within a bench height and a little of this level at p."""
+    turns = np.arange(p, max(design.turns, 0.0), 1.0)
+    coordinate = design.bench_coordinate(design.ramp_height(turns))
+    return bool(np.any(np.abs(coordinate - level) < 1.3))
+
+
+def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
+    """Raise points (P, 3) under the spills, in place, and tell which (P,) now lie on one."""
+    raised = np.zeros(len(points), dtype=bool)
+    first = np.searchsorted(columns.column, np.arange(columns.around + 1))
+    for spill in drawn_spills(design):
+        near = points_near(design, columns, first, spill)
+        lift = design.pit.levels[spill.level] + cone(design, columns, spill, points[near]) - points[near, 2]
+        raised[near[lift > RAISED]] = True
+        points[near, 2] += np.maximum(lift, 0.0)
+    return raised
+
+
+def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> FloatArray:
+    """Height (P,), m, of a spill above its bench at points (P, 3)."""
+    apex_x, apex_y = on_toe_line(design, columns, spill, spill.p)
+    x, y = points[:, 0] - apex_x, points[:, 1] - apex_y
+    nx, ny = design.outward(np.array([spill.p]))
+    out, sideways = x * nx + y * ny, x * ny - y * nx
+    return spill.height * (1.0 - np.hypot(out / spill.across, sideways / spill.along))
+
+
+def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tuple[float, float]:
+    """x and y, m, of the place at p on the line of toes that a spill leans on."""
+    toe = columns.wall[toe_row(columns, spill)]
+    offset = np.interp(p * columns.around, np.arange(columns.around + 1), np.append(toe, toe[0]))
+    x, y = design.plan(np.array([p]), np.array([offset]))
+    return float(x[0]), float(y[0])
+
+
+def toe_row(columns: Columns, spill: Spill) -> int:
+    """The row of the toe that a spill leans on."""
+    return int(np.flatnonzero((columns.rows.kind == TOE) & (columns.rows.face == spill.level + 1))[0])
+
+
+def points_near(design: Design, columns: Columns, first: NDArray[np.int64], spill: Spill) -> NDArray[np.int64]:
+    """Indices of the points of the bench and the face above it in the columns that a spill can reach."""
+    middle = round(spill.p * columns.around)
+    here, beside = (
+        on_toe_line(design, columns, spill, column % columns.around / columns.around) for column in (middle, middle + 1)
+    )
+    half = 2 + math.ceil(SLACK * spill.along / math.dist(here, beside))
+    there = np.unique(np.arange(middle - half, middle + half + 1) % columns.around)
+    near = np.concatenate([np.arange(first[column], first[column + 1]) for column in there])
+    near = near[columns.row[near] >= 0]
+    face, kind = columns.rows.face[columns.row[near]], columns.rows.kind[columns.row[near]]
+    bench = (face == spill.level) & ((kind == CREST) | (kind == BENCH))
+    found: NDArray[np.int64] = near[bench | ((face == spill.level + 1) & (kind != BENCH))]
+    return found

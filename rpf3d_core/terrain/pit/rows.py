@@ -1,0 +1,60 @@
+"""The rows of a pit's wall: places that every profile of the wall has, from the floor's edge up to the crest."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.design import Design
+
+Array = NDArray[np.int64]
+
+TOE, FACE, CREST, BENCH = range(4)
+
+
+class Rows(NamedTuple):
+    """The W rows of a wall, in order from the floor up.
+
+    kind : (W,) TOE, FACE, CREST or BENCH (the last three: on face or bench, crest: where a face ends)
+    face : (W,) number of the face, 1 is the lowest; for BENCH rows the face below the bench
+    height : (W,) m above the floor, without ramp or roughness
+    berms : (W,) how many bench widths lie between the floor's edge and the row; a fraction on a bench
+    coordinate : (W,) height told in benches
+    """
+
+    kind: Array
+    face: Array
+    height: FloatArray
+    berms: FloatArray
+    coordinate: FloatArray
+
+
+def rows_of(design: Design, edge: float) -> Rows:
+    """Rows about `edge` m apart, with one at every toe and crest."""
+    levels = design.pit.levels
+    found: list[tuple[int, int, float, float, float]] = []
+    for face in range(1, len(levels)):
+        found += face_rows(design, edge, face)
+        if design.benches and face < len(levels) - 1:
+            found += bench_rows(design, edge, face)
+    kind, number, height, berms, coordinate = np.array(found).T
+    return Rows(kind.astype(np.int64), number.astype(np.int64), height, berms, coordinate)
+
+
+def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
+    """Toe, inner rows and crest of a face; without berms its toe is the crest below, so that it has none of its own."""
+    low, high = design.pit.levels[face - 1], design.pit.levels[face]
+    parts = max(1, round((high - low) * np.hypot(1.0, design.cot) / edge))
+    berms = float(face - 1)
+    rows = [(TOE, face, low, berms, berms)] if design.benches or face == 1 else []
+    for part in range(1, parts):
+        rows.append((FACE, face, low + (high - low) * part / parts, berms, berms + part / parts))
+    return [*rows, (CREST, face, high, berms, float(face))]
+
+
+def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
+    """The rows on the bench above a face, its crest and the next toe apart."""
+    parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
+    height = design.pit.levels[face]
+    return [(BENCH, face, height, face - 1.0 + part / parts, float(face)) for part in range(1, parts)]

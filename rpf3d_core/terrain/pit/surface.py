@@ -1,0 +1,113 @@
+"""The mesh of a synthetic pit: its columns of points joined by triangles, and the zone of each."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.pit.columns import Columns, Spacing
+from rpf3d_core.terrain.pit.design import Design
+from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE, hills, pile_spills, roughness, steepness
+from rpf3d_core.terrain.pit.strips import Lines, strip_triangles
+
+IndexArray = NDArray[np.int64]
+STEEP_SHARE = 0.5
+"""A piece of a profile steeper than this share of the faces' slope is face: pieces are either level or face."""
+ROUNDING = 1.0e-9
+"""Levels are told apart to this share of a bench height (-)."""
+FEWEST_ROUND = 6
+"""Points of the innermost ring of the floor."""
+
+
+def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
+    """Vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,) of a pit."""
+    points, spilled = wall_vertices(design, columns)
+    triangles, zone = wall_triangles(design, columns)
+    zone[spilled[triangles].sum(axis=1) >= 2] = design.zones.index("spill")
+    middle, rings = floor_rings(design, columns, spacing)
+    points = np.concatenate([points, middle])
+    points[:, 2] -= design.pit.levels[-1]
+    zone = np.concatenate([zone, np.full(len(rings), design.zones.index("floor"))])
+    return points, np.concatenate([triangles, rings]).astype(np.int32), zone.astype(np.int32)
+
+
+def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Points (P, 3) of the columns with all their relief, z above the floor, and which of them lie on a spill."""
+    x, y = design.plan(columns.column / columns.around, columns.offset)
+    points = np.stack([x, y, columns.height], axis=1)
+    spilled = pile_spills(design, columns, points)
+    points[:, 2] += hills(design, columns, points) + steepness(design, columns) * roughness(design, points)
+    return points, spilled
+
+
+def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
+    """Triangles (T, 3) between the columns, and their zones (T,)."""
+    every, ahead = np.arange(len(columns.column)), columns.column
+    turned = np.roll(every, -int(np.searchsorted(columns.column, 1)))
+    behind = (columns.column[turned] - 1) % columns.around
+    right = Lines(ahead, columns.key_ahead, every)
+    left = Lines(behind, columns.key_behind[turned], turned)
+    triangles, entry = strip_triangles(right, left)
+    zone_ahead, zone_behind = piece_zones(design, columns)
+    return triangles, np.concatenate([zone_ahead, zone_behind[turned]])[entry]
+
+
+def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
+    """Zone of the piece of profile that ends at each point, as seen from the next and from the previous column."""
+    rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
+    lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
+    flat = np.array([flat_zone(design, level) for level in range(len(design.pit.levels))])
+    zone = flat[np.floor(lower + ROUNDING).astype(np.int64)]
+    zone[rise * design.cot > STEEP_SHARE * run] = design.zones.index("face")
+    on_ramp = (columns.ramp >= 0) & (np.roll(columns.ramp, 1) == columns.ramp)
+    zone[on_ramp] = design.zones.index("ramp")
+    ahead, behind = zone.copy(), zone.copy()
+    ahead[on_ramp & columns.at_top] = design.zones.index("ground")
+    behind[on_ramp & columns.at_foot] = design.zones.index("floor")
+    return ahead, behind
+
+
+def flat_zone(design: Design, level: int) -> int:
+    """Zone of what is level at this level."""
+    top = len(design.pit.levels) - 1
+    if level in (0, top):
+        return design.zones.index("floor" if level == 0 else "ground")
+    return design.zones.index(f"bench_{top - level}" if design.benches else "face")
+
+
+def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int]:
+    """Points of each ring of the floor's inner part, from the outermost new one to the middle."""
+    reach = design.pit.floor_radius + design.inner
+    steps = max(1, round(reach / spacing.edge))
+    around = 2.0 * np.pi * reach / spacing.edge
+    return [*(min(columns, max(FEWEST_ROUND, round(around * step / steps))) for step in range(steps - 1, 0, -1)), 1]
+
+
+def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IndexArray]:
+    """The floor's inner part: rings that shrink to its middle, with ever fewer points; new points and triangles."""
+    ring = np.searchsorted(columns.column, np.arange(columns.around))
+    p = np.arange(columns.around) / columns.around
+    sizes, used = floor_ring_sizes(design, spacing, columns.around), len(columns.column)
+    vertices, triangles = [], []
+    for step, size in enumerate(sizes, start=1):
+        inner_p, inner = np.arange(size) / size, np.arange(used, used + size)
+        vertices.append(ring_points(design, inner_p, 1.0 - step / len(sizes)))
+        triangles.append(ring_triangles(ring, p, inner, inner_p))
+        ring, p, used = inner, inner_p, used + size
+    points = np.concatenate(vertices)
+    points[:, 2] += SMOOTH_SHARE * roughness(design, points)
+    return points, np.concatenate(triangles)
+
+
+def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
+    """Points (P, 3) of a ring of the floor: the innermost line of the walls' mesh, shrunk to a share of its size."""
+    x, y = design.plan(p, np.full(len(p), design.inner))
+    return np.stack([share * x, share * y, np.zeros(len(p))], axis=1)
+
+
+def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
+    """Triangles between two rings; a ring of one point closes the floor."""
+    right = Lines(np.zeros(len(outer) + 1, dtype=np.int64), np.append(outer_key, 1.0), np.append(outer, outer[0]))
+    if len(inner) > 1:
+        inner_key, inner = np.append(inner_key, 1.0), np.append(inner, inner[0])
+    return strip_triangles(right, Lines(np.zeros(len(inner), dtype=np.int64), inner_key, inner))[0]

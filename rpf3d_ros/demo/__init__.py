@@ -1,0 +1,1 @@
+"""The demo of a shift: nodes as processes on a simulated clock."""

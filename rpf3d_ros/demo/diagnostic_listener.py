@@ -1,0 +1,43 @@
+"""Hearing what nodes say of themselves, for programs that are no nodes themselves: the demo and the tests."""
+
+from typing import Self
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from rpf3d_ros.messages.health import Health, healths_of
+from rpf3d_ros.nodes.qos import EVENTS
+
+PATIENCE = 0.1
+"""Seconds that `spin_once` waits for a message."""
+
+
+class DiagnosticListener:
+    """A context manager that listens to /diagnostics in a context of its own."""
+
+    def __init__(self) -> None:
+        self.healths: dict[str, Health] = {}
+        self._context = Context()
+        self._context.init()
+        self._node = Node("rpf3d_diagnostic_listener", context=self._context)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, EVENTS)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+
+    def spin_once(self) -> dict[str, Health]:
+        """Take what has come; the last state of every part of every node, by name."""
+        self._executor.spin_once(timeout_sec=PATIENCE)
+        return self.healths
+
+    def _hear(self, array: DiagnosticArray) -> None:
+        self.healths.update({health.name: health for health in healths_of(array)})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()

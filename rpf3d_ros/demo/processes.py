@@ -1,0 +1,78 @@
+"""Nodes as child processes, isolated from other ROS systems: loopback, a domain and a log folder of their own."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import IO
+
+from rpf3d_ros.demo.domains import free_domain
+
+GRACE = 15.0
+"""Seconds that a node has to end after SIGINT before it is killed: writing a large recording's end takes a few."""
+
+TAIL = 20
+"""Lines of each node's output that are shown when something went wrong."""
+
+SET_PARENT_DEATH_SIGNAL = 1
+"""PR_SET_PDEATHSIG of Linux' prctl(2)."""
+
+LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
+
+_taken: list[IO[str]] = []
+"""Locks of the domains that this process has until it ends."""
+
+
+def isolated_environment(logs: Path) -> dict[str, str]:
+    """Environment variables that keep nodes on this machine, in a domain that no other process has meanwhile.
+
+    Raises InputError where there is none.
+    """
+    domain, lock = free_domain()
+    _taken.append(lock)
+    return {
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_LOG_DIR": str(logs),
+    }
+
+
+def node_process(module: str, ros_arguments: list[str], logs: Path) -> subprocess.Popen[bytes]:
+    """Start a node of this package with this process' environment; its output goes to logs/<module>.out.
+
+    On Linux the node ends when the thread that started it does, however that comes.
+    """
+    command = [sys.executable, "-m", f"rpf3d_ros.nodes.{module}", "--ros-args", *ros_arguments]
+    root = str(Path(__file__).resolve().parents[2])
+    path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
+    with (logs / f"{module}.out").open("wb") as output:
+        return subprocess.Popen(
+            command, stdout=output, stderr=output, env={**os.environ, "PYTHONPATH": path}, preexec_fn=_end_with_parent
+        )
+
+
+def _end_with_parent() -> None:
+    if LIBC is not None:
+        LIBC.prctl(SET_PARENT_DEATH_SIGNAL, int(signal.SIGTERM))
+
+
+def ended(process: subprocess.Popen[bytes]) -> int:
+    """End a node by SIGINT and return its exit code; killed where it does not end in time."""
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        return process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return process.wait()
+
+
+def tails(logs: Path) -> str:
+    """The last lines of every node's output."""
+    parts = []
+    for output in sorted(logs.glob("*.out")):
+        lines = output.read_text(errors="replace").splitlines()[-TAIL:]
+        parts += [f"--- {output.stem}", *lines]
+    return "\n".join(parts)

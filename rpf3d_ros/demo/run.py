@@ -1,0 +1,209 @@
+"""Five minutes of a shift, in time lapse: simulator and recorder on a simulated clock, each in a process of its own.
+
+`python -m rpf3d_ros.demo.run --out out/demo-ros` plays what survey, radar and operator do (`shift.py`), while the nodes
+answer, decide and record. It leaves the log of decisions and a .rrd that `rerun rrd verify` accepts; exit code 0 where
+it does and nothing is missing in it, 1 otherwise, 128 + its number after a signal. The clock runs at its true rate
+while an answer is awaited and fast through the quiet between; `--real-time` takes the five minutes.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from rpf3d_core.alerts.log_files import files_in
+from rpf3d_core.errors import InputError
+from rpf3d_core.recordings.content import rows_by_entity, verify
+from rpf3d_ros.demo.processes import ended, isolated_environment, node_process, tails
+from rpf3d_ros.demo.shift_content import ShiftContent, shift_content
+from rpf3d_ros.nodes.leaving import unless_signalled
+
+SOURCE_TREE = Path(__file__).resolve().parents[2]
+INSTALLED = Path(sysconfig.get_path("data")) / "share" / "rpf3d"
+"""Where pip puts the files that are no code."""
+
+EXPECTED = (
+    "terrain/mesh", "terrain/update", "sources", "trajectories", "trajectories/points", "impacts", "deposits",
+    "hazard/grid", "hazard/points", "hazard/zones", "results", "alerts", "alarm",
+)  # fmt: skip
+"""Topics that must have been recorded."""
+
+ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/alerts", "/alert_level")
+"""What the recording must hold; /deposits depends on whether a rock stays."""
+
+LEVELS = ("evacuate", "normal")
+"""What must have been told after each other: one alert, up and down."""
+
+SPEED = 20.0
+"""Seconds of the shift in a second of the machine's time, while no answer is awaited."""
+
+BEGINS_NS = 1_767_250_800_000_000_000
+"""The shift begins on 2026-01-01 at 07:00 UTC."""
+
+EARLIER_NS = 600_000_000_000
+"""So much (ns) earlier the nodes start; what is left of it when they have is skipped."""
+
+SOURCES = 12
+
+DECISIONS = "demo-decisions"
+"""Folder of the log of decisions, beside the recording; no node calls its own so unless it is told to."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the demo; 0 or 1, or 128 + its number after a signal."""
+    options = _options(args)
+    return unless_signalled(lambda: _demo(options))
+
+
+def _demo(options: argparse.Namespace) -> int:
+    try:
+        return _played(options)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _played(options: argparse.Namespace) -> int:
+    options.out.mkdir(parents=True, exist_ok=True)
+    finished, recording = options.out / "demo.rrd", options.out / "demo.part.rrd"
+    for old in (finished, recording):
+        old.unlink(missing_ok=True)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="rpf3d_ros_") as logs:
+        missing = _record(options, recording, Path(logs))
+        if not missing:
+            _keep_decisions(Path(logs) / DECISIONS, options.out / DECISIONS)
+    if missing:
+        print(f"after {options.timeout:g} s there was nothing of: {', '.join(missing)}", file=sys.stderr)
+        return 1
+    print(f"recorded in {time.monotonic() - began:.1f} s; decisions: rpf3d audit {options.out / DECISIONS}")
+    return _report(recording, finished)
+
+
+def _keep_decisions(made: Path, kept: Path) -> None:
+    """Put the log of this demo in the place of the last one's; whatever else lies there stays."""
+    kept.mkdir(exist_ok=True)
+    for _, old in files_in(kept):
+        old.unlink()
+    for _, new in files_in(made):
+        shutil.copy(new, kept)
+
+
+def shipped(name: str) -> Path:
+    """A file of the package that is no code, such as config/rpf3d.yaml: of the source tree, or as installed."""
+    return next((folder / name for folder in (SOURCE_TREE, INSTALLED) if (folder / name).is_file()), INSTALLED / name)
+
+
+def _options(args: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", type=Path, default=shipped("config/scenes/shift.yaml"), help="scene file")
+    parser.add_argument("--site", type=Path, default=shipped("config/site_shift.yaml"), help="thresholds of the alerts")
+    parser.add_argument("--out", type=Path, default=Path("out/demo-ros"), help="folder for demo.rrd")
+    parser.add_argument("--speed", type=float, default=SPEED, help="of the clock while no answer is awaited")
+    parser.add_argument("--real-time", dest="speed", action="store_const", const=1.0, help="take the five minutes")
+    parser.add_argument("--timeout", type=float, default=120.0, help="seconds to wait for nodes to start and to record")
+    return parser.parse_args(args)
+
+
+def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
+    """Run the nodes while the shift is played and until everything is recorded; what is missing."""
+    # The environment is this process' own: it listens in the same domain. Children start before rclpy does.
+    os.environ.update(isolated_environment(logs))
+    content = shift_content(options.scene, SOURCES)
+    nodes = {
+        "recorder": {"file": recording},
+        "simulator": {
+            "scene": options.scene, "site_file": options.site, "decision_log": logs / DECISIONS,
+            "above_ground": 0.5, "release_speed": content.speed, "position_spread": 1.0, "velocity_spread": 0.3,
+        },
+    }  # fmt: skip
+    processes: dict[str, subprocess.Popen[bytes]] = {}
+    try:
+        for name, own in nodes.items():
+            given = [word for key, value in own.items() for word in ("-p", f"{key}:={value}")]
+            processes[name] = node_process(f"{name}_node", ["-p", "use_sim_time:=true", *given], logs)
+        missing = _play(options, content, list(processes.values()))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        missing = ["an answer"]
+    finally:
+        codes = {name: ended(process) for name, process in reversed(list(processes.items()))}
+    if missing or any(codes.values()):
+        print(f"exit codes: {codes}", file=sys.stderr)
+        print(tails(logs), file=sys.stderr)
+    return missing or [name for name, code in codes.items() if code]
+
+
+def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
+    """Play the shift to the nodes; what they have not recorded or said of it in time."""
+    from rpf3d_ros.demo.shift import LENGTH, Shift
+    from rpf3d_ros.demo.simulated_clock import SimulatedClock
+    from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads: after the children
+
+    spoken = ("terrain/mesh", "terrain/update", "sources")
+    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:
+        if not stand_in.wait_for_listeners(options.timeout, len(processes), lambda: _all_run(processes)):
+            return ["the nodes"]
+        clock.skip_to(BEGINS_NS)
+        shift = Shift(content, stand_in, clock, options.speed)
+        print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
+        shift.play(lambda sentence: print(sentence, flush=True))
+        clock.run_at(1.0)  # or what the radar said last would be stale before all is recorded
+        print(f"  levels of the alert: {', '.join(shift.levels)}")
+        untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
+        return untold + _wait_for_topics(options.timeout, processes)
+
+
+def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
+    return all(process.poll() is None for process in processes)
+
+
+def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
+    """Whether all that is wanted was told, one after the other."""
+    rest = iter(told)
+    return all(level in rest for level in wanted)
+
+
+def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
+    """Listen to the recorder's diagnostics until it has recorded every expected topic; those still missing."""
+    from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads: after the children
+    from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED
+
+    deadline = time.monotonic() + timeout
+    missing = list(EXPECTED)
+    with DiagnosticListener() as listener:
+        while missing and time.monotonic() < deadline and _all_run(processes):
+            recorded = listener.spin_once().get(COUNT_OF_RECORDED)
+            missing = [topic for topic in EXPECTED if recorded is None or topic not in recorded.values]
+        for health in listener.healths.values():
+            print(f"  {health.name}: {health.message}", *(f"{k}={v}" for k, v in health.values.items()))
+    return missing
+
+
+def _report(recording: Path, finished: Path) -> int:
+    """Verify the recording, give it its final name and print what it holds; 0 where nothing is missing."""
+    try:
+        verify(recording)
+        rows = rows_by_entity(recording)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 1
+    missing = [entity for entity in ENTITIES if not rows.get(entity)]
+    if not missing:
+        recording = recording.rename(finished)
+    print(f"{recording} ({recording.stat().st_size / 1e6:.1f} MB) verifies; rows by entity:")
+    for entity, count in sorted(rows.items()):
+        print(f"  {entity:28} {count:6}")
+    if missing:
+        print(f"missing: {', '.join(missing)}", file=sys.stderr)
+    return 1 if missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,184 @@
+"""Five minutes of a shift: what survey, radar and operator do, and when.
+
+The same rocks come three times. A bench catches them; then its crest fails, and over the muck they reach the haul ramp,
+which is evacuated; then the bench is cleaned. Nothing is played back: the nodes answer what they are sent.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import Header
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.demo.shift_content import ShiftContent, patch_message
+from rpf3d_ros.demo.simulated_clock import SimulatedClock
+from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.messages.alert_reading import ALERT
+from rpf3d_ros.messages.health import healths_of
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.result_messages import facts_of
+from rpf3d_ros.messages.source_messages import poses_of_sources
+from rpf3d_ros.messages.stamps import SECOND, nanoseconds, stamp_of
+from rpf3d_ros.nodes.qos import RESULTS
+
+LENGTH = 300.0
+"""Seconds of the shift."""
+
+RADAR = 5.0
+"""Seconds between two messages of the radar, which speaks also where it sees nothing."""
+
+NONE = np.empty((0, 3))
+
+T = TypeVar("T")
+
+
+class Event(NamedTuple):
+    """at : s of the shift; what : the method of `Shift` that does it; said : a sentence for who watches."""
+
+    at: float
+    what: str
+    said: str
+
+
+EVENTS = (
+    Event(0.0, "survey", "the survey of the morning: the whole pit"),
+    Event(30.0, "falls", "rocks leave a bench 30 m above the haul ramp; the bench below catches them"),
+    Event(60.0, "quiet", "the wall is quiet"),
+    Event(90.0, "fails", "survey, first update: a crest has failed, and its muck fills the bench"),
+    Event(120.0, "falls", "the same rocks again: over the muck they come down to the ramp"),
+    Event(160.0, "quiet", "the wall is quiet; what was said stays until somebody looks"),
+    Event(190.0, "acknowledge", "the shift supervisor acknowledges"),
+    Event(210.0, "cleaned", "survey, second update: the bench is cleaned"),
+    Event(240.0, "falls", "the same rocks a third time"),
+    Event(275.0, "quiet", "the wall is quiet"),
+)
+"""Two updates of the terrain, three bursts of sources, one alert up and down."""
+
+BY = "M. Supervisor: ramp closed and inspected, radar quiet for 30 s"
+ANSWERING = 30.0
+"""Seconds of the machine's time until an answer is given up."""
+
+
+class Shift:
+    """Plays the shift; its clock runs at 1 while an answer is awaited, so delays in the recording are true ones."""
+
+    def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
+        """speed : seconds of the shift in a second, while nothing is awaited."""
+        self._content, self._stand_in, self._clock, self._speed = content, stand_in, clock, speed
+        self._began_ns = clock.now_ns()
+        self._seen: tuple[FloatArray, FloatArray] = (NONE, NONE)
+        self._spoken_ns, self._answered_ns, self._flown_over = 0, 0, ""
+        self.levels: list[str] = []
+        stand_in.hear("results", self._note_answer)
+        stand_in.hear("alerts", self._note_alert, RESULTS)
+
+    def play(self, say: Callable[[str], None]) -> None:
+        """Do everything in its time. Raises InputError where a node does not answer, or an acknowledgement is void."""
+        if not self._stand_in.wait(lambda: self.levels, ANSWERING):
+            raise InputError(f"no alert is heard within {ANSWERING:g} s")
+        for event in EVENTS:
+            self._pass_until(event.at)
+            say(f"  {event.at:3.0f} s  {event.said}")
+            getattr(self, event.what)()
+        self._pass_until(LENGTH)
+
+    def survey(self) -> None:
+        """Publish the whole pit."""
+        self._stand_in.publish("terrain/mesh", self._content.mesh)
+        self._speak()
+
+    def falls(self) -> None:
+        """Let the radar see rocks from now on."""
+        self._seen = (self._content.places, self._content.velocities)
+        self._speak()
+
+    def quiet(self) -> None:
+        """Let the radar see nothing from now on."""
+        self._seen = (NONE, NONE)
+        self._speak()
+
+    def fails(self) -> None:
+        """Publish the bench with muck on it."""
+        self._update(self._content.muck)
+
+    def cleaned(self) -> None:
+        """Publish the bench as it was."""
+        self._update(self._content.bench)
+
+    def acknowledge(self) -> None:
+        """Let the operator acknowledge the alert."""
+        done, answer = self._at_real_time(lambda: self._stand_in.acknowledge(BY, ANSWERING))
+        if not done:
+            raise InputError(f"the acknowledgement was refused: {answer}")
+
+    def _update(self, points: FloatArray) -> None:
+        """Publish a patch, and wait for an answer over other ground than the last one's."""
+        before = self._flown_over
+
+        def publish() -> None:
+            self._stand_in.publish("terrain/update", patch_message(points, self._clock.now_ns()))
+
+        self._await(publish, lambda: self._flown_over != before)
+
+    def _speak(self) -> None:
+        """Let the radar say what it sees, and wait for the answer to that."""
+
+        def publish() -> None:
+            self._spoken_ns = self._clock.now_ns()
+            header = Header(stamp=stamp_of(self._spoken_ns), frame_id=MapFrame().name)
+            places, velocities = self._seen
+            message = poses_of_sources(header, places, velocities) if len(places) else PoseArray(header=header)
+            self._stand_in.publish("sources", message)
+
+        self._await(publish, lambda: self._answered_ns >= self._spoken_ns)
+
+    def _pass_until(self, at: float) -> None:
+        """Let the clock go on to a second of the shift; the radar speaks on the way.
+
+        Its answers are awaited: a clock that ran on would leave nodes on a busy machine behind, to whom what the radar
+        says then is from the future, or stale.
+        """
+        end = self._began_ns + round(at * SECOND)
+        while (now := self._clock.now_ns()) < end:
+            if now - self._spoken_ns >= RADAR * SECOND:
+                self._speak()
+            self._stand_in.spin_once()
+
+    def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
+        """Ask, at a time that the nodes have been told, and wait until that is answered."""
+
+        def is_answered() -> bool:
+            self._clock.tell()
+            ask()
+            return bool(self._stand_in.wait(answered, ANSWERING))
+
+        if not self._at_real_time(is_answered):
+            raise InputError(f"the simulator has not answered within {ANSWERING:g} s")
+
+    def _at_real_time(self, work: Callable[[], T]) -> T:
+        self._clock.run_at(1.0)
+        try:
+            return work()
+        finally:
+            self._clock.run_at(self._speed)
+
+    def _note_answer(self, data: bytes, at_ns: int) -> None:
+        message = deserialize_message(data, DiagnosticArray)
+        self._answered_ns = nanoseconds(message.header.stamp)
+        self._flown_over = facts_of(message).terrain_digest
+
+    def _note_alert(self, data: bytes, at_ns: int) -> None:
+        level = level_of(data)
+        if level and self.levels[-1:] != [level]:
+            self.levels.append(level)
+
+
+def level_of(data: bytes) -> str:
+    """The level of the site that a message of `alerts` tells, "" where it tells none."""
+    healths = healths_of(deserialize_message(data, DiagnosticArray))
+    return next((health.values["level"] for health in healths if health.name == ALERT), "")

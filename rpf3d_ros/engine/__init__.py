@@ -1,0 +1,1 @@
+"""The threads of the simulator: what waits, what builds ground, what flies, what decides."""

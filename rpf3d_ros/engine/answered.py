@@ -1,0 +1,41 @@
+"""What the answers in force rest on: the last trigger of each region, until it is too old to be believed."""
+
+from collections.abc import Hashable
+
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.engine.heard_topics import is_cleared_by
+from rpf3d_ros.engine.intake import SECOND
+
+
+class AnsweredSources:
+    """The last trigger of each region: a change of ground, or of areas, makes all their answers out of date."""
+
+    def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
+        """age_s : seconds behind the newest after which a trigger is not answered anew; most : that are kept."""
+        self._age, self._most = round(age_s * SECOND), most
+        self._last: dict[Hashable, Trigger] = {}
+
+    def note(self, region: Hashable, trigger: Trigger) -> None:
+        """A trigger is answered; one of no sources takes the place of all of its topic that are not newer."""
+        if not len(trigger.positions):
+            self._last = {
+                each: one for each, one in self._last.items()
+                if one.stamp_ns > trigger.stamp_ns or not is_cleared_by(trigger.topic, one.topic)
+            }  # fmt: skip
+            return
+        self._last.pop(region, None)
+        self._last[region] = trigger
+        if len(self._last) > self._most:
+            del self._last[next(iter(self._last))]
+
+    def beside(self, latest: Trigger) -> list[Trigger]:
+        """The triggers beside the newest that must be answered anew with it, the oldest first."""
+        return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
+
+    def holds(self, trigger: Trigger) -> bool:
+        """Whether a trigger is still the last of its region."""
+        return any(one is trigger for one in self._last.values())
+
+    def clear(self) -> None:
+        """Forget them all."""
+        self._last.clear()

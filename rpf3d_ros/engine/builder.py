@@ -1,0 +1,138 @@
+"""The thread that makes ground of surveys, beside the one that is flown over, and keeps the last good one on disk."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from rpf3d_core.errors import InputError, TerrainError
+from rpf3d_core.live.ground import Ground, Workshop
+from rpf3d_core.live.standing import Standing, stand_after, stand_on
+from rpf3d_core.live.store import Store
+from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
+from rpf3d_core.scene.model import Scene
+from rpf3d_ros.engine.flyer import Flyer
+from rpf3d_ros.engine.intake import WaitingTerrain
+from rpf3d_ros.engine.unforeseen import tell
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Arrival:
+    """A message of terrain: what makes a survey of it, when it was surveyed, and the bytes that it came in.
+
+    data : of a mesh, so that its repetition is known; empty of anything else
+    """
+
+    convert: Callable[[], Survey]
+    stamp_ns: int
+    data: Buffer = b""
+
+
+class Listener(Protocol):
+    """Who is told what came of terrain, on the builder's thread."""
+
+    def stands(self, ground: Ground, what: str) -> None:
+        """A ground is in use."""
+
+    def terrain_refused(self, why: str) -> None:
+        """A message of terrain cannot be used; the ground is what it was."""
+
+    def failed(self, error: BaseException) -> None:
+        """Something went wrong that nobody has foreseen."""
+
+
+class Builder:
+    """Takes terrain as it comes, in order, and hands ground to the flyer."""
+
+    def __init__(
+        self, scene: Scene, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
+        store: Store | None,
+    ) -> None:  # fmt: skip
+        self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
+        self._listener, self._store = listener, store
+        self._mesh: Buffer = b""
+        self._thread = threading.Thread(target=self._run, name="rpf3d builder", daemon=True)
+        self._thread.start()
+
+    def close(self, timeout: float) -> bool:
+        """Build nothing further; wait at most timeout (s). True where the thread has ended."""
+        self._waiting.close()
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while (task := self._waiting.take()) is not None:
+            try:
+                self._build(*task)
+            except Exception as error:
+                tell(self._listener.failed, error)
+
+    def _build(self, kind: str, arrival: Arrival) -> None:
+        try:
+            made = self._whole(arrival) if kind == "whole" else self._patched(arrival)
+        except Exception as error:
+            foreseen = isinstance(error, InputError)
+            self._refuse(kind, str(error) if foreseen else f"{type(error).__name__}: {error}")
+            if not foreseen:
+                raise
+            return
+        if kind == "whole":
+            self._waiting.accepted()
+        ground, survey = made
+        self._listener.stands(ground, "received" if kind == "whole" else "received, patched")
+        if self._store is not None and survey is not None:
+            self._store.keep(ground, survey)
+
+    def _refuse(self, kind: str, why: str) -> None:
+        """Let go of what is refused; a patch that is not in the terrain is lost."""
+        if kind == "whole":
+            self._waiting.refused()
+        else:
+            self._waiting.lost()
+        self._listener.terrain_refused(why)
+
+    def _whole(self, arrival: Arrival) -> tuple[Ground, Survey | None]:
+        """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
+        standing = self._flyer.standing
+        known = standing.ground if standing is not None else None
+        # A mesh has no stamp: one that is the terrain already is no younger than it, unless its age means nothing.
+        keeps = len(arrival.data) and isinstance(known, Ground) and 0 < known.stamp_ns <= arrival.stamp_ns
+        if keeps and same_bytes(arrival.data, self._mesh):
+            return known, None
+        survey = arrival.convert()
+        ground = self._workshop.whole(survey, arrival.stamp_ns)
+        if keeps and known.digest == ground.digest:  # as after a restart that has taken it from the store
+            self._mesh = arrival.data
+            return known, None
+        standing = stand_on(ground, self._scene)
+        _ = standing.cells  # here, so that the first answer need not wait for them
+        self._flyer.hand_over(ready=standing)
+        self._mesh = arrival.data
+        return ground, survey
+
+    def _patched(self, arrival: Arrival) -> tuple[Ground, Survey]:
+        """The ground in use with a patch sewn in, handed over."""
+        patch = arrival.convert()
+        if not isinstance(patch, CloudSurvey | GridSurvey):
+            raise MessageRefused("a patch must be a cloud of points")
+        grounds: list[Ground] = []
+
+        def sewn_in(standing: Standing) -> Standing:
+            cells = standing.cells
+            assert isinstance(standing.ground, Ground) and cells is standing.cells  # known before the ground changes
+            grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
+            return _stood_on(standing, grounds[0])
+
+        self._flyer.hand_over(change=sewn_in)
+        self._mesh = b""
+        return grounds[0], patch
+
+
+def _stood_on(before: Standing, ground: Ground) -> Standing:
+    """As `stand_after`; a TerrainError would say that nothing has changed, which is no longer so."""
+    try:
+        return stand_after(before, ground)
+    except TerrainError as error:
+        raise MessageRefused(f"there is no terrain after the patch: {error}") from error

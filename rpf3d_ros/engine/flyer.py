@@ -1,0 +1,325 @@
+"""The thread that owns the ground: it takes over new ground, applies patches, answers triggers and refines answers.
+
+One thread does all of these, so that a patch never changes the ground under a rock in flight.
+"""
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+from rpf3d_core.errors import InputError, TerrainError
+from rpf3d_core.live.answers import Answer, answers
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.standing import Outlines, Standing
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_core.scene.model import Scene
+from rpf3d_ros.engine.answered import AnsweredSources
+from rpf3d_ros.engine.intake import WaitingSources
+from rpf3d_ros.engine.unforeseen import tell
+
+Change = Callable[[Standing], Standing]
+"""Makes what is stood on after a change of the ground; the former must not be flown over any more."""
+
+
+class Listener(Protocol):
+    """Who is told what comes of it, on the flyer's thread."""
+
+    def answered(self, answer: Answer) -> None:
+        """An answer is there; who returns has published it."""
+
+    def unanswerable(self, trigger: Trigger, why: str) -> None:
+        """A trigger has no answer."""
+
+    def groundless(self, trigger: Trigger) -> None:
+        """There is nothing to fly a trigger over."""
+
+    def failed(self, error: BaseException) -> None:
+        """Something went wrong that nobody has foreseen."""
+
+
+@dataclass(eq=False)
+class Handover:
+    """A change of ground on its way to the flyer; `done` is set when it has been made, or refused: then `error` says.
+
+    ready : a ground to stand on; None where the one stood on is changed
+    """
+
+    ready: Standing | None
+    change: Change | None
+    done: threading.Event
+    error: BaseException | None = None
+    standing: Standing | None = None
+
+
+class Told(NamedTuple):
+    """What was told of a trigger over the ground of the moment: for which areas, and of how many rocks."""
+
+    trigger: Trigger
+    areas: Mapping[str, Outlines]
+    rocks: int
+
+
+class Flyer:
+    """Answers triggers over the ground of the moment, one thread's work.
+
+    A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
+    last trigger of each region is answered anew, the newest last. What another wall's trigger has interrupted is
+    answered to its end afterwards.
+    """
+
+    def __init__(
+        self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
+        listener: Listener, answered: AnsweredSources | None = None, least_rocks: int = 0,
+    ) -> None:  # fmt: skip
+        """first_rocks : of the first stage; least_rocks : that are flown in all, whatever the target says."""
+        self._scene, self._around, self._first, self._least = scene, around, first_rocks, least_rocks
+        self._sources, self._results, self._listener = sources, results, listener
+        self._handovers: list[Handover] = []
+        self._changed = threading.Condition()
+        self._answered = answered or AnsweredSources()
+        self._again: list[Trigger] = []
+        self._closed = self._active = self._anew = self._outdated = False
+        self._areas: Mapping[str, Outlines] = {}
+        self._areas_flown = self._areas
+        self._told: list[Told] = []
+        self._stages: Iterator[Answer] | None = None
+        self._trigger: Trigger | None = None
+        self._unfinished: Trigger | None = None
+        self._left: list[Trigger] = []
+        self._finishing = False
+        self._latest: Trigger | None = None
+        self.standing: Standing | None = None
+        self._thread = threading.Thread(target=self._run, name="rpf3d flyer", daemon=True)
+        self._thread.start()
+
+    def submit(self, trigger: Trigger) -> Trigger | None:
+        """Put a trigger in line; the one of another wall that finds no room any more, or None.
+
+        It is answered after all that wait.
+        """
+        with self._changed:
+            self._changed.notify()
+            pushed_out = self._sources.put(trigger)
+            if pushed_out is not None:
+                self._answered.note(self._sources.region_of(pushed_out), pushed_out)
+                self._left.append(pushed_out)
+            return pushed_out
+
+    def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
+        """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
+
+        Raises whatever the change raises; the ground is then what it was. InputError where it is closed, or there is
+        no ground to change.
+        """
+        handover = Handover(ready, change, threading.Event())
+        with self._changed:
+            self._handovers.append(handover)
+            self._changed.notify()
+        while not handover.done.wait(0.1):
+            if self._closed:
+                raise InputError("the node is being shut down")
+        if handover.error is not None:
+            raise handover.error
+        return handover
+
+    def set_areas(self, topic: str, outlines: Outlines) -> None:
+        """Replace the live areas of a topic, map frame, and answer the last trigger anew."""
+        with self._changed:
+            self._areas = {**self._areas, topic: outlines}
+            self._anew = self._outdated = True
+            self._changed.notify()
+
+    @property
+    def has_trigger(self) -> bool:
+        """Whether anything has been heard of sources."""
+        return self._latest is not None or len(self._sources) > 0
+
+    def activate(self) -> None:
+        """From now on answer."""
+        with self._changed:
+            self._active = True
+            self._changed.notify()
+
+    def deactivate(self) -> None:
+        """Answer nothing any more, and forget what waits."""
+        with self._changed:
+            self._active, self._anew = False, False
+            self._forget()
+            self._changed.notify()
+
+    def forget(self) -> None:
+        """Forget the last triggers: their stamps mean nothing any more."""
+        with self._changed:
+            self._forget()
+
+    def _forget(self) -> None:
+        self._sources.clear()
+        self._answered.clear()
+        self._again, self._left, self._told, self._outdated = [], [], [], False
+        self._stages = self._trigger = self._unfinished = self._latest = None
+
+    def close(self, timeout: float) -> bool:
+        """End; wait at most timeout (s) for the thread. True where it has ended."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        while not self._closed:
+            try:
+                self._step()
+            except Exception as error:
+                self._stages = self._unfinished = None
+                tell(self._listener.failed, error)
+
+    def _step(self) -> None:
+        """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""
+        with self._changed:
+            self._changed.wait_for(self._has_work)
+            if self._closed:
+                return
+            handover = self._handovers.pop(0) if self._handovers else None
+            begin = None if handover else self._next_trigger()
+        if handover is not None:
+            self._take_over(handover)
+        elif begin is not None:
+            self._begin(begin)
+        elif self._stages is not None:
+            self._refine()
+
+    def _has_work(self) -> bool:
+        waits = self._again or self._wants_anew() or self._to_be_finished()
+        busy = self._stages is not None or len(self._sources) or waits
+        return bool(self._closed or self._handovers or (self._active and busy))
+
+    def _wants_anew(self) -> bool:
+        """Whether the newest must be answered, again or at last: it is what is shown in the end."""
+        ends_another = self._finishing and (self._unfinished is not None or self._to_be_finished() is not None)
+        return self._latest is not None and (self._anew or (self._trigger is not self._latest and not ends_another))
+
+    def _next_trigger(self) -> Trigger | None:
+        """The next to begin; the latest again where something of it has changed, or another was answered since."""
+        if not self._active:
+            return None
+        if self._outdated and self._latest is not None:
+            self._again, self._outdated = self._answered.beside(self._latest), False
+        finishing, trigger = False, self._sources.take()
+        if trigger is not None:
+            self._answered.note(self._sources.region_of(trigger), trigger)
+            if self._latest is None or trigger.stamp_ns >= self._latest.stamp_ns:
+                self._latest = trigger
+        else:
+            trigger = self._answered_before() or (self._latest if self._wants_anew() else None)
+            if trigger is None:
+                trigger = self._to_be_finished()
+                finishing = trigger is not None
+        if trigger is not None:
+            self._set_aside(trigger)
+            self._trigger, self._finishing = trigger, finishing
+        return trigger
+
+    def _set_aside(self, trigger: Trigger) -> None:
+        """Keep in mind what a trigger interrupts: without an end it would stay as uncertain as it is."""
+        left = self._left if self._unfinished is None else [*self._left, self._unfinished]
+        self._left = [each for each in left if each is not trigger and self._answered.holds(each)]
+
+    def _to_be_finished(self) -> Trigger | None:
+        """What was left unfinished for other walls and is not too old, once nothing else is to do."""
+        if self._unfinished is not None or self._latest is None:
+            return None
+        beside = self._answered.beside(self._latest)
+        return next((each for each in self._left if any(each is one for one in beside)), None)
+
+    def _answered_before(self) -> Trigger | None:
+        """The next of what must be answered anew beside the latest; what has been overtaken since is not."""
+        self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
+        return self._again.pop(0) if self._again else None
+
+    def _take_over(self, handover: Handover) -> None:
+        try:
+            standing = handover.ready
+            if handover.change is not None:
+                standing = self._changed_by(handover.change)
+            self.standing = handover.standing = standing
+            self._told = []
+            self._anew = self._outdated = True
+        except Exception as error:
+            handover.error = error
+        finally:
+            handover.done.set()
+
+    def _changed_by(self, change: Change) -> Standing:
+        """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
+        if self.standing is None:
+            raise InputError("there is no terrain yet that it could change")
+        try:
+            return change(self.standing)
+        except TerrainError:
+            raise  # refused before anything was changed
+        except Exception:
+            self.standing = self._stages = None  # its arrays may have changed: nothing is flown over them
+            self._anew = self._outdated = True
+            raise
+
+    def _begin(self, trigger: Trigger) -> None:
+        """Answer a trigger, unless it has been forgotten since it was taken."""
+        with self._changed:
+            if self._trigger is not trigger:
+                return
+            self._anew, self._stages, standing = False, None, self.standing
+            self._unfinished = None if standing is None else trigger
+            self._areas_flown = self._areas
+            areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
+            if standing is not None:
+                self._stages = answers(
+                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results, self._least
+                )
+        if standing is None:
+            self._listener.groundless(trigger)
+        self._refine()
+
+    def _refine(self) -> None:
+        """Fly the next stage of the trigger at hand."""
+        stages, trigger = self._stages, self._trigger
+        if stages is None or trigger is None:
+            return
+        try:
+            answer = next(stages, None)
+        except InputError as refusal:
+            self._unfinished = None
+            if self._goes_on(stages, ended=True):
+                self._listener.unanswerable(trigger, str(refusal))
+            return
+        if answer is None:
+            self._anew = self._goes_on(stages, ended=True) or self._anew
+        elif self._goes_on(stages, answer.complete):
+            self._unfinished = None if answer.complete else trigger
+            if self._is_news(trigger, answer):
+                self._listener.answered(answer)
+
+    def _is_news(self, trigger: Trigger, answer: Answer) -> bool:
+        """Whether nothing surer has been told of the same sources, ground and areas: who begins again begins small."""
+        areas = self._areas_flown
+        if any(each.trigger is trigger and each.areas is areas and each.rocks > answer.rocks for each in self._told):
+            return False
+        others = (each for each in self._told if each.trigger is not trigger and self._answered.holds(each.trigger))
+        self._told = [*others, Told(trigger, areas, answer.rocks)]
+        return True
+
+    def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
+        """Whether what has just been flown still means anything: the trigger has not been forgotten meanwhile."""
+        with self._changed:
+            if self._stages is not stages:
+                return False
+            if ended:
+                self._stages = None
+            return self._active and not self._closed
+
+    def _is_overtaken(self, stage: int) -> bool:
+        """Whether to give up a stage: the first is flown whatever comes, or a flood would never be answered."""
+        if self._closed or not self._active:
+            return True
+        return stage > 0 and bool(self._handovers or len(self._sources) or self._anew)

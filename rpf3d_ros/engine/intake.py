@@ -1,0 +1,297 @@
+"""What waits to be dealt with: bounded, the newest first, and every message that is dropped is counted.
+
+A message is looked at here no longer than it takes to put it in line; threads of their own take it from there.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.messages.refusals import MessageRefused
+
+M = TypeVar("M")
+
+UNTRIED = 3
+"""Surveys that may wait to be tried as terrain: a bad one must not push out a good one, nor many fill the memory."""
+
+LATE = 10.0
+"""Seconds that a whole survey may be on its way while patches that were published after it are heard before it."""
+
+REMEMBERED = 10_000
+"""Patches of which it is kept in mind when they were published."""
+
+SECOND = 1_000_000_000
+"""Nanoseconds."""
+
+NOBODY = "nobody"
+"""In the place of a square: a message without sources speaks of all walls that its topic watches."""
+
+
+class StampGuards:
+    """The last stamp of each topic: what comes with an older one is refused, and what comes from the future.
+
+    Without the second, one damaged stamp would shut a topic for all that follows.
+    """
+
+    def __init__(self, most_ahead: float) -> None:
+        """most_ahead : seconds that a stamp may be ahead of the clock."""
+        self._last: dict[str, int] = {}
+        self._most_ahead = most_ahead
+
+    def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
+        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
+
+        now_ns : 0 where the clock has not begun yet, so that nothing is ahead of it
+        """
+        ahead = (stamp_ns - now_ns) / SECOND
+        if now_ns > 0 and ahead > self._most_ahead:
+            raise MessageRefused(
+                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
+                f"(most_ahead)"
+            )
+        last = self._last.get(topic, stamp_ns)
+        if stamp_ns < last:
+            back = (last - stamp_ns) / SECOND
+            raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
+
+    def note(self, topic: str, stamp_ns: int) -> None:
+        """A message with this stamp (ns) has been taken."""
+        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
+
+    def reset(self) -> None:
+        """Forget all stamps: the clock has been set back."""
+        self._last.clear()
+
+
+class WaitingSources:
+    """Triggers in line, one for each region: a newer one takes the place of one that nobody has looked at yet.
+
+    So a flood from one wall is answered with its newest message, and never pushes out another wall's.
+    """
+
+    def __init__(self, region_size: float, most: int) -> None:
+        """region_size : side of the squares that regions are (m); most : triggers that may wait."""
+        self._size, self._most = region_size, most
+        self._waiting: dict[Hashable, Trigger] = {}
+        self._served: dict[Hashable, int] = {}
+        self._turn = 0
+        self.dropped = 0
+
+    def put(self, trigger: Trigger) -> Trigger | None:
+        """Put a trigger in line; where too many wait, that of the oldest region is dropped, and returned."""
+        region = self.region_of(trigger)
+        if self._waiting.pop(region, None) is not None:
+            self.dropped += 1
+        self._waiting[region] = trigger
+        if len(self._waiting) <= self._most:
+            return None
+        self.dropped += 1
+        return self._waiting.pop(next(iter(self._waiting)))
+
+    def take(self) -> Trigger | None:
+        """The newest trigger of the region that has not been served for longest; None where nothing waits."""
+        if not self._waiting:
+            return None
+        newest_first = reversed(self._waiting)
+        region = min(newest_first, key=lambda region: self._served.get(region, 0))
+        self._turn += 1
+        self._served[region] = self._turn
+        for forgotten in sorted(self._served, key=lambda each: self._served[each])[: -2 * self._most]:
+            del self._served[forgotten]
+        return self._waiting.pop(region)
+
+    def clear(self) -> None:
+        """Nothing waits any more; what did is not counted as dropped."""
+        self._waiting.clear()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def region_of(self, trigger: Trigger) -> Hashable:
+        """The topic, for a click hides no radar's sources, and the square that the middle of the sources lies in."""
+        if not len(trigger.positions):
+            return trigger.topic, NOBODY
+        column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
+        return trigger.topic, column, row
+
+
+class Moment(NamedTuple):
+    """When a message of terrain was published, by the clock of who published it, and its stamp; None: it has none.
+
+    published_ns : 0 where the middleware does not tell
+    """
+
+    published_ns: int
+    stamp_ns: int | None = None
+
+    def follows(self, whole: "Moment") -> bool:
+        """Whether a patch of this moment is news to a whole survey of that one; an older stamp would be refused."""
+        older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
+        return self.published_ns > whole.published_ns and not older
+
+
+@dataclass
+class HeardPatch(Generic[M]):
+    """A patch that was heard, when, and the time (s) of that; patch : None once it is too old to be kept."""
+
+    patch: M | None
+    moment: Moment
+    at: float
+
+
+@dataclass
+class Chapter(Generic[M]):
+    """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
+
+    early : patches that follow it as well, but were heard before it; missing : how many more of them are kept no longer
+    """
+
+    whole: M | None
+    moment: Moment | None = None
+    early: tuple[M, ...] = ()
+    missing: int = 0
+    patches: list[M] = field(default_factory=list)
+    lost: int = 0
+
+    def take_over(self, later: "Chapter[M]") -> None:
+        """What followed a survey that is not used followed this one."""
+        self.patches += later.patches
+        self.lost += later.lost
+
+
+class WaitingTerrain(Generic[M]):
+    """Surveys in line for one thread: the latest whole one first, its patches after it in their order.
+
+    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
+    chapter is that of the survey in use.
+
+    A mesh of many fragments may be heard after a patch that was published later. So patches are kept for a while, and
+    laid again upon a whole survey that they follow, wherever they are by then; of older ones it is known that such a
+    survey lacks them.
+    """
+
+    def __init__(self, most_patches: int) -> None:
+        self._most = most_patches
+        self._chapters: list[Chapter[M]] = [Chapter(None)]
+        self._tried: Chapter[M] | None = None
+        self._patched = self._chapters[0]
+        self._heard: deque[HeardPatch[M]] = deque(maxlen=REMEMBERED)
+        self._kept: deque[HeardPatch[M]] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+        self.overtaken = 0
+
+    @property
+    def lost_patches(self) -> int:
+        """Patches that were heard and are not in the terrain, nor in a whole survey since."""
+        with self._changed:
+            return sum(chapter.lost for chapter in self._chapters)
+
+    def put_whole(self, survey: M, moment: Moment | None = None) -> None:
+        """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait.
+
+        One that is in use already, and comes again because it is latched, is none: patches have been laid upon it.
+        """
+        with self._changed:
+            if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
+                return
+            self._let_go_of_old_patches()
+            following = [each.patch for each in self._heard if moment is not None and each.moment.follows(moment)]
+            early = tuple(patch for patch in following if patch is not None)
+            self._chapters.append(Chapter(survey, moment, early, len(following) - len(early)))
+            untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
+            self.overtaken += len(untried) > 1
+            if len(untried) > UNTRIED:
+                self._remove(untried[0])
+            self._changed.notify()
+
+    def put_patch(self, patch: M, moment: Moment | None = None) -> None:
+        """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
+        with self._changed:
+            if moment is not None:
+                self._heard.append(heard := HeardPatch(patch, moment, time.monotonic()))
+                self._kept.append(heard)
+            self._let_go_of_old_patches()
+            if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
+                self._chapters[-1].lost += 1
+                raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
+            self._chapters[-1].patches.append(patch)
+            self._changed.notify()
+
+    def take(self) -> tuple[str, M] | None:
+        """Wait for something: ("whole", survey) or ("patch", survey); None once it is closed.
+
+        After a whole survey `accepted` or `refused` must be called, after a patch `lost` where it is not used.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._length() > 0)
+            if self._closed:
+                return None
+            newest = self._chapters[-1]
+            if newest.whole is not None:
+                self._tried = newest
+                return "whole", newest.whole
+            self._patched = newest
+            return "patch", newest.patches.pop(0)
+
+    def accepted(self) -> None:
+        """The survey taken last is the terrain: what came before it is history."""
+        with self._changed:
+            tried = self._tried
+            assert tried is not None
+            self._chapters = self._chapters[self._chapters.index(tried) :]
+            tried.patches[:0] = tried.early
+            tried.lost += tried.missing
+            tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
+
+    def refused(self) -> None:
+        """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
+        with self._changed:
+            tried = self._tried
+            assert tried is not None
+            self._remove(tried)
+            self._tried = None
+
+    def lost(self) -> None:
+        """The patch taken last is not in the terrain."""
+        with self._changed:
+            self._patched.lost += 1
+
+    def close(self) -> None:
+        """Let the thread that waits go."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def __len__(self) -> int:
+        with self._changed:
+            return self._length()
+
+    def forget_heard(self) -> None:
+        """No patch is laid again: the clock went back, or nobody listens any more."""
+        with self._changed:
+            self._heard.clear()
+            self._kept.clear()
+
+    def let_go_of_old_patches(self) -> None:
+        """Free the memory of patches that are kept for a late survey no longer; to be called once in a while."""
+        with self._changed:
+            self._let_go_of_old_patches()
+
+    def _let_go_of_old_patches(self) -> None:
+        while self._kept and (len(self._kept) > self._most or time.monotonic() - self._kept[0].at > LATE):
+            self._kept.popleft().patch = None
+
+    def _remove(self, chapter: Chapter[M]) -> None:
+        place = self._chapters.index(chapter)
+        self._chapters[place - 1].take_over(chapter)
+        del self._chapters[place]
+
+    def _length(self) -> int:
+        return sum((chapter.whole is not None) + len(chapter.patches) for chapter in self._chapters)

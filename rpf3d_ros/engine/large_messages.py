@@ -1,0 +1,214 @@
+"""Large messages and those whose order with them matters, taken on one thread and without the interpreter's lock.
+
+rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into pages that nobody has touched before,
+keeps every thread of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which lets go of the
+lock, and the bytes stay where rcl has put them. Messages of several topics that have come are handed on in the order
+in which they were published. A large one may still come after a small one that was published later: its fragments take
+their time. Who takes them is told when each was published.
+"""
+
+import ctypes
+import threading
+import weakref
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.callback_groups import CallbackGroup
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+
+from rpf3d_ros.engine.in_order import InOrder, Published
+from rpf3d_ros.messages.terrain_messages import Buffer
+from rpf3d_ros.nodes.qos import OVERRIDABLE
+
+PAUSE = 0.01
+"""Seconds between looks whether a message has come; to look takes some microseconds."""
+
+AFTER_ERROR = 1.0
+"""As PAUSE, where rcl has just said that it cannot tell."""
+
+MOST_SAID = 100
+"""Sentences of errors that are not told again while they go on."""
+
+OK, NOTHING_THERE = 0, 401
+"""RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
+
+
+class _Allocator(ctypes.Structure):
+    """rcutils_allocator_t."""
+
+    _fields_ = tuple(
+        (name, ctypes.c_void_p) for name in ("allocate", "deallocate", "reallocate", "zero_allocate", "state")
+    )
+
+
+class _Serialized(ctypes.Structure):
+    """rcl_serialized_message_t, which is rcutils_uint8_array_t."""
+
+    _fields_ = (
+        ("buffer", ctypes.c_void_p), ("length", ctypes.c_size_t), ("capacity", ctypes.c_size_t),
+        ("allocator", _Allocator),
+    )  # fmt: skip
+
+
+class _Info(ctypes.Structure):
+    """rmw_message_info_t: what comes first in it, and room for the rest."""
+
+    _fields_ = (("published_ns", ctypes.c_int64), ("rest", ctypes.c_int64 * 31))
+
+
+class _Sentence(ctypes.Structure):
+    """rcutils_error_string_t."""
+
+    _fields_ = (("text", ctypes.c_char * 1024),)
+
+
+class _Rcl:
+    """The functions that are called, of the libraries that rclpy has loaded."""
+
+    def __init__(self) -> None:
+        """Raises OSError or AttributeError where they are not to be had under their usual names."""
+        rcl, rcutils = ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so")
+        self.take: Any = rcl.rcl_take_serialized_message
+        self.take.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Serialized), ctypes.POINTER(_Info), ctypes.c_void_p]
+        self.allocator: Any = rcutils.rcutils_get_default_allocator
+        self.allocator.restype = _Allocator
+        self.free: Any = rcutils.rcutils_uint8_array_fini
+        self.free.argtypes = [ctypes.POINTER(_Serialized)]
+        self.error: Any = rcutils.rcutils_get_error_string
+        self.error.restype = _Sentence
+        self.reset_error: Any = rcutils.rcutils_reset_error
+
+
+@cache
+def _rcl() -> _Rcl | None:
+    try:
+        return _Rcl()
+    except (OSError, AttributeError):
+        return None
+
+
+class NotByTheExecutor(CallbackGroup):
+    """A group whose subscriptions no executor looks at; their events, such as a QoS that does not fit, it does."""
+
+    def can_execute(self, entity: object) -> bool:
+        """Whether it is no subscription."""
+        return not isinstance(entity, Subscription)
+
+    def beginning_execution(self, entity: object) -> bool:
+        """As `can_execute`."""
+        return self.can_execute(entity)
+
+    def ending_execution(self, entity: object) -> None:
+        """Nothing is kept of what goes on."""
+
+
+class Topic(NamedTuple):
+    """kind : a message class; take : given the CDR bytes of each message and when it was published (ns)."""
+
+    kind: Any
+    name: str
+    take: Callable[[Buffer, int], None]
+    qos: QoSProfile
+
+    def take_from_rclpy(self, data: bytes, info: Mapping[str, int]) -> None:
+        """Take a message from the executor, with what rclpy tells of it."""
+        self.take(data, info["source_timestamp"])
+
+
+class LargeMessages:
+    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of its own, as `InOrder` says.
+
+    failed : called with a sentence where rcl cannot tell whether there are messages, and where something is raised by
+        who takes one; once for each sentence until all is well. Where rcl's functions are not to be had, the executor
+        hands on `bytes`, of one topic after the other.
+    """
+
+    def __init__(
+        self, node: Node, topics: Sequence[Topic], failed: Callable[[str], None], pause: float = PAUSE
+    ) -> None:
+        self._node, self._failed, self._pause = node, failed, pause
+        self._rcl = _rcl()
+        group = None if self._rcl is None else NotByTheExecutor()
+        self._topics = topics
+        self._subscriptions: list[Any] = [
+            node.create_subscription(
+                topic.kind, topic.name, topic.take_from_rclpy, topic.qos, callback_group=group, raw=True,
+                qos_overriding_options=OVERRIDABLE,
+            )
+            for topic in topics
+        ]  # fmt: skip
+        self._order = InOrder([partial(self._taken, subscription) for subscription in self._subscriptions])
+        self._closed = threading.Event()
+        self._said: deque[str] = deque(maxlen=MOST_SAID)
+        self._thread: threading.Thread | None = None
+        if self._rcl is not None:
+            self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        """Take nothing any more; a message that is being taken is taken to its end first."""
+        self._closed.set()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions = []
+
+    def _run(self) -> None:
+        pause = self._pause
+        while not self._closed.wait(pause):
+            errors = sum(not self._hand_on(message) for message in self._order.come())
+            if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
+                return
+            for error in self._order.errors:
+                self._say(error)
+            if not errors and not self._order.errors:
+                self._said.clear()
+            pause = AFTER_ERROR if self._order.errors else self._pause
+
+    def _hand_on(self, message: Published[Buffer]) -> bool:
+        """Whether it has been taken; what is raised over one message keeps no other back."""
+        try:
+            self._topics[message.queue].take(message.content, message.at_ns)
+        except Exception as error:
+            self._say(error)
+            return False
+        return True
+
+    def _say(self, error: Exception) -> None:
+        """Tell of an error, once until all is well; what a context says that a signal has shut down is none."""
+        sentence = f"{type(error).__name__}: {error}"
+        if sentence not in self._said and self._node.context.ok():
+            self._said.append(sentence)
+            self._failed(sentence)
+
+    def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
+        """When the next message was published (ns), and it; None where there is none, or nobody wants it any more."""
+        if self._closed.is_set():
+            return None
+        rcl = self._rcl
+        assert rcl is not None
+        message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle
+        with handle:  # so that it is not destroyed meanwhile
+            code = rcl.take(handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
+        if code == OK:
+            return info.published_ns, _viewed(message, rcl)
+        rcl.free(ctypes.byref(message))
+        why = rcl.error().text.decode(errors="replace")
+        rcl.reset_error()
+        if code != NOTHING_THERE:
+            raise RuntimeError(f"messages cannot be taken: rcl says {code}, {why}")
+        return None
+
+
+def _viewed(message: _Serialized, rcl: _Rcl) -> memoryview:
+    """The bytes of a message where they lie; they are freed with the last that looks at them."""
+    owner = (ctypes.c_ubyte * message.length).from_address(message.buffer or 0)
+    weakref.finalize(owner, rcl.free, ctypes.byref(message)).atexit = False
+    return memoryview(np.ctypeslib.as_array(owner))

@@ -1,0 +1,85 @@
+"""What is published of an answer: columns of numbers in the map frame, and figures for diagnostics; no messages."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.alerts.evidence import UNFINISHED
+from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, on_ground
+from rpf3d_core.ensemble.paths import PathSamples, sample_paths
+from rpf3d_core.live.answers import Answer
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES
+from rpf3d_ros.messages.columns import Columns
+
+
+class Content(NamedTuple):
+    """trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
+    impacts : x, y, z, t, rock, speed, energy, just before each impact
+    deposits : x, y, z, t, rock, runout, speed, energy; the greatest speed and energy of each rock that stayed
+    Each has a column `result`, the number of the answer.
+    """
+
+    trajectories: Columns
+    impacts: Columns
+    deposits: Columns
+
+
+def content_of(answer: Answer, step: float) -> Content:
+    """The rocks of an answer that are shown; step : longest distance between points of a flight (m)."""
+    terrain, flights = answer.standing.ground.terrain, answer.flights
+    samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)
+    columns = (
+        _trajectory_columns(terrain, samples, flights.deposits),
+        _impact_columns(terrain, flights.impacts, flights.deposits),
+        _deposit_columns(terrain, flights.deposits),
+    )
+    return Content(*({**each, "result": np.full(len(each["x"]), answer.result, np.uint32)} for each in columns))
+
+
+def figures_of(answer: Answer) -> dict[str, str]:
+    """An answer in figures, for the diagnostic."""
+    outcomes = {outcome.name.lower(): count for outcome, count in answer.outcomes.items()}
+    counts = {
+        "result": answer.result,
+        "stage": answer.stage,
+        "triangles": len(answer.standing.ground.terrain.triangles),
+        "sources": answer.sources,
+        "rocks": answer.rocks,
+        **outcomes,
+    }
+    whole = {name: str(count) for name, count in counts.items()}
+    return {"engine": answer.flights.engine, **whole, "seconds": f"{answer.seconds:.3f}"}
+
+
+def warnings_of(answer: Answer) -> tuple[str, ...]:
+    """A sentence for each outcome that leaves rocks without an end, and on the sources that were left out."""
+    counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
+    left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()
+    return left_out + tuple(f"rocks: {n}, each {OUTCOME_SENTENCES[outcome]}" for outcome, n in counts.items() if n)
+
+
+def _trajectory_columns(terrain: Terrain, samples: PathSamples, deposits: Deposits) -> Columns:
+    energy = 0.5 * deposits.mass[samples.row] * samples.speed**2
+    row = {"t": samples.t, "rock": samples.row, "speed": samples.speed, "energy": energy}
+    return {**_position_columns(terrain, samples.x), **row}
+
+
+def _impact_columns(terrain: Terrain, flown: Impacts, deposits: Deposits) -> Columns:
+    impacts = on_ground(flown)
+    energy = 0.5 * deposits.mass[impacts.row] * impacts.speed_in**2
+    row = {"t": impacts.t, "rock": impacts.row, "speed": impacts.speed_in, "energy": energy}
+    return {**_position_columns(terrain, impacts.x), **row}
+
+
+def _deposit_columns(terrain: Terrain, deposits: Deposits) -> Columns:
+    lying = np.flatnonzero(np.isin(deposits.outcome, DEPOSITED))
+    runout = np.linalg.norm((deposits.x - deposits.release)[lying, :2], axis=1)
+    row = {"t": deposits.t, "runout": runout, "speed": deposits.max_speed, "energy": deposits.max_energy}
+    kept = {name: column if name == "runout" else column[lying] for name, column in row.items()}
+    return {**_position_columns(terrain, deposits.x[lying]), "rock": lying, **kept}
+
+
+def _position_columns(terrain: Terrain, x: FloatArray) -> dict[str, FloatArray]:
+    points = terrain.frame.points_to_input(x)
+    return {name: points[:, i] for i, name in enumerate("xyz")}

@@ -1,0 +1,62 @@
+"""Live areas of interest <- PolygonStamped and PoseArray: rings in plan, map frame."""
+
+import numpy as np
+from geometry_msgs.msg import PolygonStamped, PoseArray
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.live.areas import circles_around, outline_of
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+
+LIVE_AREA, EQUIPMENT = "live_area", "equipment"
+"""Names of the areas that come on areas/polygon and areas/equipment."""
+
+MOST_CORNERS, MOST_EQUIPMENT = 10_000, 1_000
+"""Of one message: a haul road drawn by hand has dozens of corners, and a mine some hundred machines."""
+
+
+def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
+    """The ring (P, 2) m of a polygon, heights left out; none of a polygon without corners, which takes the area away.
+
+    Raises MessageRefused for a foreign frame, and for corners that are not finite, too many, or of no polygon.
+    """
+    frame.check(polygon.header.frame_id)
+    corners = polygon.polygon.points
+    _check_number(len(corners), MOST_CORNERS, "corners")
+    if not corners:
+        return []
+    points = np.array([(p.x, p.y, p.z) for p in corners], dtype=np.float64)
+    _check_finite(points, "corner")
+    if len(points) < 3:
+        raise MessageRefused(f"the polygon has {len(points)} corners; it must have at least 3, or none to take it away")
+    plan = frame.points(points, polygon.header.frame_id)[:, :2]
+    try:
+        return outline_of([(x, y) for x, y in plan.tolist()])
+    except InputError as refusal:
+        raise MessageRefused(f"the polygon {refusal}") from None
+
+
+def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
+    """The rings (P, 2) m of circles of a radius (m) around poses, joined where they overlap; none of no poses.
+
+    Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.
+    """
+    frame.check(poses.header.frame_id)
+    _check_number(len(poses.poses), MOST_EQUIPMENT, "poses")
+    if not poses.poses:
+        return []
+    points = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses])
+    _check_finite(points, "pose")
+    return circles_around(frame.points(points, poses.header.frame_id)[:, :2], radius)
+
+
+def _check_number(count: int, most: int, what: str) -> None:
+    if count > most:
+        raise MessageRefused(f"the message holds {count:,} {what}, more than the {most:,} that it may hold")
+
+
+def _check_finite(points: FloatArray, what: str) -> None:
+    finite = np.isfinite(points).all(axis=1)
+    if not bool(finite.all()):
+        raise MessageRefused(f"{what} {int(np.flatnonzero(~finite)[0])} is not finite")

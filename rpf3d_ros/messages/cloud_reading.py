@@ -1,0 +1,107 @@
+"""PointCloud2 -> named columns; every length of a received cloud is checked before it is used.
+
+Messages are read by the names of their fields, whoever made them: rclpy or, from a bag, rosbags.
+"""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.map_frame import FARTHEST
+from rpf3d_ros.messages.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2, PointField
+
+DATATYPES: dict[int, str] = {
+    1: "i1",
+    2: "u1",
+    3: "i2",
+    4: "u2",
+    5: "i4",
+    6: "u4",
+    7: "f4",
+    8: "f8",
+}
+"""PointField.datatype -> NumPy type without byte order (sensor_msgs/PointField.msg)."""
+
+POSITION = ("x", "y", "z")
+
+
+def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Columns (height, width) of a cloud by name, each in the type of its field; views of the message's data.
+
+    Raises MessageRefused where a field is missing, has an unknown type or more than one value, or lies outside the
+    point, and where the data are shorter than the sizes say.
+    """
+    check_sizes(cloud)
+    fields = [_field(cloud, name) for name in names]
+    order = ">" if cloud.is_bigendian else "<"
+    layout = np.dtype(
+        {
+            "names": list(names),
+            "formats": [order + DATATYPES[field.datatype] for field in fields],
+            "offsets": [field.offset for field in fields],
+            "itemsize": cloud.point_step,
+        }
+    )
+    shape, strides = (cloud.height, cloud.width), (cloud.row_step, cloud.point_step)
+    points = np.ndarray(shape=shape, dtype=layout, buffer=memoryview(cloud.data), strides=strides)
+    return {name: points[name] for name in names}
+
+
+def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
+    """Points (height, width, 3) m in float64, in the cloud's own frame; NaN only where the cloud is not dense.
+
+    Raises MessageRefused as `columns_of_cloud`, for x, y, z that are not floating point, for infinite points, for NaN
+    in a cloud that calls itself dense, and for float32 beyond `FARTHEST`, whose centimetres are already lost.
+    """
+    columns = columns_of_cloud(cloud, POSITION)
+    for name, column in columns.items():
+        if column.dtype.kind != "f":
+            raise MessageRefused(f"field '{name}' is {column.dtype.name}; it must be FLOAT32 or FLOAT64")
+    points = np.stack([columns[name].astype(np.float64) for name in POSITION], axis=-1)
+    _check_positions(points, bool(cloud.is_dense), narrow=any(c.dtype.itemsize == 4 for c in columns.values()))
+    return points
+
+
+def check_sizes(cloud: "PointCloud2") -> None:
+    """Refuse a cloud without points, or whose data are shorter than its sizes say; nothing is read or allocated."""
+    if cloud.width * cloud.height == 0 or cloud.point_step == 0:
+        raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")
+    row = cloud.width * cloud.point_step
+    if cloud.height > 1 and cloud.row_step < row:
+        raise MessageRefused(f"row_step is {cloud.row_step}, but {cloud.width} points need {row}")
+    needed = (cloud.height - 1) * cloud.row_step + row
+    if len(cloud.data) < needed:
+        raise MessageRefused(f"data holds {len(cloud.data)} bytes; width, height and steps announce {needed}")
+
+
+def _field(cloud: "PointCloud2", name: str) -> "PointField":
+    found = [field for field in cloud.fields if field.name == name]
+    if len(found) != 1:
+        present = ", ".join(field.name for field in cloud.fields) or "none"
+        raise MessageRefused(f"the cloud must have one field '{name}'; its fields are: {present}")
+    field = found[0]
+    if field.datatype not in DATATYPES:
+        raise MessageRefused(f"field '{name}' has datatype {field.datatype}; sensor_msgs/PointField knows 1 to 8")
+    if field.count > 1:
+        raise MessageRefused(f"field '{name}' has count {field.count}; it must be 1")
+    if field.offset + np.dtype(DATATYPES[field.datatype]).itemsize > cloud.point_step:
+        raise MessageRefused(f"field '{name}' at {field.offset} ends outside the point of {cloud.point_step} bytes")
+    return field
+
+
+def _check_positions(points: FloatArray, dense: bool, narrow: bool) -> None:
+    if bool(np.isinf(points).any()):
+        raise MessageRefused("the cloud holds infinite coordinates; mark a missing point by NaN and is_dense = false")
+    if dense and bool(np.isnan(points).any()):
+        raise MessageRefused("the cloud holds NaN points but says is_dense; mark holes by NaN and is_dense = false")
+    if narrow and bool(np.any(np.abs(points) > FARTHEST)):
+        raise MessageRefused(
+            f"the cloud holds float32 coordinates beyond {FARTHEST:.0e} m, which have lost centimetres; "
+            f"publish them as float64, or less map_origin"
+        )

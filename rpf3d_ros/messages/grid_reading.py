@@ -1,0 +1,31 @@
+"""nav_msgs/OccupancyGrid -> percent by cell, every size checked, whoever made the message."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from nav_msgs.msg import OccupancyGrid
+
+
+def percent_of_grid(grid: "OccupancyGrid", frame: MapFrame) -> NDArray[np.int8]:
+    """Percent (H, W) of the cells, the first row in the south; -1 where nothing is known.
+
+    Raises MessageRefused for a foreign frame, a grid without cells or with a size that its data do not have, a
+    resolution that is none, and for values beyond -1 to 100.
+    """
+    frame.check(grid.header.frame_id)
+    width, height = grid.info.width, grid.info.height
+    if width * height == 0 or len(grid.data) != width * height:
+        raise MessageRefused(f"the grid is {width} x {height} cells and holds {len(grid.data)} values")
+    if not math.isfinite(grid.info.resolution) or grid.info.resolution <= 0.0:
+        raise MessageRefused(f"the resolution of the grid is {grid.info.resolution}; it must be above 0 m")
+    percent = np.array(grid.data, dtype=np.int8).reshape(height, width)
+    if bool((percent < -1).any()) or bool((percent > 100).any()):
+        raise MessageRefused("the grid holds values beyond -1 (unknown) and 0 to 100 percent")
+    return percent

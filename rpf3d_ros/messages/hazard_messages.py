@@ -1,0 +1,71 @@
+"""The hazard of an ensemble -> nav_msgs/OccupancyGrid and sensor_msgs/PointCloud2, in the map frame."""
+
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, Quaternion
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
+
+from rpf3d_core.hazard.maps import HazardMaps, reach_probability
+from rpf3d_core.live.cells import Cells
+from rpf3d_core.terrain.frame import FloatArray, Frame
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+
+UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
+"""Of a cell without ground; that no rock came to; that at least one did, however few; of one."""
+
+
+def occupancy_grid(header: Header, maps: HazardMaps, cells: Cells, frame: Frame, made: Time) -> OccupancyGrid:
+    """Reach probability in percent: rows northwards, cells eastwards, from the south-west corner of the raster.
+
+    frame : the terrain's local frame, z up; made : when the result was. The grid lies at the height of the lowest
+    ground, so that it hides nothing.
+    """
+    raster = maps.raster
+    west, south, zero = frame.origin
+    lowest = float(np.nanmin(cells.height, initial=np.inf)) if len(cells.height) else 0.0
+    corner = Point(x=raster.x + west, y=raster.y + south, z=zero + (lowest if np.isfinite(lowest) else 0.0))
+    info = MapMetaData(
+        map_load_time=made, resolution=raster.cell, width=raster.nx, height=raster.ny,
+        origin=Pose(position=corner, orientation=Quaternion(w=1.0)),
+    )  # fmt: skip
+    return OccupancyGrid(header=header, info=info, data=array("b", percentages(maps, cells).tobytes()))
+
+
+def percentages(maps: HazardMaps, cells: Cells) -> NDArray[np.int8]:
+    """Of all (C,) cells: reach probability in percent, `LEAST_REACHED` at least where a rock came, however unlikely."""
+    shown = np.where(cells.covered, np.int8(NOT_REACHED), np.int8(UNKNOWN))
+    share = np.round(PERCENT * reach_probability(maps.cells, maps.flown))
+    shown[maps.cells.cell] = np.clip(share, LEAST_REACHED, PERCENT).astype(np.int8)
+    return shown
+
+
+def hazard_points(header: Header, maps: HazardMaps, cells: Cells, frame: Frame, result: int) -> PointCloud2:
+    """A point in the middle of each cell that a rock came to, on the ground.
+
+    Fields x, y, z (m), reach_probability (-), p95_energy (J; NaN where fewer than 20 rocks came), first_arrival (s),
+    rocks, result.
+    """
+    layers = maps.cells
+    points = _middles(maps, cells, frame)
+    columns = {
+        **{name: points[:, i] for i, name in enumerate("xyz")},
+        "reach_probability": reach_probability(layers, maps.flown),
+        "p95_energy": layers.energy.p95,
+        "first_arrival": layers.first_arrival,
+        "rocks": layers.rocks,
+        "result": np.full(len(layers.cell), result, dtype=np.uint32),
+    }
+    return cloud_of_columns(header, columns)
+
+
+def _middles(maps: HazardMaps, cells: Cells, frame: Frame) -> FloatArray:
+    """Middles (S, 3) m, map frame, of the cells that rocks came to."""
+    raster, cell = maps.raster, maps.cells.cell
+    row, column = np.divmod(cell, raster.nx)
+    x, y = raster.x + (column + 0.5) * raster.cell, raster.y + (row + 0.5) * raster.cell
+    return frame.points_to_input(np.stack([x, y, cells.height[cell].astype(np.float64)], axis=-1))

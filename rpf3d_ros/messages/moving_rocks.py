@@ -1,0 +1,49 @@
+"""Published trajectories -> where rocks are at even moments, so that a review can let them fall."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.terrain.facets import IntArray
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.refusals import MessageRefused
+
+FRAME = 0.1
+"""Seconds of simulated time between frames: rocks of 30 m/s move by a few diameters."""
+
+MOST_FRAMES = 1200
+"""Frames of an event at most, two minutes: what falls longer is shown up to there."""
+
+MOST_ROCKS = 200
+"""Rocks that move at most, spread evenly over all; `trajectories/points` holds every one."""
+
+
+class Motion(NamedTuple):
+    """times : (K,) s after release, even; positions : (K, R, 3) m, a rock that has ended stays where it did."""
+
+    times: FloatArray
+    positions: FloatArray
+
+
+def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> Motion:
+    """The motion of points (N, 3) m at times t (N,) s of rocks (N,), grouped by rock and in order of time.
+
+    Straight between points. Raises MessageRefused for times that are not finite, negative, or go back in a rock.
+    """
+    if not bool(np.isfinite(t).all()) or bool((t < 0.0).any()):
+        raise MessageRefused("field 't' holds times that are negative or not finite; they are seconds after release")
+    begins = np.concatenate([[0], np.flatnonzero(rock[1:] != rock[:-1]) + 1])[: len(rock)]
+    ends = np.append(begins[1:], len(rock))
+    inside = np.ones(len(t), dtype=bool)
+    inside[begins] = False
+    if bool((np.diff(t, prepend=0.0)[inside] < 0.0).any()):
+        raise MessageRefused("field 't' goes back within a rock; points must be grouped by rock, in order of time")
+    shown = np.unique(np.linspace(0, len(begins) - 1, min(len(begins), MOST_ROCKS)).round().astype(np.int64))
+    longest = min(float(max((t[ends[i] - 1] for i in shown), default=0.0)), FRAME * (MOST_FRAMES - 1))
+    times = FRAME * np.arange(int(np.ceil(longest / FRAME)) + 1 if len(shown) else 0)
+    tracks = [_track(points[begins[i] : ends[i]], t[begins[i] : ends[i]], times) for i in shown]
+    return Motion(times, np.stack(tracks, axis=1) if tracks else np.empty((0, 0, 3)))
+
+
+def _track(points: FloatArray, t: FloatArray, times: FloatArray) -> FloatArray:
+    return np.stack([np.interp(times, t, points[:, axis]) for axis in range(3)], axis=-1)

@@ -1,0 +1,45 @@
+"""geometry_msgs/PoseArray -> where rocks are released and which way, whoever made the message."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import PoseArray
+
+UNIT_TOLERANCE = 1.0e-3
+"""How far a quaternion's length may be from 1: one typed by hand with three decimals passes, a zero one does not."""
+
+
+def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
+    """Positions (R, 3) m of the poses, map frame, and their x axes (R, 3), zero where a pose has no orientation.
+
+    R may be 0. Raises MessageRefused for a foreign frame and for a pose that is not finite or not a rotation.
+    """
+    frame.check(poses.header.frame_id)
+    at = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)
+    turns = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses.poses]
+    axes = np.array(turns, dtype=float).reshape(-1, 4)
+    _check_poses(at, axes)
+    return frame.points(at, poses.header.frame_id), x_axes(axes)
+
+
+def x_axes(turns: FloatArray) -> FloatArray:
+    """First columns (R, 3) of the rotation matrices of unit quaternions (R, 4) x, y, z, w; zero for a zero one."""
+    x, y, z, w = turns.T
+    return np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)
+
+
+def _check_poses(positions: FloatArray, turns: FloatArray) -> None:
+    finite = np.isfinite(positions).all(axis=1) & np.isfinite(turns).all(axis=1)
+    if not bool(finite.all()):
+        raise MessageRefused(f"pose {int(np.flatnonzero(~finite)[0])} is not finite")
+    length = np.linalg.norm(turns, axis=1)
+    turned = (length == 0.0) | (np.abs(length - 1.0) <= UNIT_TOLERANCE)
+    if not bool(turned.all()):
+        bad = int(np.flatnonzero(~turned)[0])
+        raise MessageRefused(f"the orientation of pose {bad} has length {length[bad]:.4g}; a quaternion has length 1")

@@ -1,0 +1,1 @@
+"""The nodes and programs: parameters, life cycle, topics and publishers."""

@@ -1,0 +1,115 @@
+"""Acknowledge the alert of a running simulator, so that its level may fall; who and why go into the log of decisions.
+
+`rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 where the level was lowered, 1
+where the simulator refuses and says why, 2 where there is none, 3 where it cannot tell yet. ROS's own arguments (an
+enclave, say) stand after --ros-args.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.nodes.leaving import unless_signalled
+from rpf3d_ros.nodes.node_process import beside_ros
+
+if TYPE_CHECKING:
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+
+TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
+"""What the simulator answers where it does not know yet whether the level falls."""
+
+NOT_YET = 3
+"""Exit code for that."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Acknowledge; 0, 1 where it is refused, 2 for bad input, 3 where taken up, 128 + its number after a signal."""
+    words = sys.argv[1:] if args is None else list(args)
+    options = _options(beside_ros(words))
+    return unless_signalled(lambda: _acknowledged(options, words))
+
+
+def who_acknowledges(said: str) -> "SetParameters.Request":
+    """The request to the simulator's `set_parameters` that comes before `~/acknowledge`; said : "NAME: REASON"."""
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    who = Parameter("acknowledged_by", Parameter.Type.STRING, said)
+    return SetParameters.Request(parameters=[who.to_parameter_msg()])
+
+
+def _options(args: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="rpf3d_acknowledge", description=__doc__.splitlines()[0])
+    parser.add_argument("by", type=_said, help="who acknowledges")
+    parser.add_argument("why", type=_said, help="for which reason the level may fall")
+    parser.add_argument("--node", default="/rpf3d_simulator", help="full name of the simulator")
+    parser.add_argument("--patience", type=float, default=5.0, help="seconds to wait for it")
+    options = parser.parse_args(args)
+    if ":" in options.by:
+        parser.error("a name has no colon: it ends where the first one stands")
+    return options
+
+
+def _said(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError("it is empty")
+    return text
+
+
+def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        lowered, message = _ask(options)
+    except InputError as error:
+        print(f"rpf3d: {error}", file=sys.stderr)
+        return 2
+    finally:
+        rclpy.try_shutdown()
+    if message == TAKEN_UP:
+        print(message)
+        return NOT_YET
+    print(message if lowered else f"not lowered: {message}")
+    return 0 if lowered else 1
+
+
+def _ask(options: argparse.Namespace) -> tuple[bool, str]:
+    """Whether the level was lowered, and what the simulator says. Raises InputError where it does not answer."""
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.node import Node
+    from std_srvs.srv import Trigger
+
+    node = Node("rpf3d_acknowledge", start_parameter_services=False)  # asks two services, and serves none
+    name_who = node.create_client(SetParameters, f"{options.node}/set_parameters")
+    acknowledge = node.create_client(Trigger, f"{options.node}/acknowledge")
+    until = time.monotonic() + options.patience
+    for each in (name_who, acknowledge):
+        if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
+            raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
+    (taken,) = _answer(node, name_who.call_async(who_acknowledges(f"{options.by}: {options.why}")), options).results
+    if not taken.successful:
+        return False, taken.reason
+    response = _answer(node, acknowledge.call_async(Trigger.Request()), options)
+    return response.success, response.message
+
+
+def _answer(node: "Node", asked: "Future", options: argparse.Namespace) -> Any:
+    """What a service answers. Raises InputError where it does not in time."""
+    import rclpy
+
+    rclpy.spin_until_future_complete(node, asked, timeout_sec=options.patience)
+    if not asked.done():
+        raise InputError(f"{options.node} has not answered within {options.patience:g} s; alerts tell whether it did")
+    return asked.result()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

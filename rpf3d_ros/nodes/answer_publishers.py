@@ -1,0 +1,92 @@
+"""The topics that answers go out on: latched, stamped as the sources that caused them, silent while inactive."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import OccupancyGrid
+from rclpy.lifecycle import LifecycleNode
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
+
+from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.shown_areas import shown_areas
+from rpf3d_core.live.zones import shown_zones
+from rpf3d_ros.messages.answer_content import content_of, warnings_of
+from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid
+from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
+from rpf3d_ros.messages.result_messages import ResultFacts, results_message
+from rpf3d_ros.messages.stamps import stamp_of
+from rpf3d_ros.nodes.parameters import SimulatorParameters
+from rpf3d_ros.nodes.publishing import publish
+from rpf3d_ros.nodes.qos import LATCHED, OVERRIDABLE
+
+TOPICS = {
+    "trajectories": MarkerArray,
+    "trajectories/points": PointCloud2,
+    "impacts": PointCloud2,
+    "deposits": PointCloud2,
+    "hazard/grid": OccupancyGrid,
+    "hazard/points": PointCloud2,
+    "hazard/zones": MarkerArray,
+    "areas/outlines": MarkerArray,
+    "results": DiagnosticArray,
+}
+
+
+class AnswerPublishers:
+    """Publishers of everything that an answer says."""
+
+    def __init__(self, node: LifecycleNode) -> None:
+        self._publishers = {
+            topic: node.create_lifecycle_publisher(kind, topic, LATCHED, qos_overriding_options=OVERRIDABLE)
+            for topic, kind in TOPICS.items()
+        }
+        self._node = node
+        self.closed = False
+
+    def publish(self, answer: Answer, parameters: SimulatorParameters, made: Time) -> None:
+        """Publish an answer; `results` comes last, so who waits for it has the rest.
+
+        made : when the answer was
+        """
+        header = Header(frame_id=parameters.map_frame, stamp=stamp_of(answer.trigger.stamp_ns))
+        for topic, message in messages_of(header, answer, parameters, made):
+            if self.closed or not self._publishers[topic].is_activated:
+                return
+            publish(self._node, self._publishers[topic], message)
+
+
+def messages_of(
+    header: Header, answer: Answer, parameters: SimulatorParameters, made: Time
+) -> Iterator[tuple[str, Any]]:
+    """Each topic with its message, made when it is asked for; the hazard comes first, for it is waited for most."""
+    terrain, scene, result = answer.standing.ground.terrain, answer.standing.scene, answer.result
+    cells = answer.standing.cells
+    yield "hazard/grid", occupancy_grid(header, answer.maps, cells, terrain.frame, made)
+    content = content_of(answer, parameters.trajectory_step)
+    most, points_each = parameters.displayed_trajectories, parameters.points_per_trajectory
+    yield "trajectories", trajectory_markers(header, content.trajectories, most, points_each, result)
+    zones = shown_zones(answer.maps, terrain, scene.hazard.reach_levels)
+    yield "hazard/zones", zone_markers(header, zones, result)
+    yield "hazard/points", hazard_points(header, answer.maps, cells, terrain.frame, result)
+    areas = shown_areas(answer.areas, cells, answer.maps.raster, terrain.frame)
+    yield "areas/outlines", area_markers(header, areas, result)
+    yield "trajectories/points", cloud_of_columns(header, content.trajectories)
+    yield "impacts", cloud_of_columns(header, content.impacts)
+    yield "deposits", cloud_of_columns(header, content.deposits)
+    yield "results", results_message(header, facts_of_answer(answer))
+
+
+def facts_of_answer(answer: Answer) -> ResultFacts:
+    """The answer in figures, as `results` carries them."""
+    return ResultFacts(
+        result=answer.result, stage=answer.stage, complete=answer.complete, rocks=answer.rocks,
+        sources=answer.sources, seed=answer.standing.scene.seed, seconds=answer.seconds,
+        terrain_digest=answer.standing.ground.digest, sources_digest=answer.trigger.digest,
+        outcomes={outcome.name.lower(): count for outcome, count in answer.outcomes.items()},
+        warning="; ".join(warnings_of(answer)),
+    )  # fmt: skip

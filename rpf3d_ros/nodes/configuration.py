@@ -1,0 +1,203 @@
+"""What configuring makes ready: scene, thresholds, log, workshop, the last good terrain, and everything compiled."""
+
+import importlib.metadata
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.alerts.log import DecisionLog
+from rpf3d_core.alerts.log_files import NotLogged
+from rpf3d_core.alerts.site import read_site
+from rpf3d_core.alerts.site_model import Thresholds
+from rpf3d_core.errors import InputError
+from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.live.answers import warm_answers
+from rpf3d_core.live.ground import Workshop
+from rpf3d_core.live.released import Around
+from rpf3d_core.live.scene import live_scene
+from rpf3d_core.live.standing import Standing, stand_after, stand_on
+from rpf3d_core.live.store import Store, read_last
+from rpf3d_core.live.survey import GridSurvey
+from rpf3d_core.live.triggers import trigger_of
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.simulation.engines import Reference
+from rpf3d_ros.engine.intake import SECOND
+from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
+from rpf3d_ros.nodes.parameters import SimulatorParameters
+
+WARM_SIDE, WARM_STEP = 60, 2.0
+"""Points and their distance (m) of the slope that everything is compiled over: more cells than NumPy deals with."""
+
+WARM_ROCKS = 300
+"""As many as come to more cells than NumPy tells percentiles of; the reference engine needs none to be compiled."""
+
+LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
+"""Areas whose outlines come as messages."""
+
+DECISIONS = "decisions"
+"""Folder of the log of decisions, beside the site file, where no other is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equipment:
+    """Everything that a station works with.
+
+    standing : on the last good terrain, None where there is none; said : how old it is, or why it is not there
+    thresholds : of the site, None where there are no alerts; log_fault : why decisions cannot be logged, or empty
+    compile_s : wall seconds that compiling took
+    """
+
+    parameters: SimulatorParameters
+    scene: Scene
+    workshop: Workshop
+    store: Store | None
+    standing: Standing | None
+    said: str
+    thresholds: Thresholds | None
+    log: DecisionLog | None
+    log_fault: str
+    compile_s: float
+
+
+def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> Equipment:
+    """Make everything ready that parameters and a scene's values ask for; called on a thread, for it takes seconds.
+
+    Raises InputError for a scene, a site file or a store that is refused; the store is then free again.
+    """
+    scene = live_scene(given)
+    _check_names(scene)
+    thresholds = read_site(parameters.site_file) if parameters.site_file else None
+    if thresholds is not None:
+        _check_rocks(scene, thresholds)
+        _check_areas(scene, thresholds)
+    store = _store_of(parameters)
+    try:
+        compile_s = warm(scene, parameters)
+        workshop = _workshop_of(scene, parameters)
+        standing, said = _restored(store, scene, workshop, now_ns)
+        log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
+    except BaseException:
+        if store is not None:
+            store.close()  # nobody else would, and its folder would be in use for who configures again
+        raise
+    return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
+
+
+def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
+    """Raise InputError where no answer could ever clear anything."""
+    fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
+    if most < fewest:
+        raise InputError(
+            f"target.most_rocks is {most}, so no answer has the {fewest} rocks that the site file wants before anything"
+            " is cleared (evidence.fewest_rocks): every level would be fault"
+        )
+
+
+def _check_names(scene: Scene) -> None:
+    """Raise InputError where an area of the scene has a name that topics use: they would take its place."""
+    for area in scene.areas_of_interest:
+        if area.name in LIVE_AREAS:
+            raise InputError(
+                f"areas_of_interest of the scene has {area.name}, which is the name of areas that come on a topic: "
+                f"choose another than {' and '.join(LIVE_AREAS)}"
+            )
+
+
+def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
+    """Raise InputError where the site watches an area by its name that nothing could ever tell the outline of."""
+    outlined = [area.name for area in scene.areas_of_interest]
+    for name in thresholds.named_in_full:
+        if name not in (*outlined, *LIVE_AREAS):
+            raise InputError(
+                f"the site file watches {name}, and no outline of it can come: areas_of_interest of the scene has"
+                f" {', '.join(outlined) or 'none'}, topics tell of {' and '.join(LIVE_AREAS)}: it would be fault always"
+            )
+
+
+def around_of(parameters: SimulatorParameters) -> Around:
+    """How rocks are spread around a source."""
+    above = parameters.above_ground if parameters.above_ground >= 0.0 else None
+    return Around(parameters.position_spread, parameters.velocity_spread, above)
+
+
+def warm(scene: Scene, parameters: SimulatorParameters) -> float:
+    """Compile everything that an answer calls, by answering once on a slope that nobody sees; seconds it took."""
+    began = time.perf_counter()
+    y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
+    slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
+    anywhere = scene.model_copy(update={"areas_of_interest": ()})
+    workshop = _workshop_of(scene, parameters)
+    whole = workshop.whole(slope)
+    before = stand_on(whole, anywhere)
+    _ = before.cells
+    patch = GridSurvey(slope.points[20:30, 20:30] + (0.5, 0.5, 0.1))
+    standing = stand_after(before, workshop.patched(whole, patch))
+    _ = standing.cells
+    middle = 0.5 * WARM_SIDE * WARM_STEP
+    source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)
+    warm_answers(standing, source, Around(0.4 * middle, 1.0, 2.0), WARM_ROCKS if standing.compiled else 1)
+    return time.perf_counter() - began
+
+
+def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
+    reference = scene.engine == Reference.name or not HAS_NUMBA
+    return Workshop(scene.terrain.weld, parameters.most_points, reference=reference)
+
+
+def _store_of(parameters: SimulatorParameters) -> Store | None:
+    """The store, None where none is named. Raises InputError where it cannot be had."""
+    if not parameters.store:
+        return None
+    try:
+        return Store(Path(parameters.store))
+    except (OSError, InputError) as fault:
+        raise InputError(f"store: {fault}") from fault
+
+
+def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[Standing | None, str]:
+    """The last good terrain in a store, with how old it is; what cannot be read is told and lives on."""
+    if store is None:
+        return None, ""
+    try:
+        last = read_last(store.folder)
+        standing = stand_on(last.ground(workshop), scene) if last is not None else None
+    except (OSError, InputError) as fault:
+        return None, f"the last terrain is not restored: {fault}"
+    if last is None or standing is None:
+        return None, ""
+    _ = standing.cells
+    store.follow(last)
+    said = f"restored, {age_of(standing.ground.stamp_ns, now_ns)} old"
+    return standing, "; ".join((said, *last.faults))
+
+
+def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
+    """The log of decisions, or why there is none: alerts go on without it."""
+    folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
+    try:
+        log = DecisionLog(folder, version())
+    except NotLogged as fault:
+        return None, str(fault)
+    return log, "; ".join(log.said)
+
+
+def version() -> str:
+    """The version of rpf3d that is installed, as decisions tell it."""
+    try:
+        return importlib.metadata.version("rpf3d")
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def age_of(stamp_ns: int, now_ns: int) -> str:
+    """How old something is, in words."""
+    seconds = (now_ns - stamp_ns) / SECOND
+    for size, unit in ((86_400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.0f} seconds"
+

@@ -1,0 +1,92 @@
+"""The state of a node's parts on /diagnostics: at once when it changes, and every second."""
+
+import re
+import threading
+import time
+from collections.abc import Mapping
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+
+from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
+from rpf3d_ros.messages.health import ERROR, OK, Health
+from rpf3d_ros.nodes.publishing import publish
+from rpf3d_ros.nodes.qos import EVENTS, OVERRIDABLE
+
+PERIOD = 1.0
+"""Seconds of the machine between repetitions, as diagnostic_aggregator expects (REP 107)."""
+
+SPACING = 0.005
+"""Seconds between publications at least, but for the repetitions: a flood of messages makes no flood of diagnostics."""
+
+QUIET = 5.0
+"""Seconds in which a part logs the same warning once only, whatever its numbers; /diagnostics carries every one."""
+
+NUMBER = re.compile(r"\d+(\.\d+)?")
+"""What differs between warnings of one kind, such as by how much each stamp of a flood goes back."""
+
+
+class HealthReport:
+    """Keeps the last state of each part of a node and publishes all of them; may be used from several threads."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._parts: dict[str, Health] = {}
+        self._logged: dict[tuple[str, str], float] = {}
+        self._lock = threading.Lock()
+        self._publisher = node.create_publisher(
+            DiagnosticArray, "/diagnostics", EVENTS, qos_overriding_options=OVERRIDABLE
+        )
+        node.create_timer(PERIOD, self.publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._published = -SPACING
+        self.closed = False
+
+    def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
+        """Set the state of a part, log it where it is not OK or is so again, publish it where it says something new."""
+        if self.closed:
+            return
+        health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
+        with self._lock:
+            before = self._parts.get(part)
+            self._parts = {**self._parts, part: health}
+            if level != OK or (before is not None and before.level != OK):
+                self._log(part, level, message)
+            if before is None or (before.level, before.message) != (level, message):
+                self._publish_soon()
+
+    def clear(self, *parts: str) -> None:
+        """Say nothing of some parts any more."""
+        with self._lock:
+            self._parts = {part: health for part, health in self._parts.items() if part not in parts}
+
+    def publish(self) -> None:
+        """Publish the state of every part."""
+        with self._lock:
+            self._publish()
+
+    def _publish_soon(self) -> None:
+        """Publish at once, but not in a flood: what comes too soon after the last waits for the timer."""
+        if time.monotonic() - self._published >= SPACING:
+            self._publish()
+
+    def _publish(self) -> None:
+        self._published = time.monotonic()
+        if not self.closed:
+            now = self._node.get_clock().now().to_msg()
+            publish(self._node, self._publisher, diagnostics_of(now, self._parts.values()))
+
+    def _log(self, part: str, level: int, message: str) -> None:
+        now = time.monotonic()
+        self._logged = {key: at for key, at in self._logged.items() if now - at < QUIET}
+        kind = part, NUMBER.sub("#", message)
+        if kind in self._logged:
+            return
+        self._logged[kind] = now
+        logger = self._node.get_logger().get_child(part)
+        if level == OK:  # a line for each: rclpy lets none change its severity
+            logger.info(message)
+        elif level == ERROR:
+            logger.error(message)
+        else:
+            logger.warning(message)

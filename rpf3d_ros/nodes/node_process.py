@@ -1,0 +1,112 @@
+"""One node, one process: start, spin until a signal, end clean.
+
+Nothing that takes long is imported before signals are listened to: Python's own KeyboardInterrupt could strike inside
+an import or a C++ call.
+"""
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from rpf3d_ros.nodes.heap import give_large_arrays_back
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.node import Node
+
+BAD_INPUT = 2
+"""Exit code where a parameter or a file is refused, as of the command line."""
+
+USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/operations.md lists them)"
+
+SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
+"""Where in its C sources rcl noticed an error."""
+
+
+def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
+    """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses arguments or parameters."""
+    listening = _leave_on_signals()
+    unknown = beside_ros(sys.argv[1:] if args is None else args)
+    if {"-h", "--help"} & set(unknown):
+        print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
+        return 0
+    if unknown:
+        return _refused(f"{unknown[0]} is no argument; {USAGE}")
+    give_large_arrays_back()
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    try:
+        rclpy.init(args=list(args) if args is not None else None)
+        executor = SingleThreadedExecutor()  # its construction fails where a signal has shut the context down
+    except RuntimeError as error:  # RCLError, which has no public name
+        return _refused(SOURCE_PLACE.sub("", " ".join(str(error).split())))
+    listening.append(True)
+    return _spin(make_node, executor)
+
+
+def beside_ros(args: Sequence[str]) -> list[str]:
+    """The arguments that are not ROS's: those outside of --ros-args ... --."""
+    beside, ros = [], False
+    for word in args:
+        if word == "--ros-args" or (ros and word == "--"):
+            ros = not ros
+        elif not ros:
+            beside.append(word)
+    return beside
+
+
+def _leave_on_signals() -> list[bool]:
+    """End the process on a signal until the returned list is filled; rclpy then shuts its context down by itself."""
+    listening: list[bool] = []
+
+    def leave(number: int, frame: object) -> None:
+        if not listening:
+            _leave_at_once()
+
+    signal.signal(signal.SIGINT, leave)
+    signal.signal(signal.SIGTERM, leave)
+    return listening
+
+
+def _spin(make_node: "Callable[[], Node]", executor: "Executor") -> int:
+    import rclpy
+    from rclpy.exceptions import ROSInterruptException
+    from rclpy.executors import ExternalShutdownException
+
+    from rpf3d_core.errors import InputError
+
+    node = None
+    try:
+        node = make_node()
+        executor.add_node(node)
+        executor.spin()
+    except InputError as error:
+        return _refused(str(error))
+    except (ExternalShutdownException, ROSInterruptException):
+        pass
+    except Exception:
+        if rclpy.ok():  # what a call into a context that a signal has just shut down raises is no error
+            raise
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    if getattr(node, "abandoned", False):
+        _leave_at_once()
+    return 0
+
+
+def _refused(sentence: str) -> int:
+    print(f"rpf3d: {sentence}", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _leave_at_once() -> None:
+    """End the process although a run or an import goes on: Python's own way out waits for the threads of its pool."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)

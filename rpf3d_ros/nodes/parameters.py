@@ -1,0 +1,211 @@
+"""Parameters of the nodes that no scene has: frozen dataclasses, each field declared once, from here.
+
+They are read when a node starts and are read-only from then on; those of the simulator, which is configured again and
+again, may be set while it is not configured (`ParameterLock`).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.live.survey import MOST_POINTS
+from rpf3d_core.scene.releases import FASTEST
+from rpf3d_ros.messages.map_frame import MapFrame
+
+ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
+"""Parameters that rclpy declares by itself."""
+
+LARGEST_COUNT = 2**31 - 1
+"""Upper end of a range that has none; a descriptor must have both ends."""
+
+P = TypeVar("P")
+
+
+def parameter(
+    default: Any, description: str, low: float | None = None, high: float | None = None, choices: tuple[str, ...] = ()
+) -> Any:
+    """A field with the default, description and closed range or choices that its ROS parameter has."""
+    about = {"description": description, "low": low, "high": high, "choices": choices}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True)
+class FrameParameters:
+    """Which frames messages may be in."""
+
+    map_frame: str = parameter("map", "frame of every output, and of inputs in local coordinates")
+    survey_frame: str = parameter("", "frame of inputs in survey coordinates, shifted by map_origin; empty: none")
+    map_origin: tuple[float, ...] = parameter((0.0, 0.0, 0.0), "survey coordinates E, N, H of the map's origin (m)")
+    mesh_frame: str = parameter("map", "frame of terrain/mesh, whose message has no header")
+
+    @property
+    def frame(self) -> MapFrame:
+        """The frame as a value. Raises InputError where it cannot be one."""
+        if len(self.map_origin) != 3 or not all(math.isfinite(value) for value in self.map_origin):
+            raise InputError(f"map_origin is {list(self.map_origin)}; it must be three finite numbers E, N, H in m")
+        if not self.map_frame or self.map_frame.startswith("/") or self.map_frame == self.survey_frame:
+            raise InputError("map_frame must be a name without a leading slash, and not the name of survey_frame")
+        x, y, z = self.map_origin
+        return MapFrame(self.map_frame, self.survey_frame, (x, y, z))
+
+
+@dataclass(frozen=True)
+class InputParameters(FrameParameters):
+    """How terrain is received."""
+
+    terrain_durability: str = parameter(
+        "volatile",
+        "transient_local gets the last terrain of a latched publisher, and nothing at all of a volatile one",
+        choices=("volatile", "transient_local"),
+    )
+
+
+@dataclass(frozen=True)
+class SimulatorParameters(InputParameters):
+    """How `rpf3d_simulator` works; what it simulates is a scene (`scene_parameters`)."""
+
+    autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
+    first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
+    release_speed: float = parameter(0.0, "speed along the x axis of each source's pose (m/s)", 0.0, FASTEST)
+    above_ground: float = parameter(
+        -1.0, "height of each source above the terrain, in place of its pose's (m); negative: the pose's", -1.0, 1e3
+    )
+    position_spread: float = parameter(
+        2.0, "half-width in plan of the square around a source in which its rocks start (m)", 0.0, 1e3
+    )
+    velocity_spread: float = parameter(
+        0.5, "half-width in each direction of the velocities around a source's own (m/s)", 0.0, FASTEST
+    )
+    region_size: float = parameter(
+        50.0, "side of the squares (m) of which the newest sources come first and push out older ones", 1.0, 1e5
+    )
+    waiting_sources: int = parameter(10, "messages of sources that may wait; older ones are dropped", 1, 10_000)
+    waiting_patches: int = parameter(32, "patches of terrain that may wait", 1, 10_000)
+    most_ahead: float = parameter(
+        10.0, "how far stamps may be ahead of the node's clock (s); later ones are refused", 0.0, 1e9
+    )
+    most_points: int = parameter(MOST_POINTS, "points or vertices of the largest terrain accepted", 4, LARGEST_COUNT)
+    equipment_radius: float = parameter(15.0, "radius of the circle around each of areas/equipment (m)", 0.1, 1e3)
+    store: str = parameter("", "folder of the last good terrain, kept over restarts; empty: none")
+    site_file: str = parameter("", "site file: areas and the thresholds of alerts; empty: no alerts")
+    decision_log: str = parameter("", "folder of the log of decisions on alerts; empty: one beside the site file")
+    acknowledged_by: str = parameter("", "who acknowledges the alert: why; set before ~/acknowledge is called")
+    trajectory_step: float = parameter(1.0, "longest step between published points of a flight (m)", 0.01, 1e3)
+    displayed_trajectories: int = parameter(200, "most rocks in the trajectories MarkerArray", 2, 10_000)
+    points_per_trajectory: int = parameter(50, "most points of each of them", 2, 10_000)
+
+
+@dataclass(frozen=True)
+class RecorderParameters(InputParameters):
+    """Where `rpf3d_recorder` writes."""
+
+    file: str = parameter(
+        "rpf3d.rrd", "the recording to write; replaced where it exists, with rotation a prefix of the files' names"
+    )
+    rotate_mb: float = parameter(0.0, "megabytes after which the next file is begun; 0: never", 0.0, 1.0e6)
+    rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
+    keep_files: int = parameter(0, "files kept with rotation, the newest, and their bags; 0: all", 0, LARGEST_COUNT)
+    bag: str = parameter("", "prefix of the MCAP bags to write beside the recording; empty: none")
+    viewer: str = parameter("none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy")
+    viewer_bind: str = parameter("127.0.0.1", "address to serve viewers on; any but loopback opens it to the network")
+    viewer_port: int = parameter(9876, "port to serve viewers on", 1, 65_535)
+
+
+@dataclass(frozen=True)
+class ScenePublisherParameters(FrameParameters):
+    """What `rpf3d_scene_publisher` publishes, and how often."""
+
+    scene: str = parameter("", "the scene file; there is no default")
+    repeat_every: float = parameter(10.0, "seconds between repetitions of the sources", 0.1, 86_400.0)
+    subscribers: int = parameter(1, "subscribers of sources to wait for before the first publication", 1, 1000)
+    repetitions: int = parameter(0, "how often the sources are published; 0: until the node ends", 0, LARGEST_COUNT)
+
+
+def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:
+    """Declare a dataclass' fields as parameters of the node and return them with the values in force.
+
+    fixed : whether they are read-only from now on; others : names that are declared elsewhere, and therefore known
+    Raises InputError, naming the parameter, for a wrong type, a value outside its range, or none of the choices.
+    A parameter that was given and is not declared is warned of, with the nearest name.
+    """
+    for each in fields(kind):  # type: ignore[arg-type]
+        _declare(node, each, fixed)
+    _warn_of_unknown(node, [*(each.name for each in fields(kind)), *others])  # type: ignore[arg-type]
+    return values_of(node, kind)
+
+
+def values_of(node: Node, kind: type[P]) -> P:
+    """The values in force of parameters that have been declared. Raises InputError for none of a field's choices."""
+    return kind(**{each.name: _value(node, each) for each in fields(kind)})  # type: ignore[arg-type]
+
+
+class ParameterLock:
+    """Refuses to change parameters while it is closed: one configuration is described by one set of them."""
+
+    def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
+        """free : parameters that may be set at any time."""
+        self.closed = False
+        self._free = frozenset(free)
+        node.add_on_set_parameters_callback(self._check)
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        kept = [each.name for each in parameters if each.name not in self._free and not _is_ros_own(each.name)]
+        if not self.closed or not kept:
+            return SetParametersResult(successful=True)
+        sentence = f"{', '.join(kept)} cannot change while the node is configured; clean it up, set and configure it"
+        return SetParametersResult(successful=False, reason=sentence)
+
+
+def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
+    """The description and range of a field as ROS tools show them."""
+    meta = about.metadata
+    described = ParameterDescriptor(description=meta["description"], read_only=fixed)
+    if meta["choices"]:
+        described.additional_constraints = "one of " + ", ".join(meta["choices"])
+    if meta["low"] is None:
+        return described
+    if about.type in (int, "int"):
+        described.integer_range = [IntegerRange(from_value=meta["low"], to_value=meta["high"])]
+    else:
+        described.floating_point_range = [FloatingPointRange(from_value=meta["low"], to_value=meta["high"])]
+    return described
+
+
+def _declare(node: Node, about: Field[Any], fixed: bool) -> None:
+    assert about.default is not MISSING, about.name
+    try:
+        node.declare_parameter(about.name, _as_ros(about.default), descriptor(about, fixed))
+    except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+        raise InputError(f"parameter {about.name}: {error}") from error
+
+
+def _value(node: Node, about: Field[Any]) -> Any:
+    value, choices = node.get_parameter(about.name).value, about.metadata["choices"]
+    if choices and value not in choices:
+        raise InputError(f"parameter {about.name} is '{value}'; it must be one of {', '.join(choices)}")
+    return tuple(value) if isinstance(about.default, tuple) else value
+
+
+def _as_ros(default: Any) -> Any:
+    return list(default) if isinstance(default, tuple) else default
+
+
+def _warn_of_unknown(node: Node, known: list[str]) -> None:
+    given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for what the command line gave
+    for name in given:
+        if name not in known and not _is_ros_own(name):
+            near = get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            node.get_logger().warning(f"parameter {name} is not one of this node's and has no effect{hint}")
+
+
+def _is_ros_own(name: str) -> bool:
+    return name.split(".")[0] in ROS_OWN

@@ -1,0 +1,153 @@
+"""The node rpf3d_recorder: subscribes to terrain, sources, results, alerts and diagnostics and logs them to a .rrd."""
+
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.message_classes import message_class
+from rpf3d_ros.nodes.health_report import HealthReport
+from rpf3d_ros.nodes.parameters import RecorderParameters, declare
+from rpf3d_ros.nodes.qos import OVERRIDABLE, recorded_qos
+from rpf3d_ros.nodes.recorder_node import NAME
+from rpf3d_ros.recording import file_writer
+from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
+from rpf3d_ros.recording.incident_bag import IncidentBag
+from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED, MessageLog
+from rpf3d_ros.recording.recorded_topics import TOPICS
+from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
+
+RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
+"""The part of /diagnostics that counts the messages recorded, by topic."""
+
+FILE, BAG, VIEWER = "file", "bag", "viewer"
+"""Parts of /diagnostics."""
+
+DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
+
+LOOK_AFTER = 1.0
+"""Seconds between looks at the file's age, at a file that could not be written, and at the viewer."""
+
+LEAVING = 1.0
+"""Seconds that a viewer has to take its leave."""
+
+
+class RecorderNode(Node):
+    """Receives CDR, converts, logs; every message is in the file before the next one is taken."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        parameters = declare(self, RecorderParameters)
+        self.log = MessageLog(parameters.frame, parameters.mesh_frame, self._now_ns)
+        self.bag = IncidentBag(parameters.bag)
+        viewer = Viewer(parameters.viewer, parameters.viewer_bind, parameters.viewer_port)
+        viewer.check()
+        self.files = _opened(parameters, self.bag)
+        self.recorded: Counter[str] = Counter()
+        self.health = HealthReport(self)
+        self.feed = ViewerFeed(viewer, self.files.head) if viewer.kind != NONE else None
+        self.abandoned = False
+        self._say_recorded()
+        self.get_logger().info(f"recording into {self.files.path}")
+        for topic, (kind, offered, _) in TOPICS.items():
+            qos = recorded_qos(offered, parameters.terrain_durability)
+            self._listen(topic, message_class(kind), qos)
+        self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def _listen(self, topic: str, kind: Any, qos: Any) -> None:
+        """All topics come as CDR: a message that cannot be taken apart is then refused like any other."""
+        receive = partial(self._receive, topic, kind)
+        self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
+
+    def _receive(self, topic: str, kind: Any, data: bytes) -> None:
+        self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
+        try:
+            message = data if topic == MESH else deserialize_message(data, kind)
+        except Exception as error:  # rclpy raises what its C++ calls it
+            self.health.set(topic, WARN, f"message refused: it is no {kind.__name__}: {error}")
+            return
+        self._record(topic, message)
+
+    def _record(self, topic: str, message: Any) -> None:
+        try:
+            entries = self.log.entries(topic, message)
+        except InputError as refusal:
+            self.health.set(topic, WARN, f"message refused: {refusal}")
+            return
+        except Exception as error:  # a message must not end the node, whatever it holds
+            self.health.set(topic, ERROR, f"message refused: {type(error).__name__}: {error}")
+            return
+        if self.feed is not None:
+            self.feed.offer(entries)
+        try:
+            self.files.write(entries)
+        except FAULTS as error:
+            self._say_fault(error)
+        else:
+            self._count(topic)
+
+    def _look_after(self) -> None:
+        try:
+            self.files.check()
+        except FAULTS as error:
+            self._say_fault(error)
+        else:
+            self._say_recorded()
+        if self.bag.folder is not None:
+            level = ERROR if self.bag.fault else OK
+            self.health.set(BAG, level, self.bag.fault or f"writing {self.bag.folder}")
+        self._say_viewer()
+
+    def _say_viewer(self) -> None:
+        if self.feed is not None:
+            lost = {"dropped": str(self.feed.dropped)}
+            if self.feed.fault:
+                self.health.set(VIEWER, WARN, f"no viewer is fed: {self.feed.fault}", lost)
+            else:
+                self.health.set(VIEWER, OK, "fed", lost)
+
+    def _count(self, topic: str) -> None:
+        if topic != DIAGNOSTICS:  # counting these would make another one each time
+            self.recorded[topic] += 1
+            self._say_recorded()
+
+    def _say_recorded(self) -> None:
+        counts = {topic: str(count) for topic, count in self.recorded.items()}
+        self.health.set(RECORDING, OK, f"writing {self.files.path}", counts)
+        if self.files.lost:
+            self.health.set(FILE, WARN, f"writing again; rows that were lost before: {self.files.lost}")
+
+    def _say_fault(self, error: Exception) -> None:
+        sentence = f"{self.files.path} could not be written: {error}"
+        self.health.set(FILE, ERROR, sentence, {"lost": str(self.files.lost)})
+        self.health.set(RECORDING, ERROR, sentence)
+
+    def destroy_node(self) -> None:
+        """Close the recording: a file without its footer has to be repaired before it verifies."""
+        self.health.closed = True
+        for close in (self.files.close, self.bag.close):
+            try:
+                close()
+            except FAULTS as error:
+                self.get_logger().error(f"{self.files.path} could not be closed and may not verify: {error}")
+        self.abandoned = (self.feed is not None and not self.feed.close(LEAVING)) or file_writer.any_left()
+        super().destroy_node()
+
+
+def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
+    """The first file. Raises InputError where it cannot be created."""
+    path = Path(parameters.file)
+    rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
+    try:
+        return RecordingFiles(path, rotation, begun=bag.begin_with, forgotten=bag.forget)
+    except FAULTS as error:
+        raise InputError(f"{path}: the recording cannot be written: {error}") from error

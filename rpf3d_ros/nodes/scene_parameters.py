@@ -1,0 +1,113 @@
+"""The simulator's parameters that are fields of a scene: declared from the scene's own model, so neither can drift."""
+
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from rpf3d_core.live.scene import SCENE, live_parameters, live_scene
+from rpf3d_core.scene.fields import SceneField
+from rpf3d_core.scene.model import Scene
+
+LARGEST_INTEGER = 2**63 - 1
+"""Of a ROS parameter."""
+
+TYPES = {
+    bool: Parameter.Type.BOOL,
+    int: Parameter.Type.INTEGER,
+    float: Parameter.Type.DOUBLE,
+    str: Parameter.Type.STRING,
+}
+ABOUT_SCENE = "path of a scene file, which then says everything that the parameters named as its keys would say"
+
+
+class SceneParameters:
+    """Declares the fields of a scene as parameters of a node, and makes the scene of what was given."""
+
+    def __init__(self, node: Node) -> None:
+        """Declare all of them. Raises InputError, one line a parameter, where what was given makes no scene."""
+        self._node = node
+        self._fields = {field.key: field for field in live_parameters()}
+        given = {name: value for name in (SCENE, *self._fields) if (value := _override(node, name)) not in (None, "")}
+        live_scene(given)  # refused here in the scene's words; by rclpy it would be one at a time, and in its own
+        self._given = set(given)
+        about = ParameterDescriptor(description=ABOUT_SCENE)
+        node.declare_parameter(SCENE, given.get(SCENE, ""), about, ignore_override=True)
+        for field in self._fields.values():
+            self._declare(field, given)
+        node.add_post_set_parameters_callback(self._note)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every parameter declared here."""
+        return (SCENE, *self._fields)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Name -> value of what was set, by the command line, a file, or since; all else has the scene's default."""
+        return {name: self._node.get_parameter(name).value for name in self.names if name in self._given}
+
+    def scene(self) -> Scene:
+        """The scene of what is given now. Raises InputError, one line a parameter, in the words of a scene file."""
+        return live_scene(self.given)
+
+    def _declare(self, field: SceneField, given: Mapping[str, Any]) -> None:
+        value = given.get(field.key, None if field.within else field.default)
+        start = TYPES[_kind(field)] if value is None else _kind(field)(value)
+        self._node.declare_parameter(field.key, start, descriptor_of(field), ignore_override=True)
+
+    def _note(self, parameters: list[Parameter]) -> None:
+        for each in parameters:
+            if each.name in self._fields or each.name == SCENE:
+                (self._given.discard if each.value in (None, "") else self._given.add)(each.name)
+
+
+def descriptor_of(field: SceneField) -> ParameterDescriptor:
+    """Description, range and choices of a field as ROS tools show them; what a range cannot say is said in words.
+
+    Ranges are closed in ROS: an open end of the model's is noted in `additional_constraints`, and refused by the scene.
+    """
+    about = ParameterDescriptor(description=_description(field), additional_constraints="; ".join(_constraints(field)))
+    bounds = field.bounds or {}
+    low, high = bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))
+    if low is None and high is None:
+        return about
+    if field.kind is int:
+        ends = (int(-LARGEST_INTEGER if low is None else low), int(LARGEST_INTEGER if high is None else high))
+        about.integer_range = [IntegerRange(from_value=ends[0], to_value=ends[1])]
+    else:
+        largest = sys.float_info.max
+        reals = (float(-largest if low is None else low), float(largest if high is None else high))
+        about.floating_point_range = [FloatingPointRange(from_value=reals[0], to_value=reals[1])]
+    return about
+
+
+def _description(field: SceneField) -> str:
+    if not field.within or field.names:
+        return field.description
+    default = "" if field.default is None else f", {field.default} where it is named and this is not set"
+    return f"{field.description}; setting it names `{field.within}`{default}"
+
+
+def _constraints(field: SceneField) -> list[str]:
+    bounds = field.bounds or {}
+    ends = [f"not {bounds[kind]:g} itself" for kind in ("gt", "lt") if kind in bounds]
+    choices = [f"one of {', '.join(map(str, field.choices))}"] if field.choices else []
+    return [*ends, *choices]
+
+
+def _kind(field: SceneField) -> type:
+    assert field.kind is not None, field.key  # a field that is none of a parameter's types is not offered
+    return field.kind
+
+
+def _override(node: Node, name: str) -> Any:
+    """What the command line or a parameter file gives; declared without a type, for the model is the one to judge."""
+    if not node.has_parameter(name):
+        node.declare_parameter(name, None, ParameterDescriptor(dynamic_typing=True))
+    value = node.get_parameter(name).value
+    node.undeclare_parameter(name)
+    return value

@@ -1,0 +1,77 @@
+"""The node rpf3d_scene_publisher: a scene file's terrain and sources, standing in for the survey and the radar."""
+
+from pathlib import Path
+
+from geometry_msgs.msg import PoseArray
+from rclpy.node import Node
+from shape_msgs.msg import Mesh
+from std_msgs.msg import Header
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.messages.health import OK
+from rpf3d_ros.messages.scene_content import SceneContent, scene_content
+from rpf3d_ros.messages.source_messages import poses_of_sources
+from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
+from rpf3d_ros.nodes.health_report import HealthReport
+from rpf3d_ros.nodes.parameters import ScenePublisherParameters, declare
+from rpf3d_ros.nodes.qos import EVENTS, LATCHED, OVERRIDABLE
+from rpf3d_ros.nodes.scene_publisher_node import NAME
+
+LOOK_EVERY = 0.25
+"""Seconds between looks for a new subscriber, to whom the terrain is published again."""
+
+
+class ScenePublisherNode(Node):
+    """Reads a scene once; publishes its terrain latched and to every new subscriber, its sources again and again."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        self.parameters = declare(self, ScenePublisherParameters)
+        self.frame = self.parameters.frame
+        content = self._read()
+        self.mesh = cdr_of_mesh(content.mesh)
+        self.content = content
+        self.served, self.repeated = 0, 0
+        self.health = HealthReport(self)
+        self._say(content)
+        self.terrain = self.create_publisher(Mesh, "terrain/mesh", LATCHED, qos_overriding_options=OVERRIDABLE)
+        self.sources = self.create_publisher(PoseArray, "sources", EVENTS, qos_overriding_options=OVERRIDABLE)
+        self.create_timer(LOOK_EVERY, self.look)
+        self.create_timer(self.parameters.repeat_every, self.repeat)
+        self.terrain.publish(self.mesh)
+
+    def _read(self) -> SceneContent:
+        if not self.parameters.scene:
+            raise InputError("parameter scene is not set; it must be the path of a scene file (-p scene:=demo.yaml)")
+        return scene_content(Path(self.parameters.scene), self.frame)
+
+    def _say(self, content: SceneContent) -> None:
+        slow, fast = content.speeds
+        asked = f"{fast:.6g} m/s" if slow == fast else f"one for all; the scene has {slow:.6g} to {fast:.6g} m/s"
+        values = {"triangles": str(len(content.mesh.triangles)), "rocks": str(len(content.positions))}
+        self.health.set("scene", OK, f"publishing {self.parameters.scene}", {**values, "release_speed": asked})
+        counts = f"{len(content.mesh.triangles)} triangles and {len(content.positions)} sources"
+        self.get_logger().info(f"publishing {self.parameters.scene}: {counts}")
+        where = "in its own section of the parameter file, where one sets it: that wins over -p"
+        self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
+
+    def look(self) -> None:
+        """Publish the terrain when a subscriber has joined, and the first sources once all are there for them."""
+        subscribers = self.terrain.get_subscription_count()
+        if subscribers > self.served:
+            self.terrain.publish(self.mesh)
+        self.served = subscribers
+        if self.repeated == 0 and self.sources.get_subscription_count() >= self.parameters.subscribers:
+            self.publish_sources()
+
+    def repeat(self) -> None:
+        """Publish the sources again, if they were published at all and not yet as often as asked."""
+        most = self.parameters.repetitions
+        if self.repeated and (most == 0 or self.repeated < most):
+            self.publish_sources()
+
+    def publish_sources(self) -> None:
+        """Publish the sources, stamped now."""
+        header = Header(stamp=self.get_clock().now().to_msg(), frame_id=self.frame.name)
+        self.sources.publish(poses_of_sources(header, self.content.positions, self.content.velocities))
+        self.repeated += 1

@@ -1,0 +1,229 @@
+"""The node rpf3d_simulator: terrain, sources and areas in; answers and alerts out. A lifecycle node.
+
+The executor's thread only receives, converts what is small, and puts it in line; what takes long is done by the
+threads of the `Station`, which is there from configuring to cleaning up.
+"""
+
+import time
+from typing import TYPE_CHECKING, Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger as TriggerService
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.engine.station import Outlets, Station
+from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.nodes.alert_publishers import AlertPublishers
+from rpf3d_ros.nodes.answer_publishers import AnswerPublishers
+from rpf3d_ros.nodes.configuring import (
+    Interrupted,
+    noting_errors,
+    on_a_thread,
+    refuse_impossible_transitions,
+    watch_clock,
+)
+from rpf3d_ros.nodes.health_report import HealthReport
+from rpf3d_ros.nodes.heap import free_what_is_gone, leave_what_stays_to_itself
+from rpf3d_ros.nodes.heartbeat import Heartbeat
+from rpf3d_ros.nodes.inputs import Inputs
+from rpf3d_ros.nodes.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.nodes.scene_parameters import SceneParameters
+from rpf3d_ros.nodes.simulator_node import NAME
+
+if TYPE_CHECKING:
+    from rpf3d_ros.nodes.configuration import Equipment
+
+TICK = 0.25
+"""Seconds between looks whether a decision is over."""
+
+NAMED_FOR = 10.0
+"""Seconds for which `acknowledged_by` counts: one that was left there would acknowledge whatever comes later."""
+
+DONE, FAILED = (
+    TransitionCallbackReturn.SUCCESS,
+    TransitionCallbackReturn.FAILURE,
+)
+
+
+class SimulatorNode(LifecycleNode):
+    """Lifecycle: configure reads and compiles, activate listens and answers, deactivate forgets, cleanup frees."""
+
+    def __init__(self) -> None:
+        super().__init__(NAME)
+        self.scene_parameters = SceneParameters(self)
+        parameters = declare(self, SimulatorParameters, fixed=False, others=self.scene_parameters.names)
+        _ = parameters.frame  # refused here, if at all
+        self.lock = ParameterLock(self, free=("acknowledged_by",))
+        self.health = HealthReport(self)
+        self.outlets = Outlets(
+            AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now
+        )
+        self.station: Station | None = None
+        self.inputs: Inputs | None = None
+        self.broken = ""
+        self.abandoned = False
+        self._ticked, self._named_at = 0, -NAMED_FOR
+        self.add_post_set_parameters_callback(self._note_name)
+        self.heartbeat = Heartbeat(self, self.health)
+        self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
+        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also where time goes back
+        refuse_impossible_transitions(self)
+        watch_clock(self, self._clock_went_back)
+        self._say("unconfigured", OK)
+        if parameters.autostart:
+            self._starting = self.create_timer(0.0, self._start)
+
+    # --- transitions
+
+    @noting_errors
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read parameters, scene and site file, compile, restore the last good terrain."""
+        self.broken = ""
+        self._say("configuring: reading, and compiling what the scene names", OK)
+        try:
+            parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
+            now = self._now()
+            equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
+            leave_what_stays_to_itself()
+            self.station = Station(equipment, self.outlets)
+        except Interrupted:
+            self.abandoned = True
+            return FAILED
+        except InputError as refusal:
+            self._say(f"not configured: {refusal}", ERROR)
+            return FAILED
+        self.lock.closed = True
+        self._say(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
+        return super().on_configure(state)
+
+    @noting_errors
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen, answer and decide."""
+        assert self.station is not None
+        done = super().on_activate(state)
+        self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health)
+        self.station.activate()
+        self.heartbeat.reset()
+        self._say("active", OK)
+        return done
+
+    @noting_errors
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Listen to nothing, forget what waits, publish nothing."""
+        self._fall_silent()
+        self._say("inactive", OK)
+        self.health.set("run", OK, "inactive")
+        return super().on_deactivate(state)
+
+    @noting_errors
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Free the ground and everything that was built."""
+        self._close_station()
+        self.lock.closed = False
+        self.health.clear("terrain", "sources", "run", "queues", "areas", "decision log", "store")
+        self._say("unconfigured", OK)
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End for good."""
+        self._let_go()
+        self._say("shut down", OK)
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Something went wrong in a transition: let go of everything, say why, and be ready to be configured again."""
+        self._let_go()
+        self.lock.closed = False
+        self._say(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
+        return DONE
+
+    # --- what the executor calls
+
+    def _start(self) -> None:
+        """Configure and activate once, where autostart says so."""
+        self._starting.cancel()
+        if self.trigger_configure() == DONE and self.context.ok():
+            self.trigger_activate()
+
+    def _tick(self) -> None:
+        """Look after decisions, and at the clock: ROS tells of jumps of simulated time only."""
+        now = self._now()
+        if now < self._ticked:
+            self._clock_went_back((self._ticked - now) * 1e-9)
+        self._ticked = now
+        if self.station is not None and self.inputs is not None:
+            self.station.beat()
+
+    def _clock_went_back(self, seconds: float) -> None:
+        self._ticked = self._now()
+        if self.inputs is not None and self.station is not None:
+            self.inputs.guards.reset()
+            self.station.forget(f"the clock went back by {seconds:.3f} s: what was heard before means nothing")
+            self.health.set("clock", WARN, f"went back by {seconds:.3f} s; waiting for new sources")
+
+    def on_acknowledge(
+        self, request: TriggerService.Request, response: TriggerService.Response
+    ) -> TriggerService.Response:
+        """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
+        said = self._named()
+        self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
+        if self.station is None or self.inputs is None:
+            response.success, response.message = False, "the node is not active"
+        else:
+            response.success, response.message = self.station.acknowledged(said)
+        return response
+
+    def _named(self) -> str:
+        """What `acknowledged_by` says; nothing where that was set too long ago to be meant for this call."""
+        recent = time.monotonic() - self._named_at <= NAMED_FOR
+        return str(self.get_parameter("acknowledged_by").value) if recent else ""
+
+    def _note_name(self, parameters: list[Parameter]) -> None:
+        if any(parameter.name == "acknowledged_by" for parameter in parameters):
+            self._named_at = time.monotonic()
+
+    def destroy_node(self) -> None:
+        """Let the threads end, or abandon them, before what they publish on is gone."""
+        for each in (self.outlets.answers, self.outlets.alerts, self.health):
+            each.closed = True
+        self._close_station()
+        super().destroy_node()
+
+    def _fall_silent(self) -> None:
+        """Listen to nothing and answer nothing; the last that is told is a fault."""
+        self._stop_listening()
+        if self.station is not None:
+            self.station.deactivate()
+
+    def _let_go(self) -> None:
+        self._fall_silent()
+        self._close_station()
+
+    def _close_station(self) -> None:
+        if self.station is not None:
+            self.abandoned = not self.station.close() or self.abandoned
+            self.station = None
+            free_what_is_gone()
+
+    def _stop_listening(self) -> None:
+        if self.inputs is not None:
+            self.inputs.close()
+            self.inputs = None
+
+    def _say(self, what: str, level: int) -> None:
+        self.health.set("lifecycle", level, what)
+        if level == OK:
+            self.get_logger().info(what)  # the health report logs only what is wrong, or no longer so
+
+    def _now(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+
+def _equipment(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "Equipment":
+    from rpf3d_ros.nodes.configuration import (
+        equipment_of,  # imports all that flies: on the thread that may take its time
+    )
+
+    return equipment_of(parameters, given, now_ns)

@@ -1,0 +1,28 @@
+"""rpf3d_simulator, the program: listens to signals first and imports what takes seconds afterwards."""
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rpf3d_ros.nodes.node_process import run
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+NAME = "rpf3d_simulator"
+
+
+def node() -> "Node":
+    """The node; rclpy has been initialised."""
+    from rpf3d_ros.nodes.simulator import SimulatorNode
+
+    return SimulatorNode()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run(node, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

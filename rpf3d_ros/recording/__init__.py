@@ -1,0 +1,1 @@
+"""Messages to recordings and bags, live or afterwards."""

@@ -1,0 +1,54 @@
+"""Recorded messages as an MCAP bag, as they came: CDR bytes in, so that an incident can be replayed into the node."""
+
+from pathlib import Path
+from typing import Any
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.recording.recorded_topics import TOPICS
+
+VERSION = 9
+"""Of rosbag2's metadata, as ROS 2 Jazzy writes it."""
+
+
+def import_rosbags() -> Any:
+    """The rosbags package with its writer and reader, or an InputError that says how to get it."""
+    try:
+        import rosbags.rosbag2
+        import rosbags.serde
+        import rosbags.typesys
+    except ImportError as fault:
+        raise InputError("bags need rosbags: pip install 'rosbags>=0.11,<0.12'") from fault
+    return rosbags
+
+
+def typestore() -> Any:
+    """The message definitions of ROS 2 Jazzy."""
+    rosbags = import_rosbags()
+    return rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_JAZZY)
+
+
+class BagWriter:
+    """An open bag. Its index is written by `close`: a bag that was cut off has to be repaired with `mcap recover`."""
+
+    def __init__(self, folder: Path) -> None:
+        """Create the bag's folder. Raises OSError where it exists or cannot be made, InputError without rosbags."""
+        rosbag2 = import_rosbags().rosbag2
+        if not folder.parent.is_dir():
+            raise FileNotFoundError(f"there is no folder {folder.parent} to write the bag into")
+        self.folder, self._types = folder, typestore()
+        self._connections: dict[str, Any] = {}
+        try:
+            self._writer = rosbag2.Writer(folder, version=VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP)
+            self._writer.open()
+        except rosbag2.WriterError as error:
+            raise FileExistsError(str(error)) from error
+
+    def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
+        """Add a message of a topic of TOPICS, whose full name is `name`, received at stamp_ns. OSError as files."""
+        if name not in self._connections:
+            self._connections[name] = self._writer.add_connection(name, TOPICS[topic].kind, typestore=self._types)
+        self._writer.write(self._connections[name], stamp_ns, data)
+
+    def close(self) -> None:
+        """Write what is left, and the index."""
+        self._writer.close()

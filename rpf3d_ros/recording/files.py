@@ -1,0 +1,198 @@
+"""A recording as files on disk: each begins with what holds, and a new one is begun by size, by time, or after a fault.
+
+File names with rotation: <stem>_<UTC>_<number>.rrd, so that they sort by time and none is ever replaced.
+"""
+
+import re
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from rpf3d_ros.recording.message_log import Entry
+from rpf3d_ros.recording.stream import Recording, file_recording
+
+MEGABYTE = 1_000_000
+RETRY = 2.0
+"""Seconds between attempts to begin a new file after one could not be written."""
+
+FAULTS = (OSError, RuntimeError)
+"""rerun raises either where a file cannot be written."""
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """megabytes, minutes : of a file before the next one is begun, 0: never; keep : files kept, 0: all."""
+
+    megabytes: float = 0.0
+    minutes: float = 0.0
+    keep: int = 0
+
+    @property
+    def wanted(self) -> bool:
+        """Whether there is more than one file."""
+        return self.megabytes > 0.0 or self.minutes > 0.0
+
+
+class Head:
+    """The last entry of each state: terrain and its patches, sources, areas, alerts. Every file begins with them."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, Entry] = {}
+
+    def note(self, entries: Iterable[Entry]) -> None:
+        """Take over what is a state; new terrain ends its patches."""
+        for entry in entries:
+            if entry.keeps == "terrain":
+                self._kept = {name: kept for name, kept in self._kept.items() if not name.startswith("terrain/")}
+            if entry.keeps:
+                self._kept.pop(entry.keeps, None)
+                self._kept[entry.keeps] = entry
+
+    def entries(self) -> list[Entry]:
+        """What a new file begins with, oldest first."""
+        return list(self._kept.values())
+
+
+def draw(recording: Recording, entries: Iterable[Entry]) -> None:
+    """Log entries, each at its own time."""
+    for entry in entries:
+        recording.at(entry.stamp_ns, entry.event)
+        entry.draw(recording)
+
+
+class RecordingFiles:
+    """The file that is being written, and the one after it. `write` returns when the entries are in the file."""
+
+    def __init__(
+        self,
+        file: Path,
+        rotation: Rotation,
+        monotonic: Callable[[], float] = time.monotonic,
+        begun: Callable[[Path], None] = lambda path: None,
+        forgotten: Callable[[Path], None] = lambda path: None,
+    ) -> None:
+        """Begin the first file. Raises OSError or RuntimeError where that is not possible.
+
+        begun : told of each file; forgotten : of each that has been deleted, for there are newer ones enough
+        """
+        self._file, self._rotation, self._monotonic = file, rotation, monotonic
+        self._begun, self._forgotten = begun, forgotten
+        self.head = Head()
+        self.number, self.lost = 0, 0
+        self.path = file
+        self._recording: Recording | None = None
+        self._since, self._retry_at = 0.0, 0.0
+        self._begin()
+
+    def write(self, entries: list[Entry]) -> None:
+        """Log entries and flush. Raises OSError or RuntimeError where they are not in a file: the next call tries anew.
+
+        What could not be written is counted in `lost`; what of it is a state is in the next file.
+        """
+        self.head.note(entries)
+        if self._recording is None:
+            self._begin_again(len(entries))
+            entries = [entry for entry in entries if not entry.keeps]  # the new file begins with the others
+        assert self._recording is not None
+        try:
+            draw(self._recording, entries)
+            self._recording.flush()
+        except FAULTS:
+            self._give_up(len(entries))
+            raise
+        if self._is_full():
+            self._next()
+
+    def check(self) -> None:
+        """Begin a new file where the last one could not be written, or where its time is over; raises as `write`."""
+        if self._recording is None:
+            self._begin_again(0)
+        elif self._is_full():
+            self._next()
+
+    def close(self) -> None:
+        """Write the footer. Raises OSError or RuntimeError where that is not possible."""
+        recording, self._recording = self._recording, None
+        if recording is not None:
+            recording.close()
+
+    def _is_full(self) -> bool:
+        minutes, megabytes = self._rotation.minutes, self._rotation.megabytes
+        if minutes > 0.0 and self._monotonic() - self._since >= 60.0 * minutes:
+            return True
+        return megabytes > 0.0 and self.path.stat().st_size >= MEGABYTE * megabytes
+
+    def _next(self) -> None:
+        try:
+            self.close()
+            self._begin()
+        except FAULTS:
+            self._give_up(0)
+            raise
+        self._forget_old()
+
+    def _begin(self) -> None:
+        self.number += 1
+        if self._rotation.wanted or self.number > 1:
+            self.path = numbered(self._file, self.number, datetime.now(UTC))
+        recording = file_recording(self.path)
+        try:
+            draw(recording, self.head.entries())
+            recording.flush()
+        except FAULTS:
+            _drop(recording)
+            raise
+        self._recording, self._since = recording, self._monotonic()
+        self._begun(self.path)
+
+    def _begin_again(self, lost: int) -> None:
+        """Try a new file, not more often than every RETRY seconds."""
+        if self._monotonic() < self._retry_at:
+            self.lost += lost
+            raise OSError(f"the next attempt is made every {RETRY:g} s")
+        self._retry_at = self._monotonic() + RETRY
+        try:
+            self._begin()
+        except FAULTS:
+            self.number, self.lost = self.number - 1, self.lost + lost
+            if self.path != self._file:
+                self.path.unlink(missing_ok=True)  # it holds nothing that the next one will not begin with
+            raise
+
+    def _give_up(self, lost: int) -> None:
+        """Leave the file as it is: all before the fault can be read, and `rpf3d recover` repairs it."""
+        self.lost += lost
+        recording, self._recording = self._recording, None
+        self._retry_at = self._monotonic() + RETRY
+        if recording is not None:
+            _drop(recording)
+
+    def _forget_old(self) -> None:
+        if self._rotation.keep > 0:
+            for old in numbered_files(self._file)[: -self._rotation.keep]:
+                old.unlink(missing_ok=True)
+                self._forgotten(old)
+
+
+def numbered(file: Path, number: int, at: datetime) -> Path:
+    """The name of a file of a series.
+
+    >>> numbered(Path("shift.rrd"), 3, datetime(2026, 11, 21, 6, 30, 5, tzinfo=UTC)).name
+    'shift_20261121T063005Z_0003.rrd'
+    """
+    return file.with_name(f"{file.stem}_{at:%Y%m%dT%H%M%SZ}_{number:04d}{file.suffix}")
+
+
+def numbered_files(file: Path) -> list[Path]:
+    """The files of a series on disk, oldest first."""
+    name = re.compile(re.escape(file.stem) + r"_\d{8}T\d{6}Z_\d{4,}" + re.escape(file.suffix))
+    return sorted(path for path in file.parent.glob(f"*{file.suffix}") if name.fullmatch(path.name))
+
+
+def _drop(recording: Recording) -> None:
+    """End a recording that cannot be written."""
+    with suppress(*FAULTS):  # the fault that it is dropped for has been told
+        recording.close()

@@ -1,0 +1,146 @@
+"""A bag of the topics -> a recording, as the live recorder would have written it; needs no ROS."""
+
+import struct
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from os import SEEK_END
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.recording.bag_writer import import_rosbags, typestore
+from rpf3d_ros.recording.files import RecordingFiles, Rotation
+from rpf3d_ros.recording.message_log import MessageLog
+from rpf3d_ros.recording.recorded_topics import TOPICS, topic_called
+
+MESH = "terrain/mesh"
+"""Read from its CDR bytes, as the node does."""
+
+MAGIC = b"\x89MCAP0\r\n"
+"""Begins and ends every MCAP file."""
+
+CUT_OFF = (
+    "was cut off before its end was written, as by a kill; make it whole first, with: mcap recover FILE -o REPAIRED "
+    "(the MCAP command line, https://mcap.dev), and name the repaired file"
+)
+
+UNREADABLE = (ValueError, IndexError, KeyError, TypeError, MemoryError, ArithmeticError, struct.error)
+"""What a damaged message may raise where it is taken apart; UnicodeError and rosbags' own are ValueError."""
+
+
+class Raw(NamedTuple):
+    """A message of a bag: topic : of TOPICS; name : in the bag; stamp_ns : when it was received; data : its CDR."""
+
+    topic: str
+    name: str
+    stamp_ns: int
+    data: bytes
+
+
+class Converted(NamedTuple):
+    """messages : recorded, by topic; refused : sentences with the topic and the time, in order."""
+
+    messages: Counter[str]
+    refused: list[str]
+
+
+def topics_of(bag: Path, namespace: str = "") -> list[str]:
+    """The topics that are recorded and that a bag has messages of. Raises InputError for what is no whole bag."""
+    with _reading(bag) as reader:
+        held = {topic_called(c.topic, namespace) for c in _chosen(reader, namespace) if c.msgcount}
+    return [topic for topic in TOPICS if topic in held]
+
+
+def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
+    """The messages of the topics that are recorded, in order of time. Raises InputError for what is no whole bag."""
+    with _reading(bag) as reader:
+        chosen = _chosen(reader, namespace)
+        if not chosen:
+            return  # rosbags takes none for all
+        for connection, stamp_ns, data in reader.messages(connections=chosen):
+            topic = topic_called(connection.topic, namespace)
+            yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
+
+
+@contextmanager
+def _reading(bag: Path) -> Iterator[Any]:
+    """The reader of a bag. Raises InputError for whatever goes wrong with it."""
+    rosbags = import_rosbags()
+    if not bag.exists():
+        raise InputError(f"{bag}: there is no such bag")
+    try:
+        with rosbags.rosbag2.Reader(bag) as reader:
+            yield reader
+    except (rosbags.rosbag2.ReaderError, OSError, *UNREADABLE) as error:
+        if _is_cut_off(bag):
+            raise InputError(f"{bag}: {CUT_OFF}") from error
+        lacks = "its folder has no metadata.yaml" if bag.is_dir() and not (bag / "metadata.yaml").exists() else error
+        raise InputError(f"{bag}: cannot be read as a rosbag2 bag (MCAP or sqlite3): {lacks}") from error
+
+
+def _chosen(reader: Any, namespace: str) -> list[Any]:
+    """The connections of the topics that are recorded."""
+    return [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
+
+
+def _is_cut_off(bag: Path) -> bool:
+    """Whether a file of it begins as MCAP and does not end so, as after a kill; False where that cannot be told."""
+    files = bag.glob("*.mcap") if bag.is_dir() else [bag]
+    with suppress(OSError):
+        return any(_begins_only(file) for file in files)
+    return False
+
+
+def _begins_only(file: Path) -> bool:
+    with file.open("rb") as opened:
+        if opened.read(len(MAGIC)) != MAGIC:
+            return False
+        opened.seek(-len(MAGIC), SEEK_END)
+        return opened.tell() == 0 or opened.read() != MAGIC
+
+
+def convert(bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "") -> Converted:
+    """Write the recording of a bag. Raises InputError for what is no bag or holds none of the topics."""
+    types, now = typestore(), [0]
+    log = MessageLog(frame, mesh_frame, lambda: now[0])
+    done = Converted(Counter(), [])
+    files = None
+    for raw in messages_of(bag, namespace):
+        now[0] = raw.stamp_ns
+        files = files or RecordingFiles(out, Rotation())
+        try:
+            entries = log.entries(raw.topic, _message(types, raw))
+        except (MessageRefused, *UNREADABLE) as refusal:
+            done.refused.append(f"{raw.name} at {raw.stamp_ns / 1e9:.3f} s: {refusal}")
+        else:
+            _write(files, entries, out)
+            done.messages[raw.topic] += 1
+    if files is None:
+        raise InputError(f"{bag}: holds none of the topics {', '.join(TOPICS)}; is there a namespace to give?")
+    files.close()
+    return done
+
+
+def _write(files: RecordingFiles, entries: list[Any], out: Path) -> None:
+    try:
+        files.write(entries)
+    except RuntimeError as error:
+        raise OSError(f"{out}: the recording could not be written: {error}") from error
+
+
+def _message(types: Any, raw: Raw) -> Any:
+    if raw.topic == MESH:
+        return raw.data
+    kind = TOPICS[raw.topic].kind
+    try:
+        return types.deserialize_cdr(raw.data, kind)
+    except import_rosbags().serde.SerdeError as error:
+        raise MessageRefused(f"it is no {kind}: {error}") from error
+
+
+def _kind(name: str, namespace: str) -> str | None:
+    topic = topic_called(name, namespace)
+    return TOPICS[topic].kind if topic else None

@@ -1,0 +1,154 @@
+"""Play a bag into the running nodes: its input topics as CDR, at the pace they came, optionally with /clock.
+
+`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is out, 2 where the bag cannot be read. Stamps
+in a bag are of its time: nodes that run by today's clock take its sources for stale, so give them use_sim_time:=true.
+ROS's own arguments (an enclave, say) stand after --ros-args.
+"""
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rpf3d_core.errors import InputError
+from rpf3d_ros.nodes.leaving import unless_signalled
+from rpf3d_ros.nodes.node_process import beside_ros
+from rpf3d_ros.recording.from_bag import Raw, messages_of, topics_of
+from rpf3d_ros.recording.recorded_topics import TOPICS
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+    from rclpy.publisher import Publisher
+
+    from rpf3d_ros.demo.simulated_clock import SimulatedClock
+
+SECOND = 1_000_000_000
+"""Nanoseconds."""
+
+CLOCK_AHEAD = 0.5
+"""Seconds for which /clock stands at the time of the first message before that goes out: nodes must have a time."""
+
+LEAVING = 1.0
+"""Seconds between the last message and the end: a reliable publisher that leaves takes what is on its way along."""
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Play a bag; 0, 2 for bad input, 128 + its number after a signal."""
+    words = sys.argv[1:] if args is None else list(args)
+    options = _options(beside_ros(words))
+    return unless_signalled(lambda: _played(options, words))
+
+
+def inputs_of(bag: Path, namespace: str) -> list[str]:
+    """The inputs of the simulator that a bag holds. Raises InputError where there are none."""
+    given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
+    if not given:
+        where = f" in the namespace {namespace}" if namespace else ""
+        raise InputError(f"{bag}: holds no input of the simulator{where}; which namespace are its topics in?")
+    return given
+
+
+def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
+    """The messages, and the time (ns) of the first that has one.
+
+    A recorder on a simulated clock receives the latched terrain at time 0, before the clock begins.
+    """
+    early = []
+    for raw in messages:
+        early.append(raw)
+        if raw.stamp_ns > 0:
+            break
+    return chain(early, messages), early[-1].stamp_ns if early else 0
+
+
+def _options(args: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="rpf3d_play_bag", description=__doc__.splitlines()[0])
+    parser.add_argument("bag", type=Path, help="folder of a rosbag2 bag, or its .mcap or .db3 file")
+    parser.add_argument("--rate", type=_positive, default=1.0, help="how many times as fast as it was recorded")
+    parser.add_argument("--namespace", default="", help="namespace of the topics in the bag")
+    parser.add_argument("--clock", action="store_true", help="publish /clock, for nodes with use_sim_time:=true")
+    parser.add_argument(
+        "--subscribers", type=int, default=1, help="of each topic to wait for: 1 (default), 2 with the recorder"
+    )
+    parser.add_argument("--patience", type=float, default=30.0, help="seconds to wait for them")
+    return parser.parse_args(args)
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is no number above 0")
+    return value
+
+
+def _played(options: argparse.Namespace, words: list[str]) -> int:
+    try:
+        _play(options, words)
+    except InputError as error:
+        print(f"rpf3d: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _play(options: argparse.Namespace, words: list[str]) -> None:
+    """Publish every input at its time, and tell what was played; words : of the command line, for ROS."""
+    played = dict.fromkeys(inputs_of(options.bag, options.namespace), 0)
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.signals import SignalHandlerOptions
+
+    from rpf3d_ros.nodes.publishing import publishers_of
+
+    rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = Node("rpf3d_play_bag", start_parameter_services=False)
+        publishers = publishers_of(node, played)
+        given = (raw for raw in messages_of(options.bag, options.namespace) if raw.topic in publishers)
+        timed, begin_ns = with_times(given)
+        with _clock(node, begin_ns) if options.clock else nullcontext() as clock:
+            _wait_for_subscribers(publishers, options)
+            if clock is not None:
+                time.sleep(CLOCK_AHEAD)
+                clock.run_at(options.rate)
+            began = time.monotonic()
+            for raw in timed:
+                _wait_until(began + (raw.stamp_ns - begin_ns) / SECOND / options.rate)
+                if clock is not None:
+                    clock.tell()
+                publishers[raw.topic].publish(raw.data)
+                played[raw.topic] += 1
+            time.sleep(LEAVING)
+        print("played", ", ".join(f"{count} of {topic}" for topic, count in played.items()))
+    finally:
+        rclpy.try_shutdown()
+
+
+def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
+    """A clock that stands until it is told to run."""
+    from rpf3d_ros.demo.simulated_clock import SimulatedClock
+
+    return SimulatedClock(node, begin_ns, speed=0.0)
+
+
+def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argparse.Namespace) -> None:
+    """Wait until each topic has its subscribers. Raises InputError that names those which have not."""
+    deadline = time.monotonic() + options.patience
+    while few := [each for each, offer in publishers.items() if offer.get_subscription_count() < options.subscribers]:
+        if time.monotonic() > deadline:
+            raise InputError(
+                f"after {options.patience:g} s there are fewer than {options.subscribers} subscribers of "
+                f"{', '.join(few)}; does the simulator run, in this ROS_DOMAIN_ID?"
+            )
+        time.sleep(0.02)
+
+
+def _wait_until(moment: float) -> None:
+    time.sleep(max(0.0, moment - time.monotonic()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,273 @@
+"""Rows of a recording that is being written, in the map frame: to a file, or to a viewer.
+
+rerun comes through `recordings.log.import_rerun`, when a recording is opened: the simulator
+does without it.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.ensemble.colours import speed_colours
+from rpf3d_core.recordings.log import import_rerun
+from rpf3d_core.recordings.shapes import coloured_mesh
+from rpf3d_core.terrain.facets import IntArray, Terrain
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.health import OK, WARN, Health
+from rpf3d_ros.messages.marker_reading import Colour, Strip
+from rpf3d_ros.messages.moving_rocks import FRAME, Motion
+from rpf3d_ros.recording import file_writer
+from rpf3d_ros.recording.views import STATE_COLOURS, blueprint, extent_of
+
+APPLICATION = "rpf3d_live"
+SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
+LINE_PIXELS, POINT_PIXELS, DEPOSIT_PIXELS, OUTLINE_PIXELS, ROCK_PIXELS = 0.7, 1.5, 3.0, 2.0, 4.0
+"""Radii on the screen: a rock of 1 m cannot be seen in a pit of 1 km. rerun reads negative radii so."""
+
+ARROW_LENGTH, LIFT = 3.0, 0.15
+"""Metres: length of a source's arrow; height of hazard facets above the ground, which would hide them."""
+
+UNKNOWN = (0, 0, 0, 0)
+"""Colour of the cells of a grid that say nothing."""
+
+FARTHER = 1.5
+"""Trajectories that reach so many times farther than all before move the eye: the first may be short ones."""
+
+FLUSH_TIMEOUT = 60.0
+"""Seconds; the terrain of 2.3 million triangles takes 1.3 s to write."""
+
+JOULE_PER_KJ = 1000.0
+MILLISECONDS_A_FRAME = round(1000 * FRAME)
+
+
+class Recording:
+    """An open stream of rows: set the time, log what happened, then `flush`; rows up to the last flush survive a kill.
+
+    Nothing is known of the recording that a method is called for: `Entry.draw` calls one method each.
+    """
+
+    def __init__(self, stream: Any, in_file: bool = False) -> None:
+        """stream : a rerun.RecordingStream that has its sink already; in_file : whether that is a file."""
+        self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
+        self._looked_at = 0.0
+        self._stamp_ns, self._event = 0, 0
+        self._frames, self._lanes = 0, set[str]()
+        self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        self._style()
+
+    def at(self, stamp_ns: int, event: int) -> None:
+        """Set the time (ns since the epoch) and the number of the event that all following rows belong to."""
+        self._stamp_ns, self._event = stamp_ns, event
+        self._stream.set_time("ros_time", timestamp=np.datetime64(stamp_ns, "ns"))
+        self._stream.set_time("event", sequence=event)
+
+    def terrain(self, vertices: FloatArray, triangles: IntArray) -> None:
+        """Log the ground, vertices (V, 3) m, as one zone; the patches of the ground before are gone."""
+        zone = np.zeros(len(triangles), dtype=np.int32)
+        mesh = coloured_mesh(Terrain(vertices, triangles, zone, ("terrain",)))
+        self.clear("terrain/updates")
+        self._log(
+            "terrain",
+            self._rerun.Mesh3D(
+                vertex_positions=mesh.vertices,
+                triangle_indices=mesh.triangles,
+                vertex_normals=mesh.normals,
+                vertex_colors=mesh.colours,
+            ),
+        )
+
+    def update(self, number: int, points: FloatArray) -> None:
+        """Log a patch of the terrain as its points (N, 3) m; those of other numbers stay."""
+        self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
+
+    def sources(self, positions: FloatArray, directions: FloatArray) -> None:
+        """Log where rocks are released, (R, 3) m, and which way (R, 3); none: nothing was seen."""
+        self._log("sources", self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))
+        arrows = self._rerun.Arrows3D(origins=positions, vectors=ARROW_LENGTH * directions, colors=SOURCE_COLOUR)
+        self._log("sources/direction", arrows)
+
+    def area(self, name: str, corners: FloatArray) -> None:
+        """Log an area of interest as its outline, corners (N, 3) m; one of a single corner as a point."""
+        outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
+        self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
+
+    def area_outline(self, name: str, lines: list[FloatArray]) -> None:
+        """Log the rings of an area of interest, lines (T, 3) m on the ground, beside what told where it lies."""
+        strips = [_lifted(line) for line in lines]
+        entity = _outline_of_area(name)
+        self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
+
+    def clear_area(self, name: str) -> None:
+        """Take the rings of an area of interest off the screen."""
+        self.clear(_outline_of_area(name))
+
+    def places(self, name: str, positions: FloatArray) -> None:
+        """Log the middles of areas of interest, (N, 3) m."""
+        self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
+
+    def trajectories(self, strips: list[Strip]) -> None:
+        """Log the thinned trajectories as one row, piece by piece: rerun gives a strip one colour."""
+        pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
+        colours = [strip.colours[:-1] for strip in strips]
+        lines = self._rerun.LineStrips3D(
+            np.concatenate([np.empty((0, 2, 3)), *pieces]),
+            radii=-LINE_PIXELS,
+            colors=np.concatenate([np.empty((0, 4), dtype=np.uint8), *colours]),
+        )
+        self._log("trajectories", lines)
+        if (extent := extent_of(strips)) > FARTHER * self._looked_at:
+            self._stream.send_blueprint(blueprint(strips))
+            self._looked_at = extent
+
+    def motion(self, motion: Motion) -> None:
+        """Log rocks that move, a row a frame, over simulated time and from the event's stamp on.
+
+        Frames are even on both timelines, so this event replaces what another one left there; where that was longer,
+        frames without rocks follow.
+        """
+        rocks, frames = motion.positions.shape[1], len(motion.times)
+        self._frames = max(self._frames, frames)
+        steps = MILLISECONDS_A_FRAME * np.arange(self._frames, dtype="timedelta64[ms]")
+        first = np.datetime64(self._stamp_ns // (1_000_000 * MILLISECONDS_A_FRAME) * MILLISECONDS_A_FRAME, "ms")
+        timelines = [
+            self._rerun.TimeColumn("sim_time", duration=steps.astype("timedelta64[ns]")),
+            self._rerun.TimeColumn("ros_time", timestamp=(first + steps).astype("datetime64[ns]")),
+            self._rerun.TimeColumn("event", sequence=np.full(self._frames, self._event)),
+        ]
+        lengths = [rocks] * frames + [0] * (self._frames - frames)
+        rows = self._rerun.Points3D.columns(positions=motion.positions.reshape(-1, 3)).partition(lengths)
+        if lengths:
+            self._stream.send_columns("trajectories/rocks", timelines, rows)
+
+    def points(self, entity: str, positions: FloatArray, energy: FloatArray) -> None:
+        """Log a cloud (N, 3) m coloured by energy (N,) J; the energies are logged beside it."""
+        self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
+
+    def energies(self, energy: FloatArray) -> None:
+        """Log the largest and the 95th percentile of an event's energies at impacts, (N,) J, in kJ."""
+        if len(energy):
+            for name, value in (("largest", energy.max()), ("p95", np.percentile(energy, 95))):
+                self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
+
+    def reach(self, positions: FloatArray, reach: FloatArray, beside: dict[str, NDArray[Any]]) -> None:
+        """Log where rocks come to, (N, 3) m, coloured by the share of rocks (N,) that do, with further columns."""
+        self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **beside})
+
+    def grid(self, percent: NDArray[np.int8]) -> None:
+        """Log a grid of reach probability (H, W) in percent, the first row in the south, -1 where nothing is known."""
+        colours = np.zeros((*percent.shape, 4), dtype=np.uint8)
+        colours[..., :3] = speed_colours(percent.ravel().clip(0).astype(float), 100.0).reshape(*percent.shape, 3)
+        colours[..., 3] = 255
+        colours[percent < 0] = UNKNOWN
+        self._log("plan/reach_probability", self._rerun.Image(colours[::-1]))
+
+    def hazard(self, level: str, corners: FloatArray, colour: Colour) -> None:
+        """Log the facets of a level, corners (F, 3, 3) m, lifted a little so that the ground does not hide them."""
+        lifted = _lifted(corners.reshape(-1, 3))
+        triangles = np.arange(len(lifted)).reshape(-1, 3)
+        mesh = self._rerun.Mesh3D(vertex_positions=lifted, triangle_indices=triangles, albedo_factor=list(colour))
+        self._log(_under("hazard", level), mesh)
+
+    def outline(self, level: str, lines: list[FloatArray], colour: Colour) -> None:
+        """Log the outline of a level, lines (T, 3) m."""
+        solid = [int(255 * share) for share in colour[:3]]
+        strips = self._rerun.LineStrips3D([_lifted(line) for line in lines], radii=-OUTLINE_PIXELS, colors=solid)
+        self._log(_under("hazard", level) + "/outline", strips)
+
+    def clear(self, entity: str) -> None:
+        """Take what an earlier event left at an entity and below it off the screen."""
+        self._log(entity, self._rerun.Clear(recursive=True))
+
+    def clear_hazard(self, level: str) -> None:
+        """Take the facets and the outline of a level off the screen."""
+        self.clear(_under("hazard", level))
+
+    def alert(self, level: int) -> None:
+        """Log the level of the alert, an index into LEVELS, as a series."""
+        self._log("alert_level", self._rerun.Scalars(float(level)))
+
+    def alert_state(self, name: str, state: str | None) -> None:
+        """Log the state of the site, the alarm or an area (area/<name>) as a lane over time; None ends the lane."""
+        lane = _under("alert_state", name)
+        if lane not in self._lanes:
+            self._lanes.add(lane)
+            states, colours = list(STATE_COLOURS), list(STATE_COLOURS.values())
+            self._log(lane, self._rerun.StateConfiguration(values=states, labels=states, colors=colours), static=True)
+        self._log(lane, self._rerun.StateChange(state=[state]))
+
+    def text(self, entity: str, health: Health) -> None:
+        """Log what a node says of a part as a line of text."""
+        levels = {OK: self._rerun.TextLogLevel.INFO, WARN: self._rerun.TextLogLevel.WARN}
+        text = "; ".join([health.message, *(f"{key} {value}" for key, value in health.values.items())])
+        level = levels.get(health.level, self._rerun.TextLogLevel.ERROR)
+        self._log(entity, self._rerun.TextLog(f"{health.name}: {text}", level=level))
+
+    def flush(self, seconds: float = FLUSH_TIMEOUT) -> None:
+        """Hand on what has been logged. Raises RuntimeError where that did not happen in time, or cannot."""
+        if self._in_file:
+            file_writer.flush(self._stream, seconds)
+        else:
+            self._stream.flush(timeout_sec=seconds)
+
+    def close(self) -> None:
+        """Write the footer of a file; nothing can be logged afterwards. Raises RuntimeError where that is not done."""
+        file_writer.close(self._stream, FLUSH_TIMEOUT)
+
+    def leave(self) -> None:
+        """Let go of a viewer, without a flush; a hung one may keep this from returning."""
+        self._stream.disconnect()
+
+    def _style(self) -> None:
+        """What never changes: how series and lanes look."""
+        rr = self._rerun
+        rocks = rr.Points3D.from_fields(colors=[ROCK_COLOUR], radii=[-ROCK_PIXELS])
+        self._log("trajectories/rocks", rocks, static=True)
+        step = rr.components.InterpolationMode.StepAfter
+        self._log("alert_level", rr.SeriesLines(names=["level"], widths=[2.0], interpolation_mode=step), static=True)
+        for name in ("largest", "p95"):
+            self._log(f"energy/{name}", rr.SeriesPoints(names=[name], marker_sizes=[4.0]), static=True)
+            self._log(f"energy/{name}", rr.SeriesLines(names=[name], interpolation_mode=step), static=True)
+
+    def _coloured(
+        self, entity: str, positions: FloatArray, values: FloatArray, top: float, beside: dict[str, NDArray[Any]]
+    ) -> None:
+        pixels = DEPOSIT_PIXELS if entity == "deposits" else POINT_PIXELS
+        cloud = self._rerun.Points3D(positions, radii=-pixels, colors=speed_colours(values, top))
+        self._log(entity, cloud, self._rerun.AnyValues(**beside))
+
+    def _points(self, positions: FloatArray, colour: tuple[int, int, int], pixels: float) -> Any:
+        return self._rerun.Points3D(positions, radii=-pixels, colors=colour)
+
+    def _log(self, entity: str, *rows: Any, static: bool = False) -> None:
+        self._stream.log(entity, *rows, static=static)
+
+
+def file_recording(path: Path) -> Recording:
+    """A recording into a file that is created or replaced.
+
+    Raises InputError where rerun is missing, OSError where there is no such folder or the file cannot be created.
+    """
+    rerun = import_rerun()
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {path.parent} to write the recording into")
+    stream = rerun.RecordingStream(APPLICATION)
+    try:
+        stream.save(str(path), default_blueprint=blueprint())
+    except RuntimeError as error:
+        raise OSError(str(error)) from error
+    return Recording(stream, in_file=True)
+
+
+def _under(root: str, name: str) -> str:
+    """The entity of a name that a message gave: one part below the root, whatever characters it has."""
+    return str(import_rerun().new_entity_path([root, *filter(None, name.split("/"))]))
+
+
+def _outline_of_area(name: str) -> str:
+    return f"{_under('areas', name)}/outline"
+
+
+def _lifted(points: FloatArray) -> FloatArray:
+    return points + np.array([0.0, 0.0, LIFT])

@@ -1,0 +1,107 @@
+"""How the viewer lays a recording of the live nodes out for a review: 3D and plan, alert level, energies, logs."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.ensemble.paths import PathSamples
+from rpf3d_core.recordings.blueprint import point_of_view
+from rpf3d_core.recordings.log import import_rerun
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_ros.messages.marker_reading import Strip
+
+LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
+"""Levels of an alert, from the lowest; a level's number is its place."""
+
+STATE_COLOURS = {
+    "normal": 0x4C9F50FF,
+    "watch": 0xE0C030FF,
+    "restrict": 0xE08A20FF,
+    "evacuate": 0xC02020FF,
+    "fault": 0x8040A0FF,
+    "off": 0x4C9F50FF,
+    "on": 0xC02020FF,
+}
+"""Of the levels and of the alarm, in red, green, blue, opacity."""
+
+NOWHERE = Terrain(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32), np.zeros(0, dtype=np.int32), ())
+"""Stands for the terrain where the eye is placed by trajectories alone."""
+
+COVERING = ("trajectories/points", "hazard/points")
+"""Entities that would cover the others: hidden until they are asked for."""
+
+
+BEFORE, AFTER = -300.0, 150.0
+"""Seconds around the moment looked at that the courses of levels and energies show."""
+
+
+def blueprint(strips: Sequence[Strip] = ()) -> Any:
+    """The layout, at the newest moment; the eye is put in front of trajectories where there are some."""
+    rrb = import_rerun().blueprint
+    around = _around()
+    series = (
+        rrb.TimeSeriesView(
+            origin="alert_level",
+            name=f"Alert level: {', '.join(f'{i} {level}' for i, level in enumerate(LEVELS))}",
+            axis_x=around,
+            axis_y=rrb.ScalarAxis(range=(-0.25, len(LEVELS) - 0.75), zoom_lock=True),
+            plot_legend=rrb.PlotLegend(visible=False),
+        ),
+        rrb.StateTimelineView(origin="alert_state", name="Alert by area", time_view=around),
+        rrb.TimeSeriesView(origin="energy", name="Energy at impacts (kJ)", axis_x=around),
+    )
+    columns = rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
+    texts = rrb.Tabs(
+        *(
+            rrb.TextLogView(origin=name.lower(), name=name, columns=columns)
+            for name in ("Alerts", "Diagnostics", "Results")
+        )
+    )
+    panels = (
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline="ros_time", play_state="following"),
+    )
+    right = rrb.Vertical(*series, texts, row_shares=[2, 2, 2, 3])
+    return rrb.Blueprint(rrb.Horizontal(_places(strips), right, column_shares=[3, 2]), *panels)
+
+
+def _around() -> Any:
+    """The time axis of the courses."""
+    rerun = import_rerun()
+    boundary = rerun.blueprint.TimeRangeBoundary.cursor_relative
+    return rerun.blueprint.TimeAxis(
+        view_range=rerun.TimeRange(start=boundary(seconds=BEFORE), end=boundary(seconds=AFTER))
+    )
+
+
+def extent_of(strips: Sequence[Strip]) -> float:
+    """Diagonal (m) of the box around strips; 0 without points."""
+    points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
+    return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+
+
+def _places(strips: Sequence[Strip]) -> Any:
+    """The map frame in 3D, and the plan of reach probability."""
+    rrb = import_rerun().blueprint
+    eye = None
+    if strips:
+        target, position = point_of_view(NOWHERE, _as_samples(strips))
+        eye = rrb.EyeControls3D(position=position, look_target=target, eye_up=(0.0, 0.0, 1.0))
+    world = rrb.Spatial3DView(
+        origin="/",
+        contents=["$origin/**", "- /plan/**"],
+        name="Map frame",
+        eye_controls=eye,
+        line_grid=False,
+        overrides={entity: rrb.EntityBehavior(visible=False) for entity in COVERING},
+    )
+    return rrb.Tabs(world, rrb.Spatial2DView(origin="plan", name="Reach probability, north up"))
+
+
+def _as_samples(strips: Sequence[Strip]) -> PathSamples:
+    """The points of strips as samples of as many rocks; times and velocities are not known."""
+    x = np.concatenate([strip.points for strip in strips])
+    row = np.repeat(np.arange(len(strips)), [len(strip.points) for strip in strips])
+    return PathSamples(row=row, t=np.zeros(len(x)), x=x, v=np.zeros_like(x), mode=np.zeros(len(x), dtype=np.int64))
