@@ -21,10 +21,10 @@ from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import tallies_over
 from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.results.findings import Findings
-from rpf3d_core.results.observed import position_along
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.areas import local_outlines, read_areas
+from rpf3d_core.setup.observed import position_along
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.mesh.edges import edges_of

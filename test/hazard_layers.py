@@ -6,8 +6,8 @@ import numpy as np
 
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, HazardMaps, Layers, Raster, Spread
 from rpf3d_core.hazard.raster import raster_over
-from rpf3d_core.results.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 MASS = 1400.0
 

@@ -4,7 +4,6 @@ Only horizontal coordinates are compared: field surveys and meshes often differ 
 validation.md section 1: by 2.3 m at Authume).
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,10 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import share_of
-from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.model import ObservedSpec
-from rpf3d_core.terrain.frame import Frame, Up
+from rpf3d_core.setup.observed import horizontal_direction
+from rpf3d_core.terrain.frame import Frame
 
 FINE_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 
@@ -43,25 +42,6 @@ def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, An
         "simulated": _distribution(stops, observed, frame),
         "mean_difference_m": stops.mean() - field.mean() if known else None,
     }
-
-
-def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray], FloatArray]:
-    """Where local points (N, 3) lie along the direction of comparison, (N,) m from the local origin.
-
-    From the origin, not in the input's coordinates: a position is rounded where there are very many.
-    """
-    along = horizontal_direction(observed.along, frame.up)
-    return lambda x: np.asarray(frame.directions_to_input(x) @ along)
-
-
-def horizontal_direction(along: tuple[float, float, float], up: Up) -> FloatArray:
-    """Unit vector (3,) of the horizontal part of a direction in the input's axes."""
-    vertical = 2 if up == "z" else 1
-    flat = np.array([0.0 if axis == vertical else value for axis, value in enumerate(along)])
-    length = float(np.linalg.norm(flat))
-    if length == 0.0:
-        raise InputError(f"`observed.along` is {list(along)}, which is vertical; it must have a horizontal part")
-    return flat / length
 
 
 def _origin(frame: Frame) -> FloatArray:

@@ -28,7 +28,6 @@ from rpf3d_core.hazard.scales import (
 )
 from rpf3d_core.results.findings import Flown
 from rpf3d_core.results.hazard_words import words_on_empty
-from rpf3d_core.results.plan_view import Window, hillshade, seen_from_above
 from rpf3d_core.results.plots_profiles import save
 from rpf3d_core.results.plots_sheet import (
     MOST_RELEASES,
@@ -47,8 +46,10 @@ from rpf3d_core.results.plots_sheet import (
     whole_window,
     window_with_areas,
 )
+from rpf3d_core.results.shading import hillshade
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 OPACITY = 0.82
 """Of the hazard's colours: the terrain's relief must show through, and colours must still read off the scale."""

@@ -11,9 +11,9 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import FloatArray
-from rpf3d_core.results.plan_view import Window
 from rpf3d_core.results.plots_profiles import label
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.plan_view import Window
 
 Picture = NDArray[np.uint8]
 

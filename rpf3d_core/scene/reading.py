@@ -12,9 +12,8 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.formats.yaml import Document, Fault, read_yaml
 from rpf3d_core.scene.faults import NOT_SCENE_KEYS, faults_of, unknown_key
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.releases import SourceSpec
+from rpf3d_core.scene.releases import SourceSpec, source_points
 from rpf3d_core.scene.values import MISSING_FILE
-from rpf3d_core.setup.sources import source_points
 
 
 def read_scene(path: str | Path) -> Scene:

@@ -1,10 +1,12 @@
 """What a scene releases: its rocks, and the sources that say where they start and how fast."""
 
 import math
-from typing import Any, Self
+from pathlib import Path
+from typing import Any, Self, cast
 
 from pydantic import Field, model_validator
 
+from rpf3d_core.formats.points import read_points
 from rpf3d_core.scene.draws import Size, Speed, distribution_of
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
@@ -19,6 +21,7 @@ from rpf3d_core.scene.values import (
     exactly_one,
     refuse,
 )
+from rpf3d_core.terrain.frame import FloatArray, Up
 
 FASTEST = 10_000.0
 """m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
@@ -114,3 +117,14 @@ class SourceSpec(Part):
             if self.speed is None and getattr(self, name) is not None:
                 raise refuse("is the direction of a `speed`, and there is none", name)
         return self
+
+
+def source_points(spec: SourceSpec, up: Up) -> FloatArray:
+    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
+
+    Raises
+    ------
+    InputError
+        As `read_points`.
+    """
+    return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)

@@ -4,10 +4,10 @@ import numpy as np
 from shapely.geometry import MultiPolygon
 
 from rpf3d_core.formats.polygons import local_plan, plan_triangles
-from rpf3d_core.results.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.clipping import facets_within
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.zones import covered, in_plan
 
 PIXELS = 500

@@ -24,7 +24,6 @@ from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
-from rpf3d_core.results.observed import position_along
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.hazard import asks_ways
 from rpf3d_core.scene.model import Scene
@@ -34,6 +33,7 @@ from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.cells import least_cell
 from rpf3d_core.setup.named import models_of, obstacles_of
+from rpf3d_core.setup.observed import position_along
 from rpf3d_core.setup.sources import read_source_files, rock_of, scene_sources
 from rpf3d_core.setup.terrain import read_terrain
 from rpf3d_core.simulation.capped import engine_over

@@ -2,8 +2,7 @@
 
 import math
 from fnmatch import fnmatchcase
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from shapely.geometry import MultiPolygon
@@ -13,15 +12,14 @@ from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.ensemble.throws import Throw
 from rpf3d_core.errors import InputError
-from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import local_plan, plan_triangles, polygon_of, read_polygons
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.releases import RockSpec, SourceSpec
+from rpf3d_core.scene.releases import RockSpec, SourceSpec, source_points
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.clipping import areas_of, facets_within, normals_of
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import FloatArray, Frame, Up
+from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_core.values import Rock, Vec
 
 NO_POINTS = np.empty((0, 3))
@@ -51,17 +49,6 @@ def read_source_files(scene: Scene) -> None:
             source_points(spec, scene.terrain.up)
         elif spec.polygon:
             source_outline(scene, number)
-
-
-def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
-
-    Raises
-    ------
-    InputError
-        As `read_points`.
-    """
-    return read_points(cast(Path, spec.points_file), up, heights=spec.above_ground is None)
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:

@@ -23,9 +23,9 @@ from rpf3d_core.ensemble.statistics import PERCENTILES, share_of, wilson_interva
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.formats.polygons import read_polygons
-from rpf3d_core.results.observed import horizontal_direction
 from rpf3d_core.results.summary import summary
 from rpf3d_core.setup.areas import local_outlines
+from rpf3d_core.setup.observed import horizontal_direction
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 PUBLISHED = 1e-4

@@ -1,4 +1,4 @@
-"""The terrain seen from above, as pixels: which facet each pixel shows, and a shaded picture of it."""
+"""The terrain seen from above, as pixels: which facet each pixel shows."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,26 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.colours import zone_colours
-from rpf3d_core.terrain.facets import IntArray, Terrain, unit_normals
+from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 CANDIDATES_AT_ONCE = 500_000
 """Pairs of facet and pixel looked at together: bounds the memory to about 50 MB, and stays fast."""
 
-LIGHT = np.array([-0.5, 0.5, 0.7071])
-"""Towards the light: from the north-west, 45 degrees high, as in hill-shaded maps."""
-
 EDGE = 1e-9
 """Barycentric slack (-): a pixel centre on an edge belongs to both facets, never to none."""
-
-AMBIENT = 0.6
-"""Brightness (-) of a facet in full shade."""
-
-GREY, GREY_AMBIENT = 218, 0.68
-"""Of level ground, and brightness (-) in full shade, under colours that must be read: light, so that they stay true,
-and never as white as the paper."""
-
 
 class Window(NamedTuple):
     """A rectangle in plan, local frame, m."""
@@ -79,29 +67,6 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
         # Of several candidates for one pixel the last assigned stays: the highest.
         highest[pixel[order]], facet[pixel[order]] = height[order], chunk[order]
     return PlanView(facet.reshape(shape), window)
-
-
-def shaded(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
-    """Picture (H, W, 4) RGBA: zone colours under slanting light; clear where there is no terrain."""
-    return _lit(terrain, view, zone_colours(terrain.zones), AMBIENT)
-
-
-def hillshade(terrain: Terrain, view: PlanView) -> NDArray[np.uint8]:
-    """Picture (H, W, 4) RGBA: all ground grey under slanting light; clear where there is no terrain."""
-    return _lit(terrain, view, np.full((len(terrain.zones), 3), GREY, dtype=np.uint8), GREY_AMBIENT)
-
-
-def _lit(terrain: Terrain, view: PlanView, zone_colour: NDArray[np.uint8], ambient: float) -> NDArray[np.uint8]:
-    """Picture (H, W, 4) RGBA of zones in their colours (Z, 3); `ambient` is the brightness (-) in full shade."""
-    shown = view.facet >= 0
-    facets, place = np.unique(view.facet[shown], return_inverse=True)
-    normals = unit_normals(terrain.vertices, terrain.triangles[facets])
-    upward = normals * np.where(normals[:, 2:] < 0.0, -1.0, 1.0)
-    brightness = ambient + (1.0 - ambient) * np.clip(upward @ LIGHT, 0.0, 1.0) / LIGHT[2]
-    colour = np.clip(zone_colour[terrain.zone[facets]] * brightness[:, None], 0, 255)
-    picture = np.zeros((*view.facet.shape, 4), dtype=np.uint8)
-    picture[shown, :3], picture[shown, 3] = colour[place], 255
-    return picture
 
 
 def _candidates(

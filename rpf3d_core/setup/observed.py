@@ -1,0 +1,28 @@
+"""The direction along which simulated and observed end points are compared."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rpf3d_core.errors import InputError
+from rpf3d_core.scene.model import ObservedSpec
+from rpf3d_core.terrain.frame import FloatArray, Frame, Up
+
+
+def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray], FloatArray]:
+    """Where local points (N, 3) lie along the direction of comparison, (N,) m from the local origin.
+
+    From the origin, not in the input's coordinates: a position is rounded where there are very many.
+    """
+    along = horizontal_direction(observed.along, frame.up)
+    return lambda x: np.asarray(frame.directions_to_input(x) @ along)
+
+
+def horizontal_direction(along: tuple[float, float, float], up: Up) -> FloatArray:
+    """Unit vector (3,) of the horizontal part of a direction in the input's axes."""
+    vertical = 2 if up == "z" else 1
+    flat = np.array([0.0 if axis == vertical else value for axis, value in enumerate(along)])
+    length = float(np.linalg.norm(flat))
+    if length == 0.0:
+        raise InputError(f"`observed.along` is {list(along)}, which is vertical; it must have a horizontal part")
+    return flat / length
