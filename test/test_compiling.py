@@ -7,8 +7,9 @@ from typing import NamedTuple
 import pytest
 from command_line import ROOT, python
 
-from rpf3d_core.jit import dispatch as compiling
-from rpf3d_core.jit.dispatch import model_function, source_digest
+from rpf3d_core.jit import cache
+from rpf3d_core.jit.cache import source_digest
+from rpf3d_core.jit.dispatch import model_function
 from rpf3d_core.kinetics.rebound import rebound
 
 numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
@@ -68,7 +69,8 @@ def edit(package: Path) -> None:
 
 
 def digest_of(monkeypatch: pytest.MonkeyPatch, package: Path) -> str:
-    monkeypatch.setattr(compiling, "__file__", str(package / "compiling.py"))
+    cache._digest.cache_clear()
+    monkeypatch.setattr(cache, "SOURCES", package)
     return source_digest()
 
 
@@ -102,7 +104,7 @@ def test_a_model_function_keeps_the_name_and_the_words_of_its_stub() -> None:
     assert (doubled.__name__, doubled.__doc__) == ("doubled", "Twice or whatever.")
 
 
-@pytest.mark.parametrize("file", ["values.py", "compiling.py", "kinetics/rebound.py", "detection/contact.py", "arc.py"])
+@pytest.mark.parametrize("file", ["values.py", "jit/dispatch.py", "kinetics/rebound.py", "detection/contact.py", "arc.py"])
 def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:
@@ -112,7 +114,7 @@ def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     assert digest_of(monkeypatch, package) != before
 
 
-@pytest.mark.parametrize("file", ["cli.py", "commands/run.py", "run.py", "io/summary.py", "recordings/log.py"])
+@pytest.mark.parametrize("file", ["cli.py", "commands/run.py", "runs/run.py", "results/summary.py", "recordings/log.py", "setup/prepared.py"])
 def test_the_digest_stays_when_a_file_without_kernels_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:
@@ -122,14 +124,23 @@ def test_the_digest_stays_when_a_file_without_kernels_changes(
     assert digest_of(monkeypatch, package) == before
 
 
-@pytest.mark.parametrize("folder", compiling.NO_KERNELS)
-def test_what_the_digest_leaves_out_compiles_nothing(folder: str) -> None:
-    path = ROOT / "rpf3d_core" / folder
-    assert path.exists()
-    for file in path.rglob("*.py") if path.is_dir() else [path]:
-        text = file.read_text()
-        for mark in ("@kernel", "@loop", ".rule(", "@model_function"):
-            assert mark not in text, f"{file.name} holds compiled code"
+def test_every_module_that_is_imported_with_a_kernel_counts_in_the_digest() -> None:
+    """Asked of Python's own import, which shares nothing with the search through the sources."""
+    root = ROOT / "rpf3d_core"
+    texts = {path.relative_to(root).with_suffix("").as_posix(): path.read_text() for path in root.rglob("*.py")}
+    counted = cache.kernel_sources(texts)
+    listing = "import sys; import rpf3d_core.simulation.engines; print(*(n for n in sys.modules if 'rpf3d_core.' in n))"
+    loaded = {name.removeprefix("rpf3d_core.").replace(".", "/") for name in python(listing).stdout.split()}
+    files = {name for name in loaded if name in texts}
+    assert len(files) > 30 and files <= counted
+
+
+def test_a_file_without_kernels_that_no_kernel_imports_does_not_count() -> None:
+    texts = {
+        "a": "from rpf3d_core.b import (\n    x,\n)\n\n@kernel\ndef f(): ...", "b": "from rpf3d_core.c import d as e\n",
+        "c/d": "", "e": "from rpf3d_core.a import f\n", "f": "# @kernel\n",
+    }  # fmt: skip
+    assert cache.kernel_sources(texts) == {"a", "b", "c/d"}
 
 
 def test_what_was_compiled_is_kept_for_the_next_process(package: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import os
 import select
 import signal
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -53,7 +54,7 @@ slow = Slow()
 """
 BEGIN = """\
 import os, signal, subprocess, sys
-from rpf3d_core import compiling_beside
+from rpf3d_core.jit import background as compiling_beside
 from rpf3d_core.terrain.sums import product, rehearse, slow, total
 compiling_beside.has_spare_core = lambda: True
 {before}
@@ -81,9 +82,7 @@ END_SOON = 20.0
 def sources(tmp_path: Path) -> Path:
     """A folder whose package `rpf3d_core` is the project's, with two loops more."""
     (tmp_path / "rpf3d_core" / "terrain").mkdir(parents=True)
-    core = Path(compiling_beside.__file__).parent
-    for name in ("compiling.py", "compiling_beside.py", "inlining.py"):
-        (tmp_path / "rpf3d_core" / name).write_bytes((core / name).read_bytes())
+    shutil.copytree(Path(compiling_beside.__file__).parent, tmp_path / "rpf3d_core" / "jit")
     (tmp_path / "rpf3d_core" / "terrain" / "sums.py").write_text(LOOP)
     return tmp_path
 

@@ -45,7 +45,7 @@ print([sum(word in name for name in made) for word in ("loop_around", "outer_ker
 FLOWN = """
 import hashlib
 import numpy as np
-from rpf3d_core import compiling
+from rpf3d_core.jit import dispatch
 from rpf3d_core.simulation.engines import engine_of
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
@@ -53,7 +53,7 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 facets = facets_of(pit_terrain(Pit(triangles=6000)))
 low, high = np.array(facets.low), np.array(facets.high)
 below = engine_of("compiled", facets).ground_below(np.random.default_rng(1).uniform(low, high + 10.0, (2000, 3)))
-print(compiling.Inlined is not None, np.isfinite(below[:, 0]).sum(), hashlib.sha256(below.tobytes()).hexdigest())
+print(dispatch.Inlined is not None, np.isfinite(below[:, 0]).sum(), hashlib.sha256(below.tobytes()).hexdigest())
 """
 """Prints whether kernels are copied as they are, on how many points there is ground, and what was found below them."""
 MOVED = "import numba, numba.core.compiler_machinery as inner; del inner.PassManager"
@@ -79,5 +79,5 @@ def test_where_numba_has_moved_what_copying_rests_on_the_bits_are_the_same(tmp_p
 
 
 def test_a_part_of_numba_that_has_another_name_is_noticed_before_anything_is_compiled() -> None:
-    done = python(f"{RENAMED}\nfrom rpf3d_core import compiling\nprint(compiling.Inlined)")
+    done = python(f"{RENAMED}\nfrom rpf3d_core.jit import dispatch\nprint(dispatch.Inlined)")
     assert done.stdout.strip() == "None", done.stderr

@@ -35,7 +35,7 @@ MANY = {"reference": 60_000, "compiled": 6_000_000}
 WRITES_ON = (
     sys.executable, "-c",
     "import time\n"
-    "from rpf3d_core.io import results\n"
+    "from rpf3d_core.results import folder as results\n"
     "draw = results._write_pictures\n"
     "results._write_pictures = lambda *given: (draw(*given), time.sleep(600))\n"
     "from rpf3d_core.cli import main\n"

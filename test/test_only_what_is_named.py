@@ -26,7 +26,7 @@ print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
 """
 DEFAULT = ["rpf3d_core.setup.builders.hazard", "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
 """What of them every scene has that names nothing: its maps and the default rebound."""
-HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.builders.")
+HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders.")
 """Where models and effects live that a scene may or may not name."""
 EFFECTS, ROCKS, KEYS = 2, 9, 10
 """Places of the chain of effects, the columns of rocks and their keys among the arguments of the loop."""

@@ -35,8 +35,9 @@ from rpf3d_core.hazard.walks.cache_lines import (
 from rpf3d_core.hazard.walks.visits import DEPOSITS, FIRST, HEIGHT, IMPACTS, PASSAGES, SPEED2, USED, Visits, energy2_of
 from rpf3d_core.hazard.walks.ways import WAY_BYTES, add_way
 from rpf3d_core.jit.background import Call
-from rpf3d_core.jit.dispatch import kernel, loop, prefetch
+from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.memory import longer
+from rpf3d_core.jit.prefetch import prefetch
 
 FEWEST_SLOTS = 1024
 GROWTH = 4

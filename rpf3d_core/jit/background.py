@@ -21,7 +21,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rpf3d_core.jit.dispatch import compile_apart, compiled_apart, is_cached, keeps_compiled
+from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
 
 PATIENCE = 60.0
 """Seconds to wait for the other process once nothing is left to do here: all is compiled in 15 s on an idle machine."""

@@ -19,7 +19,7 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
-from rpf3d_core.jit.dispatch import is_cached
+from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from rpf3d_core.jit.dispatch import compile_apart
+from rpf3d_core.jit.cache import compile_apart
 from rpf3d_core.scene.offers import Confirmed, Offer
 from rpf3d_core.scene.values import Name, Number, refuse
 
