@@ -46,7 +46,7 @@ Two facets that meet along a crack may otherwise hand it to each other without e
 
 
 STILL = 1e-12
-"""Speed (m/s) below which such a rock has stopped: without friction it would go back and forth in ever smaller steps."""
+"""Speed (m/s) below which such a rock has stopped: without friction it goes back and forth in ever smaller steps."""
 
 
 @model_function

@@ -59,7 +59,7 @@ def test_a_rock_at_rest_on_a_vertex_whose_gully_friction_holds_stays_there(engin
 
 
 def wall_over_a_floor(lean: float) -> Terrain:
-    """A plateau, a wall of 10 m whose top leans back by `lean` (m), and a floor that dips along its foot; two strips."""
+    """A plateau, a wall of 10 m whose top leans back by `lean` (m), a floor that dips along its foot; two strips."""
     profile = [(-10.0 - lean, 10.0), (-lean, 10.0), (0.0, 0.0), (20.0, 6.0)]
     vertices = [(x, y, z - 0.5 * y) for y in (0.0, 20.0, 40.0) for x, z in profile]
     corners = [4 * row + column for row in range(2) for column in range(3)]
