@@ -117,10 +117,10 @@ def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, s
         inward = edge_inward(facets, f, k)
         closing, length = -dot(inward, direction), norm(inward)
         if closing > parallel * length:
-            distance = max(edge_distance(facets, f, k, x)[1], 0.0)
+            distance = edge_distance(facets, f, k, x)[1]
             if closing < FLAT * length:
                 distance = distance + slack * length
-            leave = min(leave, distance / closing)
+            leave = min(leave, max(distance, 0.0) / closing)
     return leave
 
 
