@@ -1,7 +1,7 @@
 """Random meshes, rocks released on their vertices, edges and faces, and an independent check that none falls through.
 
 The check shares no code with the contact search: it asks every facet over which a point lies in plan, in numpy, whether
-the point is below its plane. The meshes are height fields over a square, so each facet faces upwards.
+the point is below its plane. The meshes are height fields over a square, so no facet faces downwards.
 """
 
 import math
@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from matplotlib.tri import Triangulation
 from scenes_of_facets import terrain_of
 
@@ -29,8 +30,8 @@ UTM = (512_345.678, 4_567_890.123, 1_687.0)
 """m: an offset as of survey coordinates, which is added and taken off again, so that vertices are rounded by it."""
 DEEP = 1e-6
 """m: a rock this far below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
-INSIDE = 1e-7
-"""m in plan: points this close to a facet's edge are judged by the facets on either side of it alone."""
+NEXT_TO = 1e-6
+"""m in plan: points this close to a facet's edge are judged by the facets on either side of it."""
 
 Draw = np.random.Generator
 
@@ -139,8 +140,34 @@ def fans(draw: Draw) -> Terrain:
     return _mesh(plan, np.concatenate([[0.0], heights]), np.stack([0 * a, 1 + a, 1 + (a + 1) % count], 1))
 
 
+def walls(draw: Draw) -> Terrain:
+    """A plateau, an upright wall and a floor that slopes along the wall, in strips: along its foot seams follow."""
+    rows, foot = np.linspace(0.0, SIDE, int(draw.integers(2, 6))), 0.5 * SIDE
+    lean = float(draw.choice([0.0, 0.0, 0.0, 1e-9, 1e-6, 1e-4, 0.1]))
+    along, towards = draw.uniform(-1.0, 1.0), draw.uniform(-0.2, 1.0)
+    profile = np.array([(0.0, 4.0), (foot, 4.0), (foot + lean, 0.0), (SIDE, towards * (SIDE - foot))])
+    vertices = np.array([(x, y, z + along * y) for y in rows for x, z in profile])
+    a = (np.arange(len(rows) - 1)[:, None] * 4 + np.arange(3)).ravel()
+    b, c, d = a + 1, a + 5, a + 4
+    other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
+    first = np.where(other, np.stack([a, b, d], 1), np.stack([a, b, c], 1))
+    second = np.where(other, np.stack([b, c, d], 1), np.stack([a, c, d], 1))
+    return terrain_of(vertices, np.concatenate([first, second]).astype(np.int32))
+
+
+def seams(draw: Draw) -> Terrain:
+    """One plane of three facets, two of which share one edge of the third: a T-junction, down the dip or anywhere."""
+    turn, slope = draw.uniform(0.0, 2.0 * math.pi), math.tan(math.radians(draw.uniform(5.0, 65.0)))
+    plan = 0.5 * SIDE * np.array([(-1.0, -0.05), (1.0, 0.07), (0.1, 1.0), (0.0, -1.0)])
+    plan = plan @ np.array([(math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))])
+    dip = plan[1] - plan[0] if draw.uniform() < 0.5 else draw.normal(size=2)
+    corners = np.column_stack([plan, -slope * (plan @ dip) / np.linalg.norm(dip)])
+    share = draw.uniform()
+    return terrain_of([*corners, (1.0 - share) * corners[0] + share * corners[1]], [(0, 4, 2), (4, 1, 2), (1, 0, 3)])
+
+
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
-    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans)
+    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams)
 }
 
 
@@ -208,13 +235,34 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
 
 
 def fallen(case: Case, flights: Flights) -> np.ndarray:
-    """Rows of the rocks that were below the ground anywhere on their paths, by more than DEEP."""
+    """Rows of the rocks that were below the ground anywhere on their paths, by more than DEEP.
+
+    Such a point lies below all facets that it lies over, or beside by no more than NEXT_TO: at the foot of an upright
+    wall, below the floor as well as the plateau. Points that close to the rim of the mesh, a convex one, do not count.
+    """
     rows, points = _points(flights, case.flight.settings.gravity)
-    deep = np.zeros(len(points), dtype=bool)
-    corners = case.terrain.vertices[case.terrain.triangles]
-    for facet in corners:
-        deep |= _below(facet, points)
-    return np.unique(rows[deep])
+    over, above = (np.zeros(len(points), dtype=bool) for _ in range(2))
+    for facet in case.terrain.vertices[case.terrain.triangles]:
+        here = _lies_over(facet, points)
+        normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
+        over |= here
+        above |= here & ((points - facet[0]) @ (normal / np.linalg.norm(normal)) >= -DEEP)
+    return np.unique(rows[over & ~above & _within(case.terrain, points)])
+
+
+def _within(terrain: Terrain, points: np.ndarray) -> np.ndarray:
+    """Which points (N, 3) lie inside the rim of a mesh, convex in plan, by more than NEXT_TO."""
+    corner, along = (sides.T for sides in np.split(_rim(terrain.vertices[:, :2]), 2, axis=1))
+    across = (points[:, :1] - corner[0]) * -along[1] + (points[:, 1:2] - corner[1]) * along[0]
+    return np.asarray((across > NEXT_TO).all(axis=1))
+
+
+def _rim(plan: np.ndarray) -> np.ndarray:
+    """Sides (S, 4) of the convex hull of points (V, 2) m, counter-clockwise: a corner, and a unit vector along it."""
+    hull = shapely.orient_polygons(shapely.convex_hull(shapely.multipoints(plan)))
+    corners = shapely.get_coordinates(hull)[:-1]
+    along = np.roll(corners, -1, axis=0) - corners
+    return np.hstack([corners, along / np.linalg.norm(along, axis=1)[:, None]])
 
 
 def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
@@ -230,16 +278,16 @@ def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(rows), np.concatenate(points)
 
 
-def _below(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points (N, 3) lie over a facet (3, 3) in plan, off its edges, and more than DEEP below its plane."""
-    normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
-    normal /= np.linalg.norm(normal)
-    below = (points - facet[0]) @ normal < -DEEP
+def _lies_over(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points (N, 3) lie over or below a facet (3, 3), or beside it by no more than NEXT_TO in plan."""
+    over = np.ones(len(points), dtype=bool)
     for k in range(3):
         edge = (facet[(k + 1) % 3] - facet[k])[:2]
-        inward = np.array([-edge[1], edge[0]]) / np.linalg.norm(edge)
-        below &= (points[:, :2] - facet[k, :2]) @ inward > INSIDE
-    return below
+        length = np.linalg.norm(edge)
+        if length == 0.0:
+            return np.zeros(len(points), dtype=bool)  # a wall has no plan
+        over &= (points[:, :2] - facet[k, :2]) @ (np.array([-edge[1], edge[0]]) / length) >= -NEXT_TO
+    return over
 
 
 def in_the_air(case: Case, flights: Flights) -> np.ndarray:

@@ -10,7 +10,8 @@ Rounding decides nothing silently (docs/design.md, "Contact"):
 - The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
   exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
 - A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
-- A rock that would leave the terrain looks again for facets a little wider (`contact_or_crack`).
+- A rock that would leave the terrain, or slid and would come behind it, looks again for facets a little wider
+  (`contact_or_crack`). Then a facet also carries a rock that goes along its edge, just outside of it.
 """
 
 import math
@@ -27,6 +28,7 @@ from rpf3d_core.terrain.facet_geometry import (
     edge_distance,
     edge_inward,
     leads_on,
+    line_exit,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import CRACK, Facets
@@ -64,6 +66,8 @@ GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
 """Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
+BESIDE = 16.0
+"""Widths of a crack for which a way along an edge must stay within a crack of the facet that carries the rock on."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
 
@@ -98,19 +102,36 @@ def plain_already(locator: object) -> Any:
     return locator
 
 
+@model_function
+def comes_behind(contact: object, left: Left) -> bool:
+    """Return whether a rock that slid on one side of the ground meets the ground from the other side."""
+
+
+@comes_behind.otherwise
+def not_known_to(contact: object, left: Left) -> bool:
+    """Return False: contacts of spheres do not keep their side."""
+    return False
+
+
+@comes_behind.rule(Contact)
+def meets_the_other_side(contact: Contact, left: Left) -> bool:
+    """Return whether the sides differ: on ground without holes the rock has fallen through it."""
+    return left.resting and contact.side != left.side
+
+
 @kernel
 def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
     """The earliest contact of an arc before `end` (s); one that finds none looks again for facets a little wider.
 
     What is a hole to the tolerance may be a crack to anyone else: the sliver between an edge and a vertex that lies on
     it but for rounding (a T-junction), or the few tolerances that a rock has drifted on its way from facet to facet.
-    Only rocks that would leave the terrain look twice, so all others meet the facets as they are. What they pay for
-    it is a rim that is CRACK tolerances wider.
+    Only rocks that would leave the terrain, or come behind it, look twice, so all others meet the facets as they are.
+    What they pay for it is a rim that is CRACK tolerances wider.
     """
     looked, again = facets, False
     while True:  # a loop, so that the search is compiled once
         contact: Contact = first_contact(locator, looked, arc, left, end)
-        if again or contact.t <= end:
+        if again or (contact.t <= end and not comes_behind(contact, left)):
             return contact
         looked, again = _widened(facets), True
 
@@ -176,12 +197,16 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
 
     c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
     A rock that rises through the plane from below, as across a crack, meets it where it falls back onto it.
-    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0).
+    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0). A rock that slides into the
+    corner under an overhang meets the overhang, though gravity would pull it away: it cannot fall through the floor.
+    In a second look that goes for every facet, or it would fall beside a face that is nearly a wall before it meets it.
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
     if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
+    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
+        return 0.0
     rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
     return falling_time(c if rises else max(c, 0.0), b, a)
 
@@ -190,12 +215,13 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
 def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
     """Whether a rock that moves along the plane of f is carried by f: one that slides there leads onto it.
 
-    Not by the facet it has just slid off. At rest it may go on over any other (`_approach` prefers the right one).
+    The facet it has just slid off takes it back only along an edge. At rest it may go on over any other (`_approach`
+    prefers the right one).
     """
     if not left.resting:
         return True
     if f == left.facet:
-        return False
+        return _goes_beside(facets, f, arc, left.side)
     return _comes_over(facets, f, arc, left.side)
 
 
@@ -239,10 +265,34 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     way may lead over none, and the rock would fall between them. A wall has no plan; there that projection counts.
     A rock at rest, or one that goes straight into f, does not leave it.
     """
-    n, v = stored_normal(facets, f), arc.v
-    way = (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
+    way = _way_over(facets, f, arc.v, side)
     length = norm(way)
-    return length == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE)
+    if length == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE):
+        return True
+    return _goes_beside(facets, f, arc, side)
+
+
+@kernel
+def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
+    """The velocity v brought into the plane of f: in plan where f faces upwards, squarely where it is a wall."""
+    n = stored_normal(facets, f)
+    return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
+
+
+@kernel
+def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
+    """Whether, in a second look, the way of a rock runs along an edge of f, no further outside f than a crack.
+
+    A rock that goes along the line where two facets meet may leave each of them by rounding, and lead onto neither:
+    where the line is a T-junction's, or the foot of a wall. One of them must carry it on.
+    """
+    if facets.tolerance < facets.crack:
+        return False
+    way = _way_over(facets, f, arc.v, side)
+    length = norm(way)
+    if length == 0.0:
+        return True
+    return line_exit(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE, facets.crack) > BESIDE * facets.crack
 
 
 @kernel

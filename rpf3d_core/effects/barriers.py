@@ -21,7 +21,7 @@ from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
 from rpf3d_core.effects.obstacle_cells import SLOWEST, Cells, first_in_cells, time_to
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.falling import Falling
-from rpf3d_core.values import MOVING, ZERO, Motion, Outcome
+from rpf3d_core.values import MOVING, ZERO, Motion, Outcome, Vec
 from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
@@ -138,7 +138,17 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
     panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
     if panel.barrier[passed] == panel.barrier[k]:
         return bool(panel.line[passed] == panel.line[k] or way <= CORNER)
-    return k < passed and way <= barriers.slack
+    return k < passed and way <= barriers.slack and _stands_at(panel, passed, arc.x)
+
+
+@kernel
+def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
+    """Whether piece k stands where x (m) is in plan, to within CORNER."""
+    dx, dy = panel.dx[k], panel.dy[k]
+    length = math.sqrt(dx * dx + dy * dy)
+    east, north = x[0] - panel.x[k], x[1] - panel.y[k]
+    off, on = (east * dy - north * dx) / length, (east * dx + north * dy) / length
+    return bool(abs(off) <= CORNER and -CORNER <= on <= length + CORNER)
 
 
 @first_obstacle.rule(Barriers)

@@ -24,6 +24,7 @@ from rpf3d_core.kinetics.slide_path import (
 from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     ALONG_GULLY,
+    FLAT,
     NEAR,
     PARALLEL,
     corner,
@@ -74,11 +75,12 @@ class Line(NamedTuple):
 
 @kernel
 def slide_on_facet(
-    facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float
+    facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float, slack: float
 ) -> Piece:
     """Slide over facet f, whose normal turned towards the rock is n (n_z > 0), until it is left or the rock stops.
 
     motion.v must lie in the facet's plane; time_left : s until the piece ends wherever the rock is.
+    slack : m by which the rock may come beyond an edge that it goes along
     """
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
     holds = law.anywhere or friction >= HOLDS * norm(g_t)
@@ -90,11 +92,15 @@ def slide_on_facet(
         else:
             direction = scale(1.0 / path.pull, g_t) if path.pull > 0.0 else g_t
         line = Line(direction, speed, dot(g_t, direction) - friction, holds)
-        way = line_exit(facets, f, motion.x, direction, ALONG_EDGE)
+        way = line_exit(facets, f, motion.x, direction, ALONG_EDGE, slack)
         return slide_on_line(motion, line, way, math.inf, stop_speed, time_left)
     leave = math.inf
     for k in range(3):
-        leave = min(leave, exit_point(path, edge_inward(facets, f, k), edge_distance(facets, f, k, motion.x)[1]))
+        inward, distance = edge_inward(facets, f, k), edge_distance(facets, f, k, motion.x)[1]
+        length = norm(inward)
+        if slack > 0.0 and -dot(inward, motion.v) < FLAT * length * speed:
+            distance = distance + slack * length
+        leave = min(leave, exit_point(path, inward, distance))
     stop = stop_point(path, max(stop_speed, CREEP)) if holds else math.inf
     return _slide_on_curve(path, n, motion, leave, stop, time_left)
 
@@ -213,8 +219,8 @@ def slide_in_gully(
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)
     line = Line(held.direction, speed, pull - law.friction, holds)
-    way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY)
-    way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY)
+    way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY, 0.0)
+    way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY, 0.0)
     near = facets.tolerance
     piece = slide_on_line(motion, line, way_first, way_second, law.stop_speed, time_left)
     return Piece(

@@ -38,6 +38,17 @@ Around a vertex of six facets each can be tried in turn five times over, with a 
 """
 
 
+STUCK = 16
+"""Pieces of path in a row that got nowhere after which a rock may slide along an edge up to a crack outside a facet.
+
+Two facets that meet along a crack may otherwise hand it to each other without end.
+"""
+
+
+STILL = 1e-12
+"""Speed (m/s) below which such a rock has stopped: without friction it goes back and forth in ever smaller steps."""
+
+
 @model_function
 def carry_on(
     ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
@@ -151,6 +162,8 @@ def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
     if piece.stopped:
         return STOPPED
     speed2 = dot(piece.motion.v, piece.motion.v)
+    if idle >= STUCK and 0.0 < speed2 <= STILL * STILL:
+        return STOPPED
     if idle < WEDGED:
         return MOVING
     return STOPPED if speed2 <= 2.0 * settings.gravity * settings.smallest_bounce else UNRESOLVED
@@ -166,7 +179,9 @@ def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
         law = law_on_facet(physics.ground, first, n[2], settings.gravity)
-        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left)
+        beside = left.before == left.facet or state.tally.idle >= STUCK
+        slack = facets.crack if beside else 0.0
+        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left, slack)
     second = ground_of(physics, left.other, falling, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     pushes = max(held.first, 0.0), max(held.second, 0.0)
@@ -217,7 +232,7 @@ def _held_line(facets: Facets, settings: Settings, state: State, contact: Contac
     goes back and forth between them without getting anywhere. Zero if they do not hold it.
     """
     last, x, v = state.left.facet, state.motion.x, state.motion.v
-    if last < 0 or not state.left.resting or contact.side != state.left.side:
+    if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
         return ZERO
     m = scale(state.left.side, stored_normal(facets, last))
     off_last = abs(dot(m, subtract(x, corner(facets, last, 0))))

@@ -13,6 +13,8 @@ ALONG_GULLY = 1e-10
 """The same for the line between two facets, whose direction is known to 1e-16 over the sine of their angle."""
 PARALLEL = 1e-5
 """Sine below which two facets count as one plane: their normals tell the line between them to less than 1e-10."""
+FLAT = 1.0 / 64.0
+"""Sine below which a direction on a facet may run along an edge, just outside the facet, where it must not fall."""
 NEAR = 4.0
 """Tolerances within which a rock counts as on the plane of a facet.
 
@@ -104,21 +106,25 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 
 
 @kernel
-def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> float:
+def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
     """Distance (m) along a direction in the plane of f until a rock at x leaves it.
 
     parallel : sine below which the direction runs along an edge and does not cross it
+    slack : m by which the rock may come beyond an edge that it crosses at a sine below `FLAT`
     """
     leave = math.inf
     for k in range(3):
         inward = edge_inward(facets, f, k)
-        closing = -dot(inward, direction)
-        if closing > parallel * norm(inward):
-            leave = min(leave, max(edge_distance(facets, f, k, x)[1], 0.0) / closing)
+        closing, length = -dot(inward, direction), norm(inward)
+        if closing > parallel * length:
+            distance = edge_distance(facets, f, k, x)[1]
+            if closing < FLAT * length:
+                distance = distance + slack * length
+            leave = min(leave, max(distance, 0.0) / closing)
     return leave
 
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
     """Whether a line from x stays on facet f for more than the tolerance."""
-    return line_exit(facets, f, x, direction, parallel) > facets.tolerance
+    return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance

@@ -113,12 +113,21 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
     """Return a point well inside each of some faces: (G, 2), the middle of its largest triangle.
 
-    `shapely.point_on_surface` may lie on a corner where a face is pinched.
+    `shapely.point_on_surface` may lie on a corner where a face is pinched; it serves where rounding makes a face, thin
+    as the crack of a T-junction, one that cannot be cut into triangles.
     """
-    parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
+    parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
     order = np.lexsort((-shapely.area(parts), face))
     largest = order[np.unique(face[order], return_index=True)[1]]
     return np.asarray(shapely.get_coordinates(shapely.centroid(parts[largest])))
+
+
+def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
+    """Return a face cut into triangles; a point of it where rounding leaves no convex corner to begin with."""
+    try:
+        return shapely.constrained_delaunay_triangles(face)
+    except shapely.errors.GEOSException:
+        return shapely.point_on_surface(face)
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:

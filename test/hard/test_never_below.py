@@ -23,6 +23,10 @@ FALLEN = [
     ("junctions", 35, "coulomb_limited", 17),  # released at a crack
     ("junctions", 145, "coulomb_limited", 24),
     ("junctions", 419, "coulomb_limited", 163),
+    ("walls", 1, "constant", 26),  # along the foot of an upright wall, past a seam of the mesh
+    ("walls", 4, "coulomb_limited", 0),
+    ("seams", 30, "constant", 15),  # along a T-junction, down the dip
+    ("seams", 32, "coulomb_limited", 37),
     ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
 ]
 """Family, seed, rebound and row of rocks that fell."""
@@ -52,6 +56,34 @@ def test_a_rock_at_rest_on_a_vertex_whose_gully_friction_holds_stays_there(engin
     deposits = fly(engine_over(engine, fan()), flight(surface(0.35, 0.85, 30.0)), AT_REST).deposits
     assert deposits.outcome[0] == Outcome.STOPPED
     assert deposits.x[0].tolist() == pytest.approx(AT_REST, abs=1e-6)
+
+
+def wall_over_a_floor(lean: float) -> Terrain:
+    """A plateau, a wall of 10 m whose top leans back by `lean` (m), a floor that dips along its foot; two strips."""
+    profile = [(-10.0 - lean, 10.0), (-lean, 10.0), (0.0, 0.0), (20.0, 6.0)]
+    vertices = [(x, y, z - 0.5 * y) for y in (0.0, 20.0, 40.0) for x, z in profile]
+    corners = [4 * row + column for row in range(2) for column in range(3)]
+    return terrain_of(vertices, [facet for a in corners for facet in ((a, a + 1, a + 5), (a, a + 5, a + 4))])
+
+
+@BOTH
+@pytest.mark.parametrize("lean", [0.0, -1e-6, -0.3], ids=["upright", "nearly upright", "overhanging"])
+def test_a_rock_that_slides_along_the_foot_of_a_wall_passes_the_seams_of_the_mesh(engine, lean):
+    """From rest at (3, 8) down to the wall, and along its foot past y = 20, where other facets begin."""
+    physics = flight(surface(0.0, 0.85, math.degrees(math.atan(0.2))))
+    ends = fly(engine_over(engine, wall_over_a_floor(lean)), physics, (3.0, 8.0, 0.3 * 3.0 - 0.5 * 8.0)).deposits
+    assert ends.outcome[0] == Outcome.LEFT_TERRAIN
+    assert ends.x[0].tolist() == pytest.approx((0.0, 40.0, -20.0), abs=1e-6), "over the rim, not through the floor"
+
+
+@BOTH
+def test_a_rock_in_the_corner_under_an_overhang_does_not_fall_through_the_floor(engine):
+    """At rest where a floor that dips to -x and -y meets a wall that leans over it: it slides along the corner."""
+    vertices = [(x, y, z + 0.3 * y) for y in (-3.0, 3.0) for x, z in [(1.0, 4.0), (0.0, 0.0), (4.0, 1.0)]]
+    notch = terrain_of(vertices, [(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4)])
+    ends = fly(engine_over(engine, notch), flight(surface(0.0, 0.85, 5.0)), (0.0, 1.0, 0.3)).deposits
+    assert ends.outcome[0] == Outcome.LEFT_TERRAIN
+    assert ends.x[0].tolist() == pytest.approx((0.0, -3.0, -0.9), abs=1e-6), "over the rim, not through the floor"
 
 
 @BOTH

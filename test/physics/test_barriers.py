@@ -167,6 +167,19 @@ def test_a_rock_that_breaks_through_nets_that_stand_in_one_place_breaks_each_of_
     assert energy_of(speeds[0]) - energy_of(speeds[1]) == pytest.approx(count * capacity, rel=1e-9)
 
 
+@BOTH
+def test_a_net_that_stands_elsewhere_lets_no_rock_past_the_one_before_it(engine):
+    """A rock flies along a net, breaks another one across its way, and lands at the foot of the first."""
+    terrain = made.strip([(-10.0, 3.0), (10.0, -3.0)], half_width=20.0)
+    along = fence(terrain, [(2.0, -19.0), (2.0, 19.0)], 1.5, 1e9)
+    across = fence(terrain, [(-8.0, -8.0), (8.0, -8.0)], 15.0, 1e3)
+    physics = with_effects(made.flight(made.surface(0.5, 0.8, 30.0)), fences(along, across))
+    flights = made.fly(made.engine_over(engine, terrain), physics, (2.0, -12.0, 8.0), (0.0, 10.0, 0.0))
+    first, second, third = flights.impacts.facet
+    assert first < 0 <= second and flights.impacts.x[1][0] == 2.0, "through the net across, then onto the ground"
+    assert third < 0 and flights.deposits.outcome[0] == Outcome.CAUGHT
+
+
 def test_both_engines_meet_the_same_panels_to_the_last_bit():
     x, v = thrown(60)
     terrain, physics = rough_ground(), made.flight(made.surface(0.5, 0.8, 25.0))

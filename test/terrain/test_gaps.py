@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import shapely
 from scenes_of_facets import terrain_of
 
+from rpf3d_core.terrain import gaps
 from rpf3d_core.terrain.gaps import caps_over
 from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
 from rpf3d_core.values import Outcome
@@ -146,6 +148,15 @@ def test_a_hole_in_a_wall_is_closed_in_the_plane_of_the_wall(lean):
     normal = 0.5 * np.cross(caps.corners[:, 1] - caps.corners[:, 0], caps.corners[:, 2] - caps.corners[:, 0])
     closed = normal[(caps.corners[:, :, 2] >= 2).all(axis=1) & (caps.corners[:, :, 2] <= 4).all(axis=1)]
     assert np.allclose(closed.sum(axis=0), 6.0 * np.array([0.0, -1.0, lean]))
+
+
+def test_a_face_that_cannot_be_cut_into_triangles_has_an_inner_point_all_the_same(monkeypatch):
+    def refuse(face):
+        raise shapely.errors.GEOSException("IllegalStateException: Unable to find a convex corner")
+
+    faces = np.array([shapely.box(0, 0, 2, 1), shapely.box(5, 0, 6, 1)])
+    monkeypatch.setattr(shapely, "constrained_delaunay_triangles", refuse)
+    assert shapely.contains_xy(faces, *gaps._inner_points(faces).T).all()
 
 
 def test_a_border_that_changes_is_that_of_the_new_mesh():
