@@ -27,6 +27,10 @@ def total(n):
         s += factor(i)
     return s
 """
+OF_KERNELS = ("values.py", "jit/dispatch.py", "kinetics/rebound.py", "detection/contact.py", "arc.py")
+OF_NO_KERNEL = (
+    "cli.py", "commands/run.py", "runs/run.py", "results/summary.py", "recordings/log.py", "setup/prepared.py",
+)  # fmt: skip
 RUN = "from rpf3d_core.terrain.total import total; print(total(10), len(total.stats.cache_hits))"
 
 
@@ -104,7 +108,7 @@ def test_a_model_function_keeps_the_name_and_the_words_of_its_stub() -> None:
     assert (doubled.__name__, doubled.__doc__) == ("doubled", "Twice or whatever.")
 
 
-@pytest.mark.parametrize("file", ["values.py", "jit/dispatch.py", "kinetics/rebound.py", "detection/contact.py", "arc.py"])
+@pytest.mark.parametrize("file", OF_KERNELS)
 def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:
@@ -114,7 +118,7 @@ def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     assert digest_of(monkeypatch, package) != before
 
 
-@pytest.mark.parametrize("file", ["cli.py", "commands/run.py", "runs/run.py", "results/summary.py", "recordings/log.py", "setup/prepared.py"])
+@pytest.mark.parametrize("file", OF_NO_KERNEL)
 def test_the_digest_stays_when_a_file_without_kernels_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:

@@ -55,7 +55,7 @@ FUNCTIONS = [item for item in PUBLIC if isinstance(item.node, ast.FunctionDef)]
 def offered() -> set[str]:
     """Names of the core that are imported from another folder than their own, as place:name."""
     found = set()
-    for path in [*CORE, *(ROOT / "rpf3d_ros").glob("*.py"), *(ROOT / "test").rglob("*.py")]:
+    for path in [*CORE, *(ROOT / "rpf3d_ros").rglob("*.py"), *(ROOT / "test").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("rpf3d_core."):
                 origin = ROOT / Path(*str(node.module).split(".")).with_suffix(".py")

@@ -24,9 +24,12 @@ import sys, rpf3d_core
 rpf3d_core.simulate(sys.argv[1], rocks=2, engine="reference")
 print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.")))
 """
-DEFAULT = ["rpf3d_core.setup.builders.hazard", "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited"]
+DEFAULT = [
+    "rpf3d_core.effects.hooks", "rpf3d_core.kinetics.rebounds.coulomb_limited", "rpf3d_core.setup.builders",
+    "rpf3d_core.setup.builders.hazard",
+]  # fmt: skip
 """What of them every scene has that names nothing: its maps and the default rebound."""
-HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders.")
+HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders")
 """Where models and effects live that a scene may or may not name."""
 EFFECTS, ROCKS, KEYS = 2, 9, 10
 """Places of the chain of effects, the columns of rocks and their keys among the arguments of the loop."""

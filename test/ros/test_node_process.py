@@ -11,6 +11,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES = ("simulator_node", "recorder_node", "scene_publisher_node")
+IMPORTED_EARLY = ("rclpy", "rclpy.executors", "rpf3d_ros.nodes.parameters", "rpf3d_ros.nodes.health_report")
 ENDS_WITHIN = 60.0
 """Seconds, on a busy machine."""
 
@@ -34,7 +35,7 @@ def python(*arguments):
 
 
 @pytest.mark.parametrize("node", NODES)
-@pytest.mark.parametrize("module", ["rclpy", "rclpy.executors", "rpf3d_ros.nodes.parameters", "rpf3d_ros.nodes.health_report"])
+@pytest.mark.parametrize("module", IMPORTED_EARLY)
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 def test_a_node_that_is_interrupted_while_it_starts_ends_with_exit_code_0(node, module, number):
     done = python("-c", INTERRUPTED_IN_AN_IMPORT.format(node=node, module=module, number=number))
@@ -44,7 +45,7 @@ def test_a_node_that_is_interrupted_while_it_starts_ends_with_exit_code_0(node, 
 @pytest.mark.parametrize("node", NODES)
 def test_a_node_that_is_asked_for_help_tells_what_it_is_and_starts_nothing(node, tmp_path):
     done = subprocess.run(
-        [sys.executable, "-m", f"rpf3d_ros.{node}", "--help"], cwd=tmp_path, capture_output=True, text=True,
+        [sys.executable, "-m", f"rpf3d_ros.nodes.{node}", "--help"], cwd=tmp_path, capture_output=True, text=True,
         timeout=ENDS_WITHIN, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert done.returncode == 0 and "--params-file" in done.stdout and "rpf3d" in done.stdout
