@@ -17,7 +17,7 @@ help:
 	@echo "make test      every test"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
-	@echo "make never-below  a million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
+	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
 	@echo "make lint      ruff, and mypy on the core"

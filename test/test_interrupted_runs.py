@@ -12,7 +12,7 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 import pytest
 import rasterio
-from command_line import COMMAND, rpf3d
+from command_line import COMMAND, LONGEST, rpf3d
 from on_a_terminal import OnATerminal
 from terrain_files import SLOPE, grid, write_binary_stl
 
@@ -32,16 +32,23 @@ PATIENCE = 5.0
 """Seconds within which Ctrl-C must end the flight, on a busy machine; it takes well below 1 s on an idle one."""
 MANY = {"reference": 60_000, "compiled": 6_000_000}
 """Rocks that no machine has flown within the second after which the flight is interrupted."""
-WRITES_ON = (
-    sys.executable, "-c",
-    "import time\n"
-    "from rpf3d_core.results import folder as results\n"
-    "draw = results._write_pictures\n"
-    "results._write_pictures = lambda *given: (draw(*given), time.sleep(600))\n"
-    "from rpf3d_core.cli import main\n"
-    "main()\n",
-)  # fmt: skip
-"""The program, but it does not finish what it writes: a signal may come late on a busy machine."""
+
+
+def held(package: str, module: str, step: str) -> tuple[str, ...]:
+    """The program, but it does not come to the end of a step: a signal may come late on a busy machine."""
+    return (
+        sys.executable, "-c",
+        "import time\n"
+        f"from {package} import {module}\n"
+        f"whole = {module}.{step}\n"
+        f"{module}.{step} = lambda *given: (whole(*given), time.sleep({LONGEST:g}))[0]\n"
+        "from rpf3d_core.cli import main\n"
+        "main()\n",
+    )  # fmt: skip
+
+
+WRITES_ON = held("rpf3d_core.results", "folder", "_write_pictures")
+PREPARES_ON = held("rpf3d_core.runs", "run", "prepare")
 
 
 @pytest.fixture
@@ -108,12 +115,12 @@ def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
-@pytest.mark.parametrize("moment", ["preparing", "writing results"])
+@pytest.mark.parametrize(("moment", "command"), [("preparing", PREPARES_ON), ("writing results", WRITES_ON)])
 def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
-    on_a_terminal, folder: Path, moment: str, number: int
+    on_a_terminal, folder: Path, moment: str, command: tuple[str, ...], number: int
 ) -> None:  # type: ignore[no-untyped-def]
     before = left_behind(folder)
-    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference", command=WRITES_ON)
+    run = on_a_terminal("run", "scene.yaml", "--out", "out", "--rocks", 3, "--engine", "reference", command=command)
     run.until(moment)
     run.send(number)
     assert run.end() == INTERRUPTED

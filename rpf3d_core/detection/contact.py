@@ -27,8 +27,8 @@ from rpf3d_core.terrain.facet_geometry import (
     corner,
     edge_distance,
     edge_inward,
+    goes_beside,
     leads_on,
-    line_exit,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import CRACK, Facets
@@ -66,8 +66,6 @@ GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
 """Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
-BESIDE = 16.0
-"""Widths of a crack for which a way along an edge must stay within a crack of the facet that carries the rock on."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
 
@@ -288,11 +286,7 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
     """
     if facets.tolerance < facets.crack:
         return False
-    way = _way_over(facets, f, arc.v, side)
-    length = norm(way)
-    if length == 0.0:
-        return True
-    return line_exit(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE, facets.crack) > BESIDE * facets.crack
+    return goes_beside(facets, f, arc.x, _way_over(facets, f, arc.v, side))
 
 
 @kernel

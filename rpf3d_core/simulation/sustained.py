@@ -23,7 +23,15 @@ from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
-from rpf3d_core.terrain.facet_geometry import ALONG_GULLY, NEAR, PARALLEL, corner, leads_on, stored_normal
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_GULLY,
+    NEAR,
+    PARALLEL,
+    corner,
+    goes_beside,
+    leads_on,
+    stored_normal,
+)
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract, without
@@ -39,14 +47,10 @@ Around a vertex of six facets each can be tried in turn five times over, with a 
 
 
 STUCK = 16
-"""Pieces of path in a row that got nowhere after which a rock may slide along an edge up to a crack outside a facet.
-
-Two facets that meet along a crack may otherwise hand it to each other without end.
-"""
-
-
+"""Pieces of path in a row that got nowhere after which a rock may slide along an edge up to a crack outside a facet, as
+two facets may hand it to each other without end; or has stopped, if it is slower than STILL."""
 STILL = 1e-12
-"""Speed (m/s) below which such a rock has stopped: without friction it goes back and forth in ever smaller steps."""
+"""m/s: without friction a rock in a gully goes back and forth in ever smaller steps."""
 
 
 @model_function
@@ -179,8 +183,8 @@ def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
     if line[0] == 0.0 and line[1] == 0.0 and line[2] == 0.0:
         law = law_on_facet(physics.ground, first, n[2], settings.gravity)
-        beside = left.before == left.facet or state.tally.idle >= STUCK
-        slack = facets.crack if beside else 0.0
+        stuck = left.before == left.facet or state.tally.idle >= STUCK
+        slack = facets.crack if stuck and goes_beside(facets, left.facet, motion.x, motion.v) else 0.0
         return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left, slack)
     second = ground_of(physics, left.other, falling, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)

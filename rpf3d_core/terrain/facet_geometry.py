@@ -13,6 +13,8 @@ ALONG_GULLY = 1e-10
 """The same for the line between two facets, whose direction is known to 1e-16 over the sine of their angle."""
 PARALLEL = 1e-5
 """Sine below which two facets count as one plane: their normals tell the line between them to less than 1e-10."""
+BESIDE = 16.0
+"""Widths of a crack for which a way along an edge must stay within a crack of the facet that carries the rock on."""
 FLAT = 1.0 / 64.0
 """Sine below which a direction on a facet may run along an edge, just outside the facet, where it must not fall."""
 NEAR = 4.0
@@ -121,7 +123,35 @@ def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, s
             if closing < FLAT * length:
                 distance = distance + slack * length
             leave = min(leave, max(distance, 0.0) / closing)
+    return min(leave, _box_exit(facets, f, x, direction, slack)) if slack > 0.0 else leave
+
+
+@kernel
+def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> float:
+    """Distance (m) along a direction until a rock at x leaves the box around facet f, widened by a slack (m).
+
+    Beyond the tip of a needle a way may run along both edges for long.
+    """
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
+    leave = math.inf
+    for k in range(3):
+        if direction[k] > 0.0:
+            leave = min(leave, max((max(a[k], b[k], c[k]) + slack - x[k]) / direction[k], 0.0))
+        elif direction[k] < 0.0:
+            leave = min(leave, max((min(a[k], b[k], c[k]) - slack - x[k]) / direction[k], 0.0))
     return leave
+
+
+@kernel
+def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
+    """Whether a way (3,) from x in the plane of f runs along an edge of f, or in f, no further outside than a crack.
+
+    It does for BESIDE cracks and more; at rest a rock goes nowhere.
+    """
+    length = norm(way)
+    if length == 0.0:
+        return True
+    return line_exit(facets, f, x, scale(1.0 / length, way), ALONG_EDGE, facets.crack) > BESIDE * facets.crack
 
 
 @kernel

@@ -1,0 +1,163 @@
+"""Digest the files of a results folder: every number, name and order in them, and nothing else.
+
+Left out are pictures and run.rrd, which show the same numbers; in summary.json the versions, the engine and the wall
+times of the program; and everywhere the sentences for people, which are the strings with a blank.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import rasterio
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+
+DIGITS = 16
+"""Hex digits of a SHA-256 that are kept: enough to distinguish results, and short enough to read."""
+SUMMARY = "summary.json"
+DRAWN = (".png", ".rrd")
+"""Suffixes of the files that are left out."""
+LEFT_OUT = (
+    "versions", "engine", "read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s", "write_s", "total_s",
+)  # fmt: skip
+"""Keys of the summary that describe the program run, not its result."""
+SENTENCE = "a sentence"
+"""Replaces every sentence: a result includes that there is one, but not its words."""
+
+
+def digest_of(*values: Any) -> str:
+    """Return the digest of numbers, strings, bytes, arrays, and mappings and sequences of them, in their order."""
+    digest = hashlib.sha256()
+    for value in values:
+        _feed(digest.update, value)
+    return digest.hexdigest()[:DIGITS]
+
+
+def _feed(update: Callable[[bytes], None], value: Any) -> None:
+    """Pass a value on as bytes that no other value has."""
+    if isinstance(value, np.ndarray):
+        update(f"array {value.dtype.str} {value.shape}:".encode() + np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, bytes | bytearray | memoryview):
+        update(f"bytes {len(value)}:".encode() + bytes(value))
+    elif isinstance(value, Mapping):
+        update(f"mapping {len(value)}:".encode())
+        for pair in value.items():
+            _feed(update, pair)
+    elif isinstance(value, list | tuple):
+        update(f"sequence {len(value)}:".encode())
+        for each in value:
+            _feed(update, each)
+    else:
+        update(_scalar(value))
+
+
+def _scalar(value: Any) -> bytes:
+    """Return a number, string, truth value or None as bytes; a NumPy number counts as a Python number."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    if plain is not None and not isinstance(plain, bool | int | float | str):
+        raise TypeError(f"no rule to digest a {type(plain).__name__}")
+    text = repr(plain).encode()  # the repr of a float determines its bits
+    return f"{type(plain).__name__} {len(text)}:".encode() + text
+
+
+def without_sentences(value: Any) -> Any:
+    """Return the value with SENTENCE for each sentence, and paths without their folders."""
+    if isinstance(value, Mapping):
+        return {key: without_sentences(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [without_sentences(item) for item in value]
+    if not isinstance(value, str):
+        return value
+    return SENTENCE if " " in value else value.rpartition("/")[2]
+
+
+def digests_of(folder: Path) -> dict[str, str]:
+    """Return the digest of each file of a results folder by its path there, in order of name.
+
+    Raises KeyError for a suffix without an entry in READERS.
+    """
+    files = sorted(path for path in folder.rglob("*") if path.is_file() and path.suffix not in DRAWN)
+    return {path.relative_to(folder).as_posix(): digest_of(READERS[path.suffix](path)) for path in files}
+
+
+def digest_of_scene(folder: Path) -> str:
+    """Return the digest of the scene of a results folder; the scene includes the engine, so this is a separate part."""
+    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    return digest_of(summary["scene"]["digest"])
+
+
+def _of_json(path: Path) -> Any:
+    """Return the content, keys in order; of the summary without LEFT_OUT and the scene's digest."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if path.name == SUMMARY:
+        content = {key: value for key, value in content.items() if key not in LEFT_OUT}
+        del content["scene"]["digest"]
+    return without_sentences(content)
+
+
+def _of_parquet(path: Path) -> Any:
+    """Return name, type, metadata and values of each column, in order."""
+    table = pyarrow.parquet.read_table(path)
+    return [(f.name, str(f.type), f.metadata or {}, _of_column(table.column(f.name))) for f in table.schema]
+
+
+def _of_column(column: pa.ChunkedArray) -> Any:
+    """Return which values are known, and the values; the names of a dictionary one by one."""
+    if pa.types.is_dictionary(column.type):
+        return column.cast(column.type.value_type).to_pylist()
+    known = column.is_valid().combine_chunks().to_numpy(zero_copy_only=False)
+    return known, column.fill_null(0).to_numpy()
+
+
+def _of_raster(path: Path) -> Any:
+    """Return the bands with their names, units, tags and nodata, and the transform and reference system."""
+    with rasterio.open(path) as file:
+        system = None if file.crs is None else file.crs.to_string()
+        where = file.dtypes, file.nodata, tuple(file.transform), system
+        tags = without_sentences(dict(sorted(file.tags().items())))
+        return where, file.descriptions, file.units, tags, file.read()
+
+
+def _of_poly_data(path: Path) -> Any:
+    """Return points, cells and all arrays, as VTK reads them."""
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    data = reader.GetOutput()
+    cells = [data.GetVerts(), data.GetLines(), data.GetPolys(), data.GetStrips()]
+    places = [
+        (vtk_to_numpy(each.GetOffsetsArray()), vtk_to_numpy(each.GetConnectivityArray()))
+        for each in cells
+        if each.GetNumberOfCells()
+    ]
+    fields = [_of_arrays(each) for each in (data.GetPointData(), data.GetCellData(), data.GetFieldData())]
+    return vtk_to_numpy(data.GetPoints().GetData()), places, fields
+
+
+def _of_arrays(data: Any) -> list[Any]:
+    """Return name and values of each array."""
+    arrays = [data.GetAbstractArray(number) for number in range(data.GetNumberOfArrays())]
+    return [(array.GetName(), _of_array(array)) for array in arrays]
+
+
+def _of_array(array: Any) -> Any:
+    """Return the values of a VTK array of numbers or strings."""
+    if array.IsA("vtkStringArray"):
+        return [array.GetValue(number) for number in range(array.GetNumberOfValues())]
+    return vtk_to_numpy(array)
+
+
+READERS: dict[str, Callable[[Path], Any]] = {
+    ".csv": Path.read_bytes,
+    ".json": _of_json,
+    ".geojson": _of_json,
+    ".parquet": _of_parquet,
+    ".tif": _of_raster,
+    ".vtp": _of_poly_data,
+}
+"""Suffix -> function that returns what is digested of a file."""
