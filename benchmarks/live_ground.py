@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from rpf3d_core.live.ground import Ground, Workshop
+from rpf3d_core.live.ground import LiveTerrain, Workshop
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 from rpf3d_core.terrain.grid_rows import grid_mesh
@@ -105,7 +105,7 @@ class Updates:
 
     def __init__(self, survey: Survey) -> None:
         self.workshop = Workshop()
-        self.ground: Ground = self.workshop.whole(survey)
+        self.ground: LiveTerrain = self.workshop.whole(survey)
 
     def whole(self, survey: Survey) -> None:
         """A whole survey."""

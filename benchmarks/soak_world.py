@@ -76,4 +76,3 @@ def demanded(place: str, folder: Path) -> Level:
     thresholds = read_site(SITE)
     evidence = Evidence(1, 0, 0, 0, 0, "", "", 1, scene.seed, "", areas)
     return decide(None, evidence, thresholds, 0).evident
-

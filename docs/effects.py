@@ -42,9 +42,7 @@ EXAMPLES: dict[str, str] = {
     "effects.roughness": "{angle_sd_deg: 8}",
     "effects.drag_layer": "{coefficient: 250}",
     "effects.forest": "{stems_per_ha: 400}",
-    "effects.barriers": (
-        "{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"
-    ),
+    "effects.barriers": ("{panels: [{name: crest, along: [[-590, -160], [-590, 160]], height: 3, capacity_kj: 1000}]}"),
 }
 """What stands in the scene to measure those that have no sensible default, as YAML."""
 BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}

@@ -21,7 +21,7 @@ from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.recover import recover
 from rpf3d_core.commands.replay import replay
 from rpf3d_core.commands.run import run
-from rpf3d_core.commands.screen import INTERRUPTED, Interrupted, complaints, screen
+from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complaints, screen
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
@@ -48,7 +48,7 @@ def main() -> None:
         sys.exit(2)
     except SystemExit as end:
         # Typer turns Ctrl-C into a plain one: a command that has not said what it leaves behind.
-        if end.code == INTERRUPTED and not isinstance(end, Interrupted):
+        if end.code == INTERRUPTED and not isinstance(end, CommandInterrupted):
             complaints.print("rpf3d: interrupted", markup=False)
         raise
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, HazardMaps, Layers, Raster, Spread
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CellStatistics, HazardMaps, Layers, Raster
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.plan_view import Window, seen_from_above
@@ -132,7 +132,7 @@ def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
 def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
     """The layers of the cells to keep (C,) from arrays (C,) of all cells, and from tables (C, 6) of their spreads."""
     *counts, arrival, energy, speed, height = (array[kept] for array in everywhere)
-    spreads = [Spread(*table.T) for table in (energy, speed, height)]
+    spreads = [CellStatistics(*table.T) for table in (energy, speed, height)]
     return Layers(len(kept), np.flatnonzero(kept), *counts, arrival, *spreads, 0.0)
 
 
@@ -158,7 +158,7 @@ def _merged(parts: list[Layers]) -> Layers:
 
     def table(name):
         spreads = [getattr(part, name) for part in laid]
-        columns = [chosen([getattr(one, key) for one in spreads]) for key in Spread.__dataclass_fields__]
+        columns = [chosen([getattr(one, key) for one in spreads]) for key in CellStatistics.__dataclass_fields__]
         return np.stack(columns, axis=-1).reshape(count, len(columns))
 
     names = ("rocks", "passages", "impacts", "deposits", "first_arrival")

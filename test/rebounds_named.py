@@ -14,8 +14,8 @@ from rpf3d_core.kinetics.rebounds.stochastic_matrix import StochasticMatrix
 from rpf3d_core.kinetics.rebounds.thesis_literal import ThesisLiteral
 from rpf3d_core.kinetics.rebounds.v_half import VHalf
 from rpf3d_core.kinetics.rebounds.velocity_scaled import VelocityScaled
-from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.scene.rebounds import AngleTableSpec, MassScaledSpec
 from rpf3d_core.setup.builders.rebounds import angle_table, cholesky, mass_scaled
 from rpf3d_core.simulation.engines import Models
@@ -58,13 +58,13 @@ MODELS = {
 ALL = {**MODELS, "thesis_literal": ThesisLiteral()}
 
 
-def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, rock: int = 0) -> Falling:
+def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, rock: int = 0) -> RockContext:
     """A rock with everything that a model may ask for."""
-    return Falling(Rock(mass, radius), RockKey(7, 1, rock), impacts)
+    return RockContext(Rock(mass, radius), RockKey(7, 1, rock), impacts)
 
 
 def struck(
-    model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, falling: Falling | None = None
+    model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, falling: RockContext | None = None
 ) -> Motion:
     """The motion after an impact."""
     after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, falling or falling_rock())

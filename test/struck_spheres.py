@@ -4,8 +4,8 @@ import numpy as np
 
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import ZERO, Motion, Rock
 
 UP = (0.0, 0.0, 1.0)
@@ -16,6 +16,6 @@ FULL = 1e9
 def struck(v, w, e, mu, radius=0.5, e_t=0.0, mu_r=0.0, n=UP):
     """v and w after an impact."""
     model, ground = CoulombSphere(mu, e_t), Surface(e, 0.8, 0.3, 0.5, mu_r)
-    falling = Falling(Rock(1000.0, radius), None, 0)
+    falling = RockContext(Rock(1000.0, radius), None, 0)
     after = rebound(model, ground, Motion(0.0, ZERO, tuple(v), tuple(w)), n, falling)
     return np.array(after.v), np.array(after.w)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rpf3d_core.live.ground import Ground
+from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey
 from rpf3d_core.terrain.grid_rows import grid_mesh
 from rpf3d_core.terrain.mesh.edges import edges_of
@@ -39,18 +39,18 @@ def mesh(survey: GridSurvey) -> MeshSurvey:
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
 
-def live_facets(ground: Ground) -> np.ndarray:
+def live_facets(ground: LiveTerrain) -> np.ndarray:
     """Numbers of the facets that have an area."""
     return np.flatnonzero(ground.facets.normals.any(axis=1))
 
 
-def corner_sets(ground: Ground, facets: np.ndarray) -> set[bytes]:
+def corner_sets(ground: LiveTerrain, facets: np.ndarray) -> set[bytes]:
     """Corners and normals of facets, bit for bit."""
     geometry = ground.facets.geometry.reshape(-1, 12)
     return {geometry[f].tobytes() for f in facets}
 
 
-def edge_counts(ground: Ground) -> tuple[int, int]:
+def edge_counts(ground: LiveTerrain) -> tuple[int, int]:
     """Edges of one facet, and of more than two; corners are one vertex where they are equal to the last bit."""
     corners = np.asarray(ground.facets.corners)[live_facets(ground)].reshape(-1, 3)
     vertices, numbers = np.unique(corners, axis=0, return_inverse=True)

@@ -91,7 +91,7 @@ def test_what_cannot_be_used_is_refused_with_the_key_and_the_reason(folder: Path
 LOOP = """
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import Falling
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Motion
 

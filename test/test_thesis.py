@@ -12,7 +12,14 @@ from rpf3d_core.runs import thesis, thesis_report
 from rpf3d_core.runs.compare import Counted
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.runs.thesis import LOCALISED, RESOLUTION, STUDIES, Printed, runs_of, scene_files, study_named
-from rpf3d_core.runs.thesis_report import Finding, report_of, report_section, stops_in_pit, verdict_of, write_report
+from rpf3d_core.runs.thesis_report import (
+    ThesisColumn,
+    report_of,
+    report_section,
+    stops_in_pit,
+    verdict_of,
+    write_report,
+)
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.zone_materials import material_of
 from rpf3d_core.terrain.pit.synthetic import Pit
@@ -67,7 +74,7 @@ def test_the_part_of_the_localised_study_is_its_spills():
 
 def finding(a, b, printed=(57.0, 38.0), total=100_000):
     thesis = [Counted(round(share * 0.21), 21) for share in printed]
-    return Finding(Printed("ramp", ("ramp",), *printed), *thesis, Counted(a, total), Counted(b, total))
+    return ThesisColumn(Printed("ramp", ("ramp",), *printed), *thesis, Counted(a, total), Counted(b, total))
 
 
 @pytest.mark.parametrize(
@@ -102,7 +109,7 @@ def test_every_percentage_of_the_thesis_but_27_is_a_count_of_21():
 def test_none_of_the_thesis_differences_stands_out_from_chance_by_itself(study):
     for printed in study.printed:
         counts = [Counted(round(share * 0.21), 21) for share in (printed.a, printed.b)]
-        low, high = Finding(printed, *counts, *counts).thesis_interval
+        low, high = ThesisColumn(printed, *counts, *counts).thesis_interval
         assert low <= 0.0 <= high
 
 

@@ -18,8 +18,8 @@ from field_cases.rows import HOEK, PUBLISHED, Row, Values, row_named
 from field_cases.search import Found, Free, search
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.models import ReboundSpec
 from rpf3d_core.scene.reading import read_scene
@@ -132,7 +132,7 @@ def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, 
     axis = np.cross(n, impact.before)
     size = float(np.linalg.norm(axis))
     w = tuple(float(c) for c in (spin / size * axis if size > 0.0 else axis))
-    falling = Falling(impact.rock, RockKey(1, 0, 0), 0)
+    falling = RockContext(impact.rock, RockKey(1, 0, 0), 0)
     return rebound(model, ground, Motion(0.0, (0.0, 0.0, 0.0), impact.before, w), n, falling).v  # type: ignore[arg-type]
 
 

@@ -1,6 +1,6 @@
 """Render a result folder's terrain.vtp and trajectories.vtp off screen: the picture in the README.
 
-    python docs/pictures/render.py out/demo docs/pictures/demo.png
+python docs/pictures/render.py out/demo docs/pictures/demo.png
 """
 
 import sys

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rpf3d_core.accuracy.flown import Flown, Reached
+from rpf3d_core.accuracy.flown import FlownSample, Reached
 from rpf3d_core.ensemble.flights import Flights, FloatArray, IntArray
 from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.values import DEPOSITED, Mode
@@ -17,7 +17,7 @@ class Metres(NamedTuple):
     p95: float | None
 
 
-class Difference(NamedTuple):
+class AnswerDifference(NamedTuple):
     """How far an answer is from another of the same rocks.
 
     of_map : `map_distance` (-); of_shares : the largest difference of a share of any place (-)
@@ -64,12 +64,12 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
     return list(zip(*both, strict=True))
 
 
-def difference(found: Flown, exact: Flown, gravity: float) -> Difference:
+def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
     """How far rocks flown one way are from the same rocks flown exactly; gravity in m/s^2."""
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
-    return Difference(
+    return AnswerDifference(
         of_map=map_distance(found.reached, exact.reached),
         of_shares=share_distance(found.places, exact.places),
         first_impact=metres(np.linalg.norm(first_impacts(mine) - first_impacts(theirs), axis=1)),

@@ -30,7 +30,7 @@ class Reached:
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class FlownSample:
     """N rocks flown one way.
 
     rows : (N,) which of the releases that were to fly; flights : all of them, with impacts and, if asked for, paths
@@ -68,7 +68,7 @@ def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
     return replace(prepared, engine=engine)
 
 
-def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> Flown:
+def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> FlownSample:
     """Fly and count rocks, fewer of them where all would take more than a budget (s of one core).
 
     Fewer are evenly spread over all, so they stand for the same sources and places.
@@ -107,12 +107,12 @@ def _warm(prepared: Prepared) -> None:
     empty_tallies(prepared).warm()
 
 
-def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: bool) -> Flown:
+def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: bool) -> FlownSample:
     tallies, some = empty_tallies(prepared), taken(releases, rows)
     began = time.process_time()
     flights = fly_ensemble(prepared.engine, prepared.flight, some, paths=None if paths else 0, watch=tallies)
     seconds = time.process_time() - began
-    return Flown(rows, flights, reached_in(tallies, len(rows)), places_in(prepared, tallies, len(rows)), seconds)
+    return FlownSample(rows, flights, reached_in(tallies, len(rows)), places_in(prepared, tallies, len(rows)), seconds)
 
 
 def reached_in(tallies: Tallies, flown: int) -> Reached:

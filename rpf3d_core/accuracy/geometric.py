@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.accuracy.decimated import decimated
-from rpf3d_core.accuracy.differences import Difference, difference
-from rpf3d_core.accuracy.flown import Flown, fly
+from rpf3d_core.accuracy.differences import AnswerDifference, difference
+from rpf3d_core.accuracy.flown import FlownSample, fly
 from rpf3d_core.accuracy.from_above import nearest_ground
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.stream import taken
@@ -28,11 +28,11 @@ class Coarser(NamedTuple):
 
     part: int
     triangles: int
-    off: Difference
+    off: AnswerDifference
     seconds_per_1000: float
 
 
-def coarser_terrains(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Coarser]:
+def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Coarser]:
     """The scene flown over coarser terrains, the same rocks from the same heights above the ground.
 
     exact : the same releases over the terrain as it is

@@ -7,7 +7,7 @@ from pathlib import Path
 from rpf3d_core.accuracy.flown import fly, some_rocks
 from rpf3d_core.accuracy.geometric import coarser_terrains
 from rpf3d_core.accuracy.numerical import SETTINGS, Steps, raster_answers, rounding, stepped_answers
-from rpf3d_core.accuracy.precise import Off, off_exact
+from rpf3d_core.accuracy.precise import ImpactErrors, off_exact
 from rpf3d_core.accuracy.price_list import (
     EVENTS,
     Priced,
@@ -84,7 +84,7 @@ def _own_steps(scene: Scene) -> Steps | None:
 
 def _numerical(
     prepared: Prepared, scene: Scene, sampled: list[Sampled], tell: Tell
-) -> tuple[list[Priced], list[Off]]:  # fmt: skip
+) -> tuple[list[Priced], list[ImpactErrors]]:  # fmt: skip
     tell("numerical: events, and 50 digits")
     releases = some_rocks(prepared, PAIRED)
     exact = fly(prepared, releases, paths=True)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.accuracy.differences import Difference, difference, map_distance
-from rpf3d_core.accuracy.flown import Flown, flight_seconds, fly, spread, with_engine
+from rpf3d_core.accuracy.differences import AnswerDifference, difference, map_distance
+from rpf3d_core.accuracy.flown import FlownSample, flight_seconds, fly, spread, with_engine
 from rpf3d_core.accuracy.from_above import highest_ground
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.on_raster import on_raster
@@ -81,7 +81,7 @@ class Measured(NamedTuple):
 
     setting: Steps | OnRaster
     rocks: int
-    off: Difference
+    off: AnswerDifference
     tunnelled: float
     steps: float
     vtk: Price | None
@@ -89,7 +89,7 @@ class Measured(NamedTuple):
 
 
 def stepped_answers(
-    prepared: Prepared, releases: Releases, exact: Flown, settings: tuple[Steps, ...] = SETTINGS
+    prepared: Prepared, releases: Releases, exact: FlownSample, settings: tuple[Steps, ...] = SETTINGS
 ) -> Iterator[Measured]:
     """Fly the releases with each setting; the answer to compare with is that of events, of the same rocks.
 
@@ -113,7 +113,7 @@ def stepped_answers(
         )
 
 
-def raster_answers(prepared: Prepared, releases: Releases, exact: Flown) -> Iterator[Measured]:
+def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
     """As `stepped_answers`, on rasters of the terrain: rocks start at their height above the raster's ground."""
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
@@ -168,7 +168,7 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
     return np.asarray(below & (deposits.outcome == Outcome.LEFT_TERRAIN))
 
 
-def rounding(prepared: Prepared, releases: Releases, exact: Flown) -> float:
+def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> float:
     """How far the map (-) moves where all rocks start a tolerance (m) further east.
 
     That is some thousand times what rounding does to an impact (`precise`), so it bounds what rounding can do to the

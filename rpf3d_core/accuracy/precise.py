@@ -15,8 +15,8 @@ import numpy as np
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.kinetics.rebound import ConstantRestitution
 from rpf3d_core.kinetics.rebounds.coulomb_limited import CoulombLimited
-from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface, surface_of
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Mode
@@ -38,7 +38,7 @@ class Struck(NamedTuple):
     v: Point
 
 
-class Off(NamedTuple):
+class ImpactErrors(NamedTuple):
     """How far recorded impacts are from those of exact arithmetic: median and largest, m and s; of how many."""
 
     impacts: int
@@ -48,7 +48,7 @@ class Off(NamedTuple):
     time_max: float
 
 
-def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[Off]:
+def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
     """How far the first impacts of some rocks are off, then the second, and so on.
 
     Nothing for rebound models other than those of `FOLLOWED`, or where effects act: they are not followed here.
@@ -64,9 +64,11 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
     return [_off([(place, time) for its, place, time in gaps if its == number]) for number in numbers]
 
 
-def _off(gaps: list[tuple[float, float]]) -> Off:
+def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
     places, times = zip(*gaps, strict=True)
-    return Off(len(gaps), *(float(value) for some in (places, times) for value in (np.median(some), max(some))))
+    return ImpactErrors(
+        len(gaps), *(float(value) for some in (places, times) for value in (np.median(some), max(some)))
+    )
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
@@ -103,7 +105,7 @@ def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[i
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(prepared.flight.settings.seed, source, rock)
     zone = prepared.engine.facets.zone
-    return [surface_of(materials, int(zone[f]), Falling(None, key, number)) for number, f in enumerate(facets)]
+    return [surface_of(materials, int(zone[f]), RockContext(None, key, number)) for number, f in enumerate(facets)]
 
 
 def impacts_in_digits(

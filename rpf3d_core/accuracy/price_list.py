@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rpf3d_core.accuracy.differences import Difference, Metres
+from rpf3d_core.accuracy.differences import AnswerDifference, Metres
 from rpf3d_core.accuracy.geometric import Coarser
 from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
-from rpf3d_core.accuracy.precise import DIGITS, Off
+from rpf3d_core.accuracy.precise import DIGITS, ImpactErrors
 from rpf3d_core.accuracy.statistical import Sampled, floor_of
 
 DEFINITIONS = {
@@ -72,7 +72,7 @@ class PriceList:
     numerical: Sequence[Priced]
     geometric: Sequence[Priced]
     statistical: Sequence[Priced]
-    off_exact: Sequence[Off]
+    off_exact: Sequence[ImpactErrors]
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
@@ -118,7 +118,7 @@ def priced_sample(found: Sampled) -> Priced:
     return Priced({"rocks": found.rocks}, found.of_map, 1000.0 * found.seconds / found.rocks, more)
 
 
-def _off(off: Difference, rocks: int, sampled: list[Sampled]) -> dict[str, Any]:
+def _off(off: AnswerDifference, rocks: int, sampled: list[Sampled]) -> dict[str, Any]:
     return {
         "floor": floor_of(rocks, sampled),
         "of_shares": off.of_shares,
@@ -144,7 +144,10 @@ def section(prices: PriceList) -> dict[str, Any]:
     return {
         "program": "rpf3d",
         "scene": {
-            "file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "auto": prices.auto,
+            "file": prices.scene,
+            "digest": prices.digest,
+            "rocks": prices.rocks,
+            "auto": prices.auto,
             "method": dict(prices.method),
         },
         "terrain": {"triangles": prices.triangles},
@@ -179,7 +182,7 @@ def price_list_of(facts: Mapping[str, Any]) -> PriceList:
         for name in ("numerical", "geometric", "statistical")
     }  # fmt: skip
     exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
-    off = [Off(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
+    off = [ImpactErrors(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
     return PriceList(
         scene["file"], scene["digest"], scene["rocks"], scene["auto"], scene["method"], facts["cell_m"],
         facts["terrain"]["triangles"], **lines, off_exact=off,

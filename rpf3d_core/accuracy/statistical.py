@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rpf3d_core.accuracy.differences import map_distance
-from rpf3d_core.accuracy.flown import Flown, Reached, fly, some_rocks
+from rpf3d_core.accuracy.flown import FlownSample, Reached, fly, some_rocks
 from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
@@ -57,7 +57,7 @@ def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
     return [_sampled(pair, everything) for pair in pairs]
 
 
-def _pair(one: Flown, other: Flown) -> Pair:
+def _pair(one: FlownSample, other: FlownSample) -> Pair:
     energy = quantile_half_width(one.flights.deposits.max_energy, QUANTILE)
     return Pair(one.reached, other.reached, one.places.half_width, energy, 0.5 * (one.seconds + other.seconds))
 

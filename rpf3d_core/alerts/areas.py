@@ -8,7 +8,7 @@ believed, nobody knows of any area.
 from collections.abc import Iterable, Mapping
 
 from rpf3d_core.alerts.levels import Alert, AreaAlert, Level
-from rpf3d_core.alerts.limits import Finding, limits_of
+from rpf3d_core.alerts.limits import LimitFinding, limits_of
 from rpf3d_core.alerts.site_model import Thresholds
 
 NO_ANSWER = "there is no answer"
@@ -18,7 +18,7 @@ UNLIMITED = "the site has no limits for it any more"
 
 def area_alerts(
     previous: Alert | None,
-    worst: Mapping[str, Finding] | None,
+    worst: Mapping[str, LimitFinding] | None,
     thresholds: Thresholds,
     is_faulty: bool,
     steps_down: bool,
@@ -31,7 +31,7 @@ def area_alerts(
     ----------
     previous : Alert or None
         The decision before.
-    worst : mapping from names to Finding, or None
+    worst : mapping from names to LimitFinding, or None
         What the answer says of each area, as `worst_of`; None where there is no answer.
     is_faulty : bool
         Whether the evidence is not believed.
@@ -43,30 +43,30 @@ def area_alerts(
     left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
     alerts = []
     for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
-        finding = found.get(name) or Finding(name, Level.NORMAL, _why_untold(name, worst is not None, thresholds))
+        finding = found.get(name) or LimitFinding(name, Level.NORMAL, _why_untold(name, worst is not None, thresholds))
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
         alerts.append(AreaAlert(name, level, held, finding.level, finding.why))
     return tuple(alerts)
 
 
-def worst_of(findings: Iterable[Finding]) -> dict[str, Finding]:
+def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
     """Name -> the worst that is said of that area, in the order of the answer."""
-    worst: dict[str, Finding] = {}
+    worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:
             worst[finding.name] = finding
     return worst
 
 
-def got_worse(previous: Alert, worst: Mapping[str, Finding]) -> bool:
+def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
     """Whether the answer says more of any area than the one before did."""
     unknown = Level.NORMAL if previous.areas else previous.evident
     before = {area.name: area.evident for area in previous.areas}
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
 
 
-def undecided(previous: Alert | None, worst: Mapping[str, Finding]) -> list[str]:
+def undecided(previous: Alert | None, worst: Mapping[str, LimitFinding]) -> list[str]:
     """Areas of the answer that the decision before did not tell of."""
     decided = {area.name for area in previous.areas} if previous is not None else set()
     return [name for name in worst if name not in decided]

@@ -27,7 +27,7 @@ MOST_FINDINGS = 100
 """Sentences about what is wrong that are kept: a log whose middle is missing would have one for each line."""
 
 
-class Change(NamedTuple):
+class LevelChange(NamedTuple):
     """A decision with another level or fault than the one before, of the site or an area, or an acknowledgement."""
 
     line: int
@@ -52,7 +52,7 @@ class Audit:
     reproduced: int = 0
     refused: int = 0
     versions: list[str] = field(default_factory=list)
-    changes: list[Change] = field(default_factory=list)
+    changes: list[LevelChange] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     findings: list[str] = field(default_factory=list)
     hidden: int = 0
@@ -206,7 +206,7 @@ class _Reading:
         else:
             self.blame(f"{place}: {_difference(content['alert'], again)}")
         if _is_change(decision):
-            self.audit.changes.append(Change(content["n"], decision.alert, decision.previous, version))
+            self.audit.changes.append(LevelChange(content["n"], decision.alert, decision.previous, version))
 
     def _without_areas(self, place: str) -> None:
         """Note, once, that the log goes back to before areas had levels of their own."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rpf3d_core.alerts.areas import area_alerts, got_worse, undecided, worst_of
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, Level
-from rpf3d_core.alerts.limits import Finding, findings_of, is_small, without_limits
+from rpf3d_core.alerts.limits import LimitFinding, findings_of, is_small, without_limits
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.alerts.sound import faults_of, went_back
 from rpf3d_core.alerts.times import ns_of, when
@@ -97,7 +97,7 @@ def _stands(previous: Alert | None, now_ns: int) -> bool:
 def _too_small(
     previous: Alert | None,
     evidence: Evidence | None,
-    worst: Mapping[str, Finding],
+    worst: Mapping[str, LimitFinding],
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
@@ -115,7 +115,7 @@ def _too_small(
 def _held(
     previous: Alert | None,
     evident: Level,
-    findings: tuple[Finding, ...],
+    findings: tuple[LimitFinding, ...],
     trusted: bool,
     is_worse: bool,
     now_ns: int,
@@ -186,7 +186,7 @@ def _valid_until(
 
 def _reasons(
     faults: tuple[str, ...],
-    findings: tuple[Finding, ...],
+    findings: tuple[LimitFinding, ...],
     held: _Held,
     evident: Level,
     evidence: Evidence | None,

@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Level
-from rpf3d_core.alerts.site_model import AreaSpec, EvidenceSpec, LimitsSpec, Thresholds
+from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpec, Thresholds
 
 
-class Finding(NamedTuple):
+class LimitFinding(NamedTuple):
     """What an answer says of an area: the level, and why, without the area's name."""
 
     name: str
@@ -26,7 +26,7 @@ class Finding(NamedTuple):
         return f"{self.name}: {self.why}"
 
 
-def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[Finding, ...]:
+def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFinding, ...]:
     """What each area says that has limits, in the order of the evidence."""
     return tuple(
         _finding(area, limits, thresholds.evidence)
@@ -40,7 +40,7 @@ def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...
     return tuple(area.name for area in evidence.areas if limits_of(thresholds, area.name) is None)
 
 
-def limits_of(thresholds: Thresholds, name: str) -> AreaSpec | None:
+def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
     """The limits of an area: its own, else those of the first pattern that fits, else None."""
     if name in thresholds.areas:
         return thresholds.areas[name]
@@ -52,13 +52,13 @@ def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
     return area.flown < terms.fewest_rocks
 
 
-def _finding(area: AreaEvidence, spec: AreaSpec, terms: EvidenceSpec) -> Finding:
+def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> LimitFinding:
     for level in (Level.EVACUATE, Level.RESTRICT, Level.WATCH):
         limits: LimitsSpec | None = getattr(spec, level.word)
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
-            return Finding(area.name, level, f"{level.word}, for {'; '.join(reached)}")
-    return Finding(area.name, Level.NORMAL, f"no limit is reached; {_share(area)}")
+            return LimitFinding(area.name, level, f"{level.word}, for {'; '.join(reached)}")
+    return LimitFinding(area.name, Level.NORMAL, f"no limit is reached; {_share(area)}")
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:

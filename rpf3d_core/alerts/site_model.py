@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95, wilson_interval
-from rpf3d_core.scene.values import Count, Name, Number, Part, refuse
+from rpf3d_core.scene.values import Count, Name, Number, StrictModel, refuse
 
 LONGEST = 1e9
 """Seconds (31 years) that a period may have at most: as whole nanoseconds it fits 64 bits with room to add."""
@@ -28,7 +28,7 @@ Period = Annotated[Number, Field(gt=0, le=LONGEST)]
 Share = Annotated[Number, Field(gt=0, le=1)]
 
 
-class EvacuationSpec(Part):
+class EvacuationSpec(StrictModel):
     """How soon a rock must not come: seconds to clear the area, and seconds to spare."""
 
     evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to clear the area")
@@ -40,7 +40,7 @@ class EvacuationSpec(Part):
         return self.evacuation + self.margin
 
 
-class LimitsSpec(Part):
+class LimitsSpec(StrictModel):
     """When a level is reached: any one of the limits given, at the limit or beyond."""
 
     reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
@@ -56,7 +56,7 @@ class LimitsSpec(Part):
         return self
 
 
-class AreaSpec(Part):
+class AreaLimitsSpec(StrictModel):
     """The limits of one area, or of all whose names fit a pattern."""
 
     watch: LimitsSpec | None = Field(None, description="a mapping of limits, or left out: this level is never reached")
@@ -94,7 +94,7 @@ def _disorder(key: str, lower: str, higher: str) -> str:
     return f"is {rule} that of {lower}, so {lower} would never be seen before {higher}"
 
 
-class EvidenceSpec(Part):
+class EvidenceSpec(StrictModel):
     """What evidence must be like to be believed; anything else is a fault."""
 
     sources_max_age_s: Period = Field(
@@ -117,7 +117,7 @@ class EvidenceSpec(Part):
     )
 
 
-def _named_areas(areas: Mapping[str, AreaSpec]) -> Mapping[str, AreaSpec]:
+def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimitsSpec]:
     if not areas:
         raise refuse("has no area; name at least one, with its limits")
     if "" in areas:
@@ -125,7 +125,7 @@ def _named_areas(areas: Mapping[str, AreaSpec]) -> Mapping[str, AreaSpec]:
     return areas
 
 
-class Thresholds(Part):
+class Thresholds(StrictModel):
     """Everything that `alerts.decide` takes from the site."""
 
     site: Name = Field(description="the name of the site, as it stands in the log of decisions")
@@ -134,7 +134,7 @@ class Thresholds(Part):
     alarm_from: Literal["watch", "restrict", "evacuate"] = Field(
         description="watch, restrict or evacuate, the lowest level that raises the alarm; a fault always does"
     )
-    areas: Annotated[Mapping[str, AreaSpec], AfterValidator(_named_areas)] = Field(
+    areas: Annotated[Mapping[str, AreaLimitsSpec], AfterValidator(_named_areas)] = Field(
         description="a mapping from the name of an area, or a pattern (* and ?) of names, to its limits"
     )
 

@@ -9,7 +9,7 @@ import typer
 from rpf3d_core.commands.screen import complaints, print_table, screen
 
 if TYPE_CHECKING:
-    from rpf3d_core.alerts.audit import Audit, Change
+    from rpf3d_core.alerts.audit import Audit, LevelChange
     from rpf3d_core.alerts.levels import Alert
 
 HEADER = ("line", "time", "shown", "held", "alarm", "why")
@@ -48,7 +48,7 @@ def _print(found: "Audit") -> None:
         screen.print(line, soft_wrap=True, highlight=False)
 
 
-def _row(change: "Change") -> tuple[str, ...]:
+def _row(change: "LevelChange") -> tuple[str, ...]:
     from rpf3d_core.alerts.audit import areas_changed
     from rpf3d_core.alerts.times import when
 

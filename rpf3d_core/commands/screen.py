@@ -17,14 +17,14 @@ PIPE_WIDTH = 240
 """Columns of a table that goes to a file or another program."""
 
 
-class Interrupted(SystemExit):
+class CommandInterrupted(SystemExit):
     """The end of a command that was interrupted and has said what it leaves behind."""
 
 
 def end_interrupted(left: str) -> NoReturn:
     """Say what an interrupted command leaves behind, and end."""
     complaints.print(f"rpf3d: interrupted; {left}", markup=False)
-    raise Interrupted(INTERRUPTED)
+    raise CommandInterrupted(INTERRUPTED)
 
 
 def print_warnings(sentences: Iterable[str]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, earlier_contact, first_contact
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
@@ -54,7 +54,9 @@ def grid_of(locator: BucketLocator) -> Grid:
 
 
 @first_contact.rule(BucketLocator)
-def first_contact_in_buckets(locator: BucketLocator, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def first_contact_in_buckets(
+    locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float
+) -> Contact:
     """Walk the cells under the arc; stop as soon as the best contact lies within what was walked.
 
     The facet just left comes first: where the rock falls back onto it, the rest of the arc need not be looked at.
@@ -122,7 +124,7 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 
 @kernel
 def _earliest_in_bucket(
-    locator: BucketLocator, facets: Facets, arc: Arc, left: Left, i: int, j: int, begin: float, leave: float,
+    locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, i: int, j: int, begin: float, leave: float,
     best: Contact,
 ) -> Contact:  # fmt: skip
     """The earlier of `best` and the contacts between two times with the facets of the bucket in column i and row j."""

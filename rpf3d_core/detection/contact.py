@@ -45,7 +45,7 @@ class Contact(NamedTuple):
     approach: float
 
 
-class Left(NamedTuple):
+class PreviousContact(NamedTuple):
     """What the rock stands on, or stood on when its arc began, and the side it is on.
 
     facet, other : the facet, and the one that holds it in a gully with that; -1 for none
@@ -67,11 +67,11 @@ GLANCING = 1.0 / 128.0
 UPRIGHT = 1e-6
 """Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
-NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
+NOTHING_LEFT = PreviousContact(-1, -1, 1.0, False, -1)
 
 
 @model_function
-def first_contact(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """The earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
 
     A locator decides only which facets are looked at and in what order; the answer does not depend on either.
@@ -101,24 +101,24 @@ def plain_already(locator: object) -> Any:
 
 
 @model_function
-def comes_behind(contact: object, left: Left) -> bool:
+def comes_behind(contact: object, left: PreviousContact) -> bool:
     """Return whether a rock that slid on one side of the ground meets the ground from the other side."""
 
 
 @comes_behind.otherwise
-def not_known_to(contact: object, left: Left) -> bool:
+def not_known_to(contact: object, left: PreviousContact) -> bool:
     """Return False: contacts of spheres do not keep their side."""
     return False
 
 
 @comes_behind.rule(Contact)
-def meets_the_other_side(contact: Contact, left: Left) -> bool:
+def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
     """Return whether the sides differ: on ground without holes the rock has fallen through it."""
     return left.resting and contact.side != left.side
 
 
 @kernel
-def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """The earliest contact of an arc before `end` (s); one that finds none looks again for facets a little wider.
 
     What is a hole to the tolerance may be a crack to anyone else: the sliver between an edge and a vertex that lies on
@@ -142,7 +142,7 @@ def _widened(facets: Facets) -> Facets:
 
 
 @kernel
-def earlier_contact(facets: Facets, f: int, arc: Arc, left: Left, best: Contact) -> Contact:
+def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
     """The earlier of `best` and the arc's first contact with facet f.
 
     Across a crack the next facet may lie higher than the place where the rock sets out. So down to NEAR cracks below a
@@ -183,14 +183,14 @@ def falling_time(c: float, b: float, a: float) -> float:
 
 
 @kernel
-def _return_time(left: Left, b: float, a: float) -> float:
+def _return_time(left: PreviousContact, b: float, a: float) -> float:
     """When the rock comes back to a facet that it has just bounced off: its root at t = 0 divided out."""
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
 
 
 @kernel
-def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: float, a: float) -> float:
+def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: float, b: float, a: float) -> float:
     """When a rock within tolerance of a plane meets it: now, unless it leaves the plane faster than rounding.
 
     c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
@@ -210,7 +210,7 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
 
 
 @kernel
-def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """Whether a rock that moves along the plane of f is carried by f: one that slides there leads onto it.
 
     The facet it has just slid off takes it back only along an edge. At rest it may go on over any other (`_approach`
@@ -224,7 +224,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
 
 
 @kernel
-def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """Whether a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
 
     It does where the two form a convex edge and it moves away from f: the plane of f lies above its path there, f
@@ -241,7 +241,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
 
 
 @kernel
-def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
+def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     """Whether a sliding rock at the rim of f, towards the plane of f, is on its way over other ground than f, or none.
 
     Whichever way the rock goes, it comes over one of the facets that face upwards and meet where it is. To the others

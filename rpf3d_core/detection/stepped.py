@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position, time_over, velocity
 from rpf3d_core.detection.closest import closest_facet
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, first_contact
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -53,7 +53,7 @@ def stepped(
 
 
 @first_contact.rule(Stepped)
-def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """The first step at which the closest facet is nearer than the threshold and the rock moves into it.
 
     Moving into it is told by the normal towards its free side, wherever the rock is: one that has stepped through by

@@ -8,7 +8,7 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position, velocity
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, first_contact
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -34,7 +34,9 @@ class SteppedRaster(NamedTuple):
 
 
 @first_contact.rule(SteppedRaster)
-def first_contact_below_cells(method: SteppedRaster, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def first_contact_below_cells(
+    method: SteppedRaster, facets: Facets, arc: Arc, left: PreviousContact, end: float
+) -> Contact:
     """The first step at which the rock is below the facet of its cell and moves into it."""
     step = 1.0
     while step * method.dt < end:

@@ -8,7 +8,7 @@ import numpy as np
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.bucket_grid import cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.contact import Left, first_contact, plain_locator, radius_of
+from rpf3d_core.detection.contact import PreviousContact, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
 from rpf3d_core.detection.touching import Sweep, looked_at, scan
@@ -47,7 +47,7 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 
 
 @first_contact.rule(Swept)
-def first_touch(locator: Swept, facets: Facets, arc: Arc, left: Left, end: float) -> Touch:
+def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
     """The first contact; what the sphere has left is told by where it is (`sphere_contact`)."""
     course = Course(arc.x, arc.v, (0.0, 0.0, -arc.gravity), locator.radius, arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
 from rpf3d_core.arc import Arc, position, time_over
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, earlier_contact, first_contact
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
@@ -69,7 +69,7 @@ def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
 
 
 @first_contact.rule(VtkLocator)
-def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: Left, end: float) -> Contact:
+def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Look at the facets in one box after another along the arc until the best contact lies within the boxes."""
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:

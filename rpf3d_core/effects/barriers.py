@@ -17,10 +17,10 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position
-from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
-from rpf3d_core.effects.obstacle_cells import SLOWEST, Cells, first_in_cells, time_to
+from rpf3d_core.effects.hooks import AfterObstacle, Meeting, at_obstacle, first_obstacle
+from rpf3d_core.effects.obstacle_cells import SLOWEST, ObstacleCells, first_in_cells, time_to
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import MOVING, ZERO, Motion, Outcome, Vec
 from rpf3d_core.vectors import dot, scale
 
@@ -64,7 +64,7 @@ class Barriers(NamedTuple):
     first: int
     panel: Panel
     slack: float
-    cells: Cells
+    cells: ObstacleCells
 
     @property
     def asks_rock(self) -> bool:
@@ -77,7 +77,7 @@ class Barriers(NamedTuple):
         return len(self.panel.x)
 
 
-class Crossing(NamedTuple):
+class PanelCrossing(NamedTuple):
     """An arc crosses the plane of a piece after t seconds (inf: not within it), `height` metres above its foot."""
 
     t: float
@@ -85,7 +85,7 @@ class Crossing(NamedTuple):
 
 
 @kernel
-def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> Crossing:
+def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
     """Where an arc crosses the plane of piece k, from 0 to `until` (s): linear in time.
 
     A place within `slack` (m) of the plane is on it, so that none is missed between one arc and the next.
@@ -96,23 +96,23 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> C
     off = ((arc.x[0] - x) * dy - (arc.x[1] - y) * dx) / length
     rate = (arc.v[0] * dy - arc.v[1] * dx) / length
     if rate == 0.0:
-        return Crossing(math.inf, 0.0)
+        return PanelCrossing(math.inf, 0.0)
     t = -off / rate
     if t < 0.0:
         t = 0.0 if abs(off) <= slack else math.inf
     elif t > until:
         t = until if abs(off + rate * until) <= slack else math.inf
     if t == math.inf:
-        return Crossing(math.inf, 0.0)
+        return PanelCrossing(math.inf, 0.0)
     at = position(arc, t)
     along = ((at[0] - x) * dx + (at[1] - y) * dy) / length2
     if along * length < -slack or (along - 1.0) * length > slack:
-        return Crossing(math.inf, 0.0)
-    return Crossing(t, at[2] - (panel.z[k] + along * panel.dz[k]))
+        return PanelCrossing(math.inf, 0.0)
+    return PanelCrossing(t, at[2] - (panel.z[k] + along * panel.dz[k]))
 
 
 @time_to.rule(Barriers)
-def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
+def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
     """When an arc meets piece k of the panels: not above it, and not where the rock has just broken through.
 
     Broken through one piece of a straight line it is past all of that line. Panels that stand in one place are met in
@@ -152,7 +152,7 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 
 @first_obstacle.rule(Barriers)
-def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
+def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
     """The first panel on an arc."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
@@ -163,15 +163,15 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling
 
 
 @at_obstacle.rule(Barriers)
-def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, falling: Falling) -> Met:
+def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
     """Caught, or through with the energy that is left."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
-        return Met(motion, MOVING, -1)
+        return AfterObstacle(motion, MOVING, -1)
     panel = barriers.panel
     b = panel.barrier[k]
     energy = 0.5 * falling.rock.mass * dot(motion.v, motion.v)  # type: ignore[union-attr]
     if energy <= panel.capacity[b]:
-        return Met(Motion(motion.t, motion.x, ZERO, ZERO), CAUGHT, panel.facet[k])
+        return AfterObstacle(Motion(motion.t, motion.x, ZERO, ZERO), CAUGHT, panel.facet[k])
     kept = math.sqrt((energy - panel.taken[b] * panel.capacity[b]) / energy)
-    return Met(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), MOVING, -1)
+    return AfterObstacle(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), MOVING, -1)

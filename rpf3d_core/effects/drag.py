@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rpf3d_core.effects.air import stretch_for
 from rpf3d_core.effects.hooks import in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale
 
@@ -43,14 +43,14 @@ def drag_per_metre(drag: Drag, rock: Rock) -> float:
 
 
 @in_air.rule(Drag)
-def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, falling: Falling) -> Motion:
+def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
     """The exact solution of dv/dt = -k |v| v over t seconds: v / (1 + k |v| t)."""
     k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]  # there is one: it asks for it
     return Motion(motion.t, motion.x, scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), motion.w)
 
 
 @longest_flight.rule(Drag)
-def while_drag_is_small(drag: Drag, motion: Motion, falling: Falling) -> float:
+def while_drag_is_small(drag: Drag, motion: Motion, falling: RockContext) -> float:
     """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
 
     For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g, so that `air` has

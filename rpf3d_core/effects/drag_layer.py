@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.effects.air import FLIGHT, stretch_for
 from rpf3d_core.effects.hooks import asks_height, in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
@@ -60,7 +60,7 @@ def always(layer: DragLayer) -> bool:
 
 
 @in_air.rule(DragLayer)
-def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, falling: Falling) -> Motion:
+def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
     """The exact solution of m dv/dt = -c v over t seconds: v exp(-c t / m)."""
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
@@ -82,7 +82,7 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 
 @longest_flight.rule(DragLayer)
-def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: Falling) -> float:
+def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: RockContext) -> float:
     """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0, so that `air` has |dx| <= h^3 q (q v / 24 + g / 6) and

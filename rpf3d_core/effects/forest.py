@@ -21,10 +21,10 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, position
-from rpf3d_core.effects.hooks import Meeting, Met, at_obstacle, first_obstacle
-from rpf3d_core.effects.obstacle_cells import Cells, first_in_cells, time_to
+from rpf3d_core.effects.hooks import AfterObstacle, Meeting, at_obstacle, first_obstacle
+from rpf3d_core.effects.obstacle_cells import ObstacleCells, first_in_cells, time_to
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import MOVING, ZERO, Motion
 from rpf3d_core.vectors import dot
@@ -70,7 +70,7 @@ class Forest(NamedTuple):
     first: int
     stems: Stems
     deflection: Deflection
-    cells: Cells
+    cells: ObstacleCells
 
     @property
     def asks_rock(self) -> bool:
@@ -104,7 +104,7 @@ LN_10 = math.log(10.0)
 
 
 @time_to.rule(Forest)
-def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
+def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
     """When an arc comes as near to stem k as rock and stem are thick, from outside."""
     if k == passed:
         return math.inf
@@ -127,39 +127,39 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, fa
 
 
 @first_obstacle.rule(Forest)
-def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: Falling) -> Meeting:
+def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
     """The first tree on an arc."""
     met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, falling)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
-def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: Falling) -> Met:
+def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
     """Stopped dead, or turned aside with the energy that is left."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
-        return Met(motion, MOVING, -1)
+        return AfterObstacle(motion, MOVING, -1)
     stems, v, rock = forest.stems, motion.v, falling.rock
     x, y = motion.x[0] - stems.x[k], motion.x[1] - stems.y[k]
     level = math.sqrt(v[0] * v[0] + v[1] * v[1])
     if level == 0.0:  # it leans against the stem
-        return Met(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
     aside = (v[0] * y - v[1] * x) / level
     offset = min(abs(aside) / (stems.radius[k] + rock.radius), 1.0)  # type: ignore[union-attr]
     up = min(max((motion.x[2] - stems.z[k]) / stems.height[k], 0.0), 1.0)
     taken = stems.energy[k] * share_at_offset(offset) * (1.0 - up)
     energy = 0.5 * rock.mass * dot(v, v)  # type: ignore[union-attr]
     if energy <= taken:
-        return Met(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
     turn = _turn(forest.deflection, offset, aside, met, falling)
     kept = math.sqrt((energy - taken) / energy)
     c, s = kept * math.cos(turn), kept * math.sin(turn)
     turned = (c * v[0] - s * v[1], s * v[0] + c * v[1], kept * v[2])
-    return Met(Motion(motion.t, motion.x, turned, motion.w), MOVING, -1)
+    return AfterObstacle(Motion(motion.t, motion.x, turned, motion.w), MOVING, -1)
 
 
 @kernel
-def _turn(deflection: Deflection, offset: float, aside: float, met: int, falling: Falling) -> float:
+def _turn(deflection: Deflection, offset: float, aside: float, met: int, falling: RockContext) -> float:
     """The angle (radians, counter-clockwise in plan) by which a rock is turned: away from the axis."""
     key, number = falling.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.effects.hooks import breaks
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import Motion, Rock, Vec
 from rpf3d_core.vectors import dot
@@ -81,7 +81,7 @@ def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 
 @breaks.rule(Fragmentation)
-def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, falling: Falling) -> bool:
+def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
     """Whether the new surface is more than the rock can stand; a rock too small to give two pieces stays whole."""
     rock: Any = falling.rock  # there is one, and a key: it asks for them
     key: Any = falling.key

@@ -12,18 +12,18 @@ import numpy as np
 from rpf3d_core.arc import Arc
 from rpf3d_core.effects.hooks import NO_MEETING, Meeting
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""Cells at most, over obstacles."""
+"""ObstacleCells at most, over obstacles."""
 FEWEST_CELLS = 16
 """What even a few obstacles may have."""
 SLOWEST = 1e-9
 """Speed (m/s) in plan along an axis below which an arc leaves no cell on that axis."""
 
 
-class Cells(NamedTuple):
+class ObstacleCells(NamedTuple):
     """Square cells of a side `cell` (m) from the corner x, y (m), nx by ny: those of cell k are ids[starts[k]:...]."""
 
     x: float
@@ -35,10 +35,10 @@ class Cells(NamedTuple):
     ids: Any
 
 
-def cells_of(low: FloatArray, high: FloatArray) -> Cells:
+def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
     """Sort N >= 0 obstacles by the boxes (N, 2), (N, 2) m around them in plan; each stands in all cells it touches."""
     if not len(low):
-        return Cells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
+        return ObstacleCells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
     begin, end = low.min(axis=0), high.max(axis=0)
     most = max(CELLS_PER_OBSTACLE * len(low), FEWEST_CELLS)
     width, depth = (end - begin).tolist()
@@ -52,7 +52,9 @@ def cells_of(low: FloatArray, high: FloatArray) -> Cells:
     place = row * nx + column
     order = np.argsort(place, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=nx * ny))])
-    return Cells(float(begin[0]), float(begin[1]), cell, nx, ny, starts.astype(np.int64), ids[order].astype(np.int64))
+    return ObstacleCells(
+        float(begin[0]), float(begin[1]), cell, nx, ny, starts.astype(np.int64), ids[order].astype(np.int64)
+    )
 
 
 def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, ny: int) -> np.ndarray:
@@ -61,7 +63,7 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 
 
 @model_function
-def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: Falling) -> float:
+def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
     """When an arc meets obstacle k of a kind (s), from 0 to `until`; inf if it does not. One rule per kind.
 
     passed : index of the obstacle of this kind that the rock has met last and is past, below 0 for none
@@ -70,7 +72,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, fall
 
 @kernel
 def first_in_cells(
-    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: Falling
+    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: RockContext
 ) -> Meeting:  # fmt: skip
     """The first meeting of an arc with one of a kind of obstacles before `until` (s), by its index; or NO_MEETING.
 
@@ -99,15 +101,13 @@ def first_in_cells(
 
 
 @kernel
-def _comes_near(cells: Cells, arc: Arc, until: float) -> bool:
+def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
     """Whether the box of an arc in plan touches the grid."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
     beside = max(arc.x[0], end_x) < cells.x or min(arc.x[0], end_x) > cells.x + cells.nx * cells.cell
-    return not (
-        beside or max(arc.x[1], end_y) < cells.y or min(arc.x[1], end_y) > cells.y + cells.ny * cells.cell
-    )
+    return not (beside or max(arc.x[1], end_y) < cells.y or min(arc.x[1], end_y) > cells.y + cells.ny * cells.cell)
 
 
 @kernel

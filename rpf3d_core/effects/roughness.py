@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.effects.hooks import felt_normal
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.distributions import standard_normal
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.materials.streams import Purpose, uniform_at
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, along, cross, norm, scale, without
@@ -61,7 +61,7 @@ class SpreadRoughness(NamedTuple):
 
 
 @felt_normal.rule(CrspRoughness)
-def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
     """The normal tilted against the motion, and to a side if the effect says so."""
     most = math.atan(effect.amplitude / falling.rock.radius)  # type: ignore[union-attr]  # asked for
     tilt = most * _drawn(falling, TILT)
@@ -73,27 +73,27 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: Falling)
 
 
 @felt_normal.rule(RocfallRoughness)
-def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
     """The normal tilted against the motion, or with it."""
     return tilted(n, motion.v, _normal_tilt(effect.angle_sd, falling, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
-def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, falling: Falling) -> Vec:
+def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
     """The normal tilted along the motion as in RocFall's law, then to a side."""
     back = _normal_tilt(effect.angle_sd, falling, TILT)
     return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, falling, LATERAL))
 
 
 @kernel
-def _normal_tilt(sd: float, falling: Falling, stream: int) -> float:
+def _normal_tilt(sd: float, falling: RockContext, stream: int) -> float:
     """A normal tilt (radians) of the impact that comes next, no steeper than STEEPEST."""
     tilt = sd * standard_normal(_drawn(falling, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
 
 
 @kernel
-def _drawn(falling: Falling, stream: int) -> float:
+def _drawn(falling: RockContext, stream: int) -> float:
     """A uniform number in [0, 1) of the impact that comes next."""
     key: Any = falling.key  # there is one: these effects draw
     return uniform_at(key.seed, key.source, key.rock, stream, falling.impacts + 1)

@@ -29,8 +29,8 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.effects.hooks import in_ground
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Rock, Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
@@ -101,7 +101,7 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 
 @in_ground.rule(Scarring)
 def through_the_scar(
-    scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling
+    scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext
 ) -> Motion:  # fmt: skip
     """The motion at the end of the scar, less what friction takes."""
     into = -dot(motion.v, n)

@@ -13,7 +13,7 @@ from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
 
-SPHERE = 4.0 / 3.0 * math.pi
+UNIT_SPHERE_VOLUME = 4.0 / 3.0 * math.pi
 """Volume of a sphere of radius 1 m (m^3)."""
 
 
@@ -35,7 +35,7 @@ def sizes_of(
     size = quantiles(rock.size, uniform(seed, source, rocks, Purpose.ROCK_SIZE))
     if rock.measure == "diameter":
         radius = 0.5 * size
-        return rock.density * SPHERE * (radius * radius * radius), radius
+        return rock.density * UNIT_SPHERE_VOLUME * (radius * radius * radius), radius
     mass = size if rock.measure == "mass" else rock.density * size
     return mass, _radii(mass / rock.density)
 
@@ -46,7 +46,7 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
         return rock.mass, rock.mass
     bounds = (rock.size.low, rock.size.high)
     if rock.measure == "diameter":
-        low, high = (rock.density * SPHERE * (0.5 * bound) ** 3 for bound in bounds)
+        low, high = (rock.density * UNIT_SPHERE_VOLUME * (0.5 * bound) ** 3 for bound in bounds)
     else:
         low, high = (bound if rock.measure == "mass" else rock.density * bound for bound in bounds)
     return low, high
@@ -54,7 +54,7 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:
     """Diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number of a number."""
-    return 2.0 * np.cbrt(np.asarray(mass) / (density * SPHERE))
+    return 2.0 * np.cbrt(np.asarray(mass) / (density * UNIT_SPHERE_VOLUME))
 
 
 def _radii(volume: FloatArray) -> FloatArray:
@@ -71,4 +71,4 @@ def _radii(volume: FloatArray) -> FloatArray:
 def _radius_all(volume: FloatArray, radius: FloatArray) -> None:
     """Fill radius (R,): in a loop, because the last bit of NumPy's powers depends on their number."""
     for i in range(len(radius)):
-        radius[i] = (volume[i] / SPHERE) ** (1.0 / 3.0)
+        radius[i] = (volume[i] / UNIT_SPHERE_VOLUME) ** (1.0 / 3.0)

@@ -20,7 +20,7 @@ from affine import Affine
 from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.formats.surface import MOST_TRIANGLES, Surface
+from rpf3d_core.formats.surface import MOST_TRIANGLES, FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.squares import grid_triangles
 
@@ -34,7 +34,7 @@ ESRI_NODATA = -9999.0
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
-def read_dem(path: Path) -> Surface:
+def read_dem(path: Path) -> FileMesh:
     """The mesh over an elevation grid; its facets look up, square by square in row order.
 
     Parameters
@@ -113,11 +113,11 @@ def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
         raise TerrainError(f"{path}: every {kind} must be a number ({fault})") from fault
 
 
-def _surface(heights: FloatArray, transform: Affine) -> Surface:
+def _surface(heights: FloatArray, transform: Affine) -> FileMesh:
     """Vertices at the centres of the cells that have data, and two triangles for each full square."""
     row, column = np.nonzero(np.isfinite(heights))
     x = transform.a * (column + 0.5) + transform.b * (row + 0.5) + transform.c
     y = transform.d * (column + 0.5) + transform.e * (row + 0.5) + transform.f
     # A north-up grid has rows running south: a negative determinant.
     triangles = grid_triangles(np.isfinite(heights), rows_run_south=transform.determinant < 0)
-    return Surface(np.stack([x, y, heights[row, column]], axis=1), triangles)
+    return FileMesh(np.stack([x, y, heights[row, column]], axis=1), triangles)

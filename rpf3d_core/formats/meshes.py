@@ -5,10 +5,10 @@ from pathlib import Path
 
 from rpf3d_core.formats.ply import read_ply
 from rpf3d_core.formats.stl import is_ascii_stl, read_binary_stl
-from rpf3d_core.formats.surface import Surface
+from rpf3d_core.formats.surface import FileMesh
 
 
-def read_stl(path: Path) -> Surface:
+def read_stl(path: Path) -> FileMesh:
     """The facets of an STL file, ASCII or binary."""
     return _read_ascii_stl(path) if is_ascii_stl(path) else read_binary_stl(path)
 
@@ -16,25 +16,25 @@ def read_stl(path: Path) -> Surface:
 # VTK takes a fifth of a second to import: only a run that reads with it pays for it.
 
 
-def _read_ascii_stl(path: Path) -> Surface:
+def _read_ascii_stl(path: Path) -> FileMesh:
     from rpf3d_core.formats.vtk_files import read_ascii_stl
 
     return read_ascii_stl(path)
 
 
-def _read_obj(path: Path) -> Surface:
+def _read_obj(path: Path) -> FileMesh:
     from rpf3d_core.formats.vtk_files import read_obj
 
     return read_obj(path)
 
 
-def _read_vtk(path: Path) -> Surface:
+def _read_vtk(path: Path) -> FileMesh:
     from rpf3d_core.formats.vtk_files import read_vtk
 
     return read_vtk(path)
 
 
-MESH_READERS: dict[str, Callable[[Path], Surface]] = {
+MESH_READERS: dict[str, Callable[[Path], FileMesh]] = {
     ".stl": read_stl,
     ".ply": read_ply,
     ".obj": _read_obj,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.formats.surface import Surface
+from rpf3d_core.formats.surface import FileMesh
 
 _WHOLE_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"}
 _WHOLE_TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
@@ -29,7 +29,7 @@ class Element(NamedTuple):
     columns: tuple[tuple[str, ...], ...]
 
 
-def read_ply(path: Path) -> Surface:
+def read_ply(path: Path) -> FileMesh:
     """The vertices and faces of a PLY file.
 
     Raises
@@ -50,7 +50,7 @@ def read_ply(path: Path) -> Surface:
             f"{path}: does not hold the {vertex.rows:,} vertices and {face.rows:,} faces that its header announces; "
             f"it is truncated or damaged ({fault})"
         ) from fault
-    return Surface(points, faces)
+    return FileMesh(points, faces)
 
 
 def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.formats.surface import Surface
+from rpf3d_core.formats.surface import FileMesh
 from rpf3d_core.terrain.frame import FloatArray
 
 HEADER = 84
@@ -33,7 +33,7 @@ def is_ascii_stl(path: Path) -> bool:
     return head.lstrip().startswith(b"solid") and b"\0" not in head
 
 
-def read_binary_stl(path: Path) -> Surface:
+def read_binary_stl(path: Path) -> FileMesh:
     """The facets of a binary STL, corner by corner.
 
     Raises
@@ -65,7 +65,7 @@ def read_binary_stl(path: Path) -> Surface:
                 raise TerrainError(f"{path}: was cut short while it was read")
             for axis in range(3):
                 columns[axis, begin : begin + len(some)] = some["corners"][:, :, axis]
-    return Surface(columns.reshape(3, -1).T)
+    return FileMesh(columns.reshape(3, -1).T)
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:

@@ -15,7 +15,7 @@ FARTHEST = 1e9
 """Coordinates (m) that float64 still resolves to a micrometre; larger ones come from damage or from wrong units."""
 
 
-class Surface(NamedTuple):
+class FileMesh(NamedTuple):
     """The content of one file, in its own axes, order and winding; nothing is welded yet.
 
     points : (N, 3) float32 or float64, m
@@ -26,12 +26,12 @@ class Surface(NamedTuple):
     triangles: NDArray[np.int32] | None = None
 
 
-def facet_count(surface: Surface) -> int:
+def facet_count(surface: FileMesh) -> int:
     """Number of triangles F."""
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
-def usable(path: Path, surface: Surface) -> Surface:
+def usable(path: Path, surface: FileMesh) -> FileMesh:
     """The surface without the points that no facet has, checked.
 
     Raises
@@ -59,17 +59,17 @@ def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None
         raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
 
 
-def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> Surface:
+def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
     """The points that facets have, renumbered in the same order."""
     used = np.zeros(len(points), bool)
     used[triangles] = True
     if used.all():
-        return Surface(points, triangles)
+        return FileMesh(points, triangles)
     number = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return Surface(points[used], number[triangles])
+    return FileMesh(points[used], number[triangles])
 
 
-def _refuse_wrong_points(path: Path, surface: Surface) -> None:
+def _refuse_wrong_points(path: Path, surface: FileMesh) -> None:
     """Raise the TerrainError of a surface with a point that is NaN, infinite or too far away."""
     wrong = ~(np.abs(surface.points) <= FARTHEST).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]

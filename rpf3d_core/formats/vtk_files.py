@@ -22,7 +22,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.stl import ascii_stl_corners, ascii_stl_fault
-from rpf3d_core.formats.surface import Surface, refuse_wrong_indices
+from rpf3d_core.formats.surface import FileMesh, refuse_wrong_indices
 from rpf3d_core.formats.vtk_process import read_apart
 
 MOST_RECORDS_PER_BYTE = 10
@@ -34,7 +34,7 @@ _ANNOUNCED = re.compile(
 )
 
 
-def read_ascii_stl(path: Path) -> Surface:
+def read_ascii_stl(path: Path) -> FileMesh:
     """The facets of an ASCII STL, corner by corner; a TerrainError names the line that is wrong.
 
     VTK's reader says whether the file is sound; its float32 is half a metre wide at survey coordinates, so the corners
@@ -46,21 +46,21 @@ def read_ascii_stl(path: Path) -> Surface:
         data = _output(path, reader)
     except TerrainError as fault:
         raise TerrainError(f"{path}: {ascii_stl_fault(path)}") from fault
-    return Surface(ascii_stl_corners(path, data.GetNumberOfPoints()))
+    return FileMesh(ascii_stl_corners(path, data.GetNumberOfPoints()))
 
 
-def read_obj(path: Path) -> Surface:
+def read_obj(path: Path) -> FileMesh:
     """The faces of an OBJ file."""
     return _surface(path, _output(path, vtkOBJReader()))
 
 
-def read_vtk(path: Path) -> Surface:
+def read_vtk(path: Path) -> FileMesh:
     """The polygons of a VTK XML file of polygonal data (.vtp) or a legacy one (.vtk, DATASET POLYDATA)."""
     _refuse_impossible_counts(path)
     return read_apart(path)
 
 
-def read_here(path: Path) -> Surface:
+def read_here(path: Path) -> FileMesh:
     """As `read_vtk`, by the calling process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     try:
@@ -105,10 +105,10 @@ def _first_sentence(messages: str | bytes) -> str:
     return re.sub(r"^\w+ \((?:0x)?[0-9a-fA-F]+\): ", "", (wanted or lines or [""])[0])
 
 
-def _surface(path: Path, data: vtkPolyData) -> Surface:
+def _surface(path: Path, data: vtkPolyData) -> FileMesh:
     """The triangles of polygonal data, its polygons and strips cut up; points that lie bare or on lines are ignored."""
     if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
-        return Surface(np.empty((0, 3)))
+        return FileMesh(np.empty((0, 3)))
     points = vtk_to_numpy(data.GetPoints().GetData())
     for cells in (data.GetPolys(), data.GetStrips()):
         _refuse_damaged_cells(path, cells, len(points))
@@ -118,7 +118,7 @@ def _surface(path: Path, data: vtkPolyData) -> Surface:
     cut.SetInputData(data)
     cut.Update()
     corners: NDArray[Any] = vtk_to_numpy(cut.GetOutput().GetPolys().GetConnectivityArray())
-    return Surface(points, corners.reshape(-1, 3).astype(np.int32))
+    return FileMesh(points, corners.reshape(-1, 3).astype(np.int32))
 
 
 def _refuse_damaged_cells(path: Path, cells: Any, points: int) -> None:

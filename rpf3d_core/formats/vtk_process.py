@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.formats.surface import Surface
+from rpf3d_core.formats.surface import FileMesh
 
 MEMORY = 4 * 2**30
 """Bytes of addresses that the process may have, libraries included, beside those for the file itself."""
@@ -26,7 +26,7 @@ HOME = Path(__file__).parents[2]
 """Where the program lies, whatever folder the caller stands in."""
 
 
-def read_apart(path: Path) -> Surface:
+def read_apart(path: Path) -> FileMesh:
     """The surface of a .vtp or .vtk file, read by another process.
 
     Raises
@@ -49,7 +49,7 @@ def read_apart(path: Path) -> Surface:
         if done.returncode > 0:
             raise RuntimeError(f"{path}: the process that reads it failed: {done.stderr.decode('utf-8', 'replace')}")
         with np.load(result) as arrays:
-            return Surface(arrays["points"], arrays.get("triangles"))
+            return FileMesh(arrays["points"], arrays.get("triangles"))
 
 
 def main(path: Path, result: Path) -> int:

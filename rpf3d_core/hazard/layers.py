@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
-from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CountArray, Layers, Spread, StatisticArray
-from rpf3d_core.hazard.tally import SUM_UNITS, Tally
+from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CellStatistics, CountArray, Layers, StatisticArray
+from rpf3d_core.hazard.tally import SUM_UNITS, CellTally
 from rpf3d_core.hazard.walks.cache_lines import Found
 from rpf3d_core.hazard.walks.ways import WAY_UNITS
 from rpf3d_core.jit.dispatch import loop
@@ -20,7 +20,7 @@ FEW = 100_000
 """Bins of some cells, of all quantities together, up to which NumPy looks for ranks: before the loop is compiled."""
 
 
-def layers_of(tally: Tally) -> Layers:
+def layers_of(tally: CellTally) -> Layers:
     """The layers of the cells of a tally that rocks came to."""
     found = tally.found()
     edges = [_edges(tally, q) for q in range(3)]
@@ -38,7 +38,7 @@ def without_passages(layers: Layers) -> Layers:
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
-def _edges(tally: Tally, q: int) -> FloatArray:
+def _edges(tally: CellTally, q: int) -> FloatArray:
     """Edges of the bins of a quantity, as they are after merging; of speeds without bins, what energies stand for."""
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
@@ -46,7 +46,7 @@ def _edges(tally: Tally, q: int) -> FloatArray:
     return bin_edges(top[q], bins[q], per_octave)[:: 2**tally.merges]
 
 
-def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> StatisticArray:
+def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> StatisticArray:
     """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
     told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
     values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
@@ -61,7 +61,7 @@ def _percentiles_of(tally: Tally, found: Found, edges: list[FloatArray]) -> Stat
     return told
 
 
-def _columns(tally: Tally, q: int) -> slice:
+def _columns(tally: CellTally, q: int) -> slice:
     """Where the bins of a quantity stand, as they are after merging."""
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
@@ -77,11 +77,11 @@ def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> Coun
     return places
 
 
-def _spread(tally: Tally, found: Found, q: int, percentiles: StatisticArray) -> Spread:
+def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray) -> CellStatistics:
     """The spread of one quantity over the rocks of each cell, from its percentiles (S, P)."""
     largest = found.most[:, q]
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
-    return Spread(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
+    return CellStatistics(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
 
 
 @loop

@@ -23,7 +23,7 @@ FEWEST_ROCKS = 20
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class CellStatistics:
     """Of each rock's maximum in a cell, over the rocks that came there; every array (S,), of the cells of a `Layers`.
 
     largest : exact, to float32; mean : to 2^-35 of the largest value that the scene can produce, and float32
@@ -61,9 +61,9 @@ class Layers:
     impacts: CountArray
     deposits: CountArray
     first_arrival: StatisticArray
-    energy: Spread
-    speed: Spread
-    height: Spread
+    energy: CellStatistics
+    speed: CellStatistics
+    height: CellStatistics
     percentiles_within: float
     ways: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 

@@ -14,7 +14,7 @@ from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.carries import FULL, Carries
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.tally import Tally, empty_slots
+from rpf3d_core.hazard.tally import CellTally, empty_slots
 from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 
 
@@ -22,7 +22,7 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 class PackedTally:
     """A tally of C cells, of which rocks came to S.
 
-    cells : C; scales, limit, merges : as of `Tally`; width : bins of a cell (B)
+    cells : C; scales, limit, merges : as of `CellTally`; width : bins of a cell (B)
     found : what is kept of the S cells beside their bins, in order of cell
     filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) how many
     """
@@ -37,7 +37,7 @@ class PackedTally:
     rocks: np.ndarray[tuple[int], np.dtype[np.uint32]]
 
 
-def packed(tally: Tally) -> PackedTally:
+def packed(tally: CellTally) -> PackedTally:
     """A tally, packed."""
     width, first = tally.slots.bins.shape[1], 0
     filled, rocks = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.uint32)]
@@ -52,10 +52,10 @@ def packed(tally: Tally) -> PackedTally:
     )  # fmt: skip
 
 
-def unpacked(packed: PackedTally) -> Tally:
+def unpacked(packed: PackedTally) -> CellTally:
     """The tally that was packed: more can be counted in it."""
     ways = packed.found.ways
-    tally = Tally(packed.cells, packed.scales, packed.limit, ways=ways is not None)
+    tally = CellTally(packed.cells, packed.scales, packed.limit, ways=ways is not None)
     used = len(packed.found.cell)
     tally.slots = empty_slots(used, packed.width, tally.ways)
     tally.slots.cell[:] = packed.found.cell
@@ -90,5 +90,5 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
         tally.add(unpacked(other))
 
 
-def _four(tallies: Tallies) -> tuple[Tally, Tally, Tally, Tally]:
+def _four(tallies: Tallies) -> tuple[CellTally, CellTally, CellTally, CellTally]:
     return tallies.squares, tallies.facets, tallies.zones, tallies.inside

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from rpf3d_core.hazard.maps import (
     PERCENTILES,
+    CellStatistics,
     CountArray,
     HazardMaps,
     Layers,
-    Spread,
     StatisticArray,
     reach_probability,
 )
@@ -53,11 +53,11 @@ def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
-def spreads_of(layers: Layers) -> list[tuple[Quantity, Spread]]:
+def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
     """Quantities with a spread over rocks: J, m/s and m, arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 
-def statistics_of(spread: Spread) -> tuple[StatisticArray, ...]:
+def statistics_of(spread: CellStatistics) -> tuple[StatisticArray, ...]:
     """The arrays (S,) of a spread in the order of `STATISTICS`, in its own unit."""
     return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

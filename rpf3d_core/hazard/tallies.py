@@ -21,9 +21,9 @@ from rpf3d_core.hazard.areas import Areas
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.hazard.tally import Tally
+from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.buckets import empty_spans
-from rpf3d_core.hazard.walks.ground import Ground, plain_ground
+from rpf3d_core.hazard.walks.ground import WalkedTerrain, plain_ground
 from rpf3d_core.hazard.walks.visiting import Scratch, visit_all, with_more_room
 from rpf3d_core.hazard.walks.visits import empty_visits
 from rpf3d_core.jit.background import Call
@@ -36,13 +36,13 @@ ROOM = 65_536
 class Tallies:
     """Counts over everything that hazard is told of. Call it with each batch of flown rocks; any thread may."""
 
-    ground: Ground
+    ground: WalkedTerrain
     areas: Areas
     gravity: float
-    squares: Tally
-    facets: Tally
-    zones: Tally
-    inside: Tally
+    squares: CellTally
+    facets: CellTally
+    zones: CellTally
+    inside: CellTally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
     spins: bool = False  # whether energies count rotation
@@ -94,7 +94,7 @@ class Tallies:
         if self.barriers is not None:
             self.barriers.join(other.barriers.counted)
 
-    def after(self, ground: Ground) -> "Tallies":
+    def after(self, ground: WalkedTerrain) -> "Tallies":
         """The same counts over the ground that came of a change of facets; throw them away before rocks fly over it."""
         cells = len(ground.facets.zone)
         fits = cells <= len(self.facets.slot)  # so does the scratch, then, which is as long
@@ -112,13 +112,13 @@ class Tallies:
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
         """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
-        nothing = layers_of(Tally(0, self.squares.scales, math.inf))
+        nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
         return HazardMaps(flown, self.ground.raster, nothing, nothing, zones, inside, area_names, (), self.spins)
 
     @property
-    def _tallies(self) -> tuple[Tally, Tally, Tally, Tally]:
+    def _tallies(self) -> tuple[CellTally, CellTally, CellTally, CellTally]:
         return self.squares, self.facets, self.zones, self.inside
 
     @property
@@ -160,17 +160,22 @@ def with_ways(tallies: Tallies) -> Tallies:
 
 
 def tallies_over(
-    ground: Ground, areas: Areas, zones: int, gravity: float, scales: Scales, fine: Scales, limit: float, compiled: bool
+    ground: WalkedTerrain,
+    areas: Areas,
+    zones: int,
+    gravity: float,
+    scales: Scales,
+    fine: Scales,
+    limit: float,
+    compiled: bool,
 ) -> Tallies:
     """Tallies over a ground of so many zones with nothing counted yet.
 
     scales : of squares and facets; fine : of zones and areas; limit : bytes that the bins of the former may take
     """
     squares, facets = (
-        Tally(n, scales, 0.5 * limit, compiled)
+        CellTally(n, scales, 0.5 * limit, compiled)
         for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
     )
-    places, inside = (Tally(n, fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
+    places, inside = (CellTally(n, fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
     return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())
-
-

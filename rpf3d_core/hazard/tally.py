@@ -26,8 +26,8 @@ from rpf3d_core.hazard.walks.cache_lines import (
     LINE_PASSAGES,
     LINE_ROCKS,
     LINE_SUMS,
+    CacheLines,
     Found,
-    Lines,
     add_found,
     empty_lines,
     found_in,
@@ -66,7 +66,7 @@ class Slots(NamedTuple):
     """
 
     cell: Any
-    lines: Lines
+    lines: CacheLines
     bins: Any
     ways: Any = None
 
@@ -84,7 +84,7 @@ class Ahead(NamedTuple):
     bins: Any
 
 
-class Tally:
+class CellTally:
     """Counts over C cells of one kind.
 
     Its bins take at most `limit` bytes: beyond that they are merged in pairs, at most until each is an octave wide.
@@ -103,12 +103,12 @@ class Tally:
         self._ahead, self._fresh = _nothing_ahead(), np.empty(0, dtype=np.int32)
         self._lock = threading.Lock()
 
-    def emptied(self, scales: Scales, limit: float) -> "Tally":
+    def emptied(self, scales: Scales, limit: float) -> "CellTally":
         """A tally of the same cells with nothing counted yet, in the memory of this one, which is not to be used again.
 
         What it costs depends on the cells that rocks came to, not on how many there are.
         """
-        fresh = Tally(0, scales, limit, self.compiled, self.ways)
+        fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1
         fresh.slot = self.slot
         return fresh
@@ -122,9 +122,9 @@ class Tally:
         """Whether the lengths of ways inside cells are gathered."""
         return self.slots.ways is not None
 
-    def with_ways(self) -> "Tally":
+    def with_ways(self) -> "CellTally":
         """A tally of the same cells, with nothing counted yet, that gathers the lengths of ways inside them."""
-        return Tally(len(self.slot), self.scales, self.limit, self.compiled, True)
+        return CellTally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
         """Fold the visits of whole rocks in, and forget them; any thread may call."""
@@ -142,7 +142,7 @@ class Tally:
         full = self.carries.room_for(0)
         return _fold, (self.slot, self.slots, visits, 0, self.scales, self.merges, self._ahead, full)
 
-    def add(self, other: "Tally") -> None:
+    def add(self, other: "CellTally") -> None:
         """Fold another tally of the same cells and scales in: the same bits as if its rocks had been folded here."""
         with self._lock:
             self._take_in(other.slots.cell[: other.used])
@@ -286,7 +286,7 @@ def _look_ahead(
 
 
 @kernel
-def _add_to_line(lines: Lines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
+def _add_to_line(lines: CacheLines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
     """Add visit k to line s; values : (A, 3) its energy, speed and height over `Scales.top`, in row a."""
     t, speed2 = np.float32(visits.times[k, FIRST]), visits.most[k, SPEED2]
     if lines.short[s, LINE_ROCKS] == 0 or t < lines.single[s, LINE_FIRST]:

@@ -11,7 +11,7 @@ import numpy as np
 from rpf3d_core.imports.classes import MOST_CLASSES, Classes
 from rpf3d_core.imports.folder import new_folder
 from rpf3d_core.imports.grids import DEM, SAME_CORNER, Cells, Grids
-from rpf3d_core.imports.scene_text import SceneText, Zone, number
+from rpf3d_core.imports.scene_text import MaterialZone, SceneText, number
 from rpf3d_core.results.cell_outlines import cell_outlines, write_outlines
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.frame import FloatArray
@@ -32,7 +32,7 @@ class Imported(NamedTuple):
     left: Sequence[str]
 
 
-class Made(NamedTuple):
+class ImportedScene(NamedTuple):
     """What an import has made of its grids, to be written.
 
     points : (N, 2) m in plan, of the rocks of each source, by the file's name
@@ -49,7 +49,7 @@ class Made(NamedTuple):
     extra: Sequence[Path] = ()
 
 
-def write_imported(out: Path, made: Made) -> Imported:
+def write_imported(out: Path, made: ImportedScene) -> Imported:
     """Write a scene folder and read the scene in it.
 
     Raises
@@ -75,11 +75,11 @@ def terrain_name(grids: Grids) -> str:
     return grids.files[DEM].name.lower()
 
 
-def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequence[str]]) -> list[Zone]:
+def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequence[str]]) -> list[MaterialZone]:
     """A zone for each class; the one with most facets is what the terrain is where no polygon says otherwise."""
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
-    return [Zone(name, lines, file) for name, lines, file in zip(names, materials, files, strict=True)]
+    return [MaterialZone(name, lines, file) for name, lines, file in zip(names, materials, files, strict=True)]
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
@@ -112,7 +112,7 @@ def _copy_terrain(dem: Path, folder: Path) -> None:
             shutil.copyfile(companion, folder / companion.name.lower())
 
 
-def _write_zones(folder: Path, made: Made) -> None:
+def _write_zones(folder: Path, made: ImportedScene) -> None:
     rings = cell_outlines(made.classes.number, made.grids.transform)
     drawn = [(i, zone.polygons) for i, zone in enumerate(made.text.zones, start=1) if zone.polygons]
     if drawn:

@@ -10,7 +10,7 @@ from rpf3d_core.imports.grids import DEM, Grids, find_grids, read_grids, refuse_
 from rpf3d_core.imports.imported import (
     SOURCES,
     Imported,
-    Made,
+    ImportedScene,
     binning,
     shifted_maps,
     terrain_name,
@@ -22,7 +22,7 @@ from rpf3d_core.imports.rockyfor3d_forest import (
     FOREST,
     NETS,
     WOODED,
-    Forest,
+    ImportedForest,
     forest_lines,
     forest_of,
     has_forest,
@@ -38,7 +38,7 @@ NEEDED = (DEM, DENSITY, *AXES, SHAPE, *ROUGHNESS, SOIL)
 ASSUMED_FRICTION_DEG = 30.0
 
 HEAD = (
-    f"Made by `rpf3d import rockyfor3d` from an input folder of {PROGRAM}; docs/imports.md says how.",
+    f"ImportedScene by `rpf3d import rockyfor3d` from an input folder of {PROGRAM}; docs/imports.md says how.",
     "R_n, the obstacles' shares and the formula of R_t are unconfirmed (general knowledge; the manual was not read): "
     "look at them before you trust a runout.",
 )
@@ -81,7 +81,7 @@ def _refuse_wrong_ground(grids: Grids) -> None:
         refuse_where(grids, name, grids.ground & ~(grids.values[name] >= 0.0), "must be a height of at least 0 m")
 
 
-def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Made:
+def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> ImportedScene:
     """Everything that is to be written."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
@@ -94,7 +94,7 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Made:
     )  # fmt: skip
     points = {"cells.csv": grids.centres(blocks.cells)}
     outlines = {} if forest is None else {WOODED: forest.cells}
-    return Made(text, _taken(grids, classes, blocks), grids, classes, points, outlines, extra)
+    return ImportedScene(text, _taken(grids, classes, blocks), grids, classes, points, outlines, extra)
 
 
 def _zone_name(soil: float, *moh: float) -> str:
@@ -165,7 +165,7 @@ def _left(blocks: Blocks) -> list[str]:
     return left
 
 
-def _left_trees(forest: Forest | None, extra: list[Path]) -> list[str]:
+def _left_trees(forest: ImportedForest | None, extra: list[Path]) -> list[str]:
     """What of trees and nets is not carried over."""
     left = []
     if forest is not None:

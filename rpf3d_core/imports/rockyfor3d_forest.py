@@ -23,7 +23,7 @@ WOODED = "forest.geojson"
 PERCENT = 100.0
 
 
-class Forest(NamedTuple):
+class ImportedForest(NamedTuple):
     """The trees of the wooded cells (H, W): stems a hectare, diameter at breast height (cm), share of conifers (-)."""
 
     cells: Cells
@@ -33,7 +33,7 @@ class Forest(NamedTuple):
     conifers: float
 
 
-def forest_of(folder: Path, grids: Grids) -> Forest | None:
+def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
     """The forest of the rasters; None where there are none, or no tree stands.
 
     Raises
@@ -55,13 +55,13 @@ def forest_of(folder: Path, grids: Grids) -> Forest | None:
     return _means(grids, cells) if cells.any() else None
 
 
-def _means(grids: Grids, cells: Cells) -> Forest:
+def _means(grids: Grids, cells: Cells) -> ImportedForest:
     """Means over the wooded cells; a tree counts, not a cell, where it is the trees' diameter or kind."""
     stems, mean, sd, conifers = (grids.values[name][cells] for name in FOREST)
     all_mean = float(np.average(mean, weights=stems))
     variance = np.average(sd**2 + (mean - all_mean) ** 2, weights=stems)
     share = float(np.average(conifers, weights=stems)) / PERCENT
-    return Forest(cells, float(stems.mean()), all_mean, float(np.sqrt(variance)), share)
+    return ImportedForest(cells, float(stems.mean()), all_mean, float(np.sqrt(variance)), share)
 
 
 def has_forest() -> bool:
@@ -69,7 +69,7 @@ def has_forest() -> bool:
     return "forest" in EffectsSpec.model_fields
 
 
-def forest_lines(forest: Forest | None) -> list[str]:
+def forest_lines(forest: ImportedForest | None) -> list[str]:
     """The scene's effect; a comment where this version has none."""
     if forest is None:
         return []

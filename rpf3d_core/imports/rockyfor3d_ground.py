@@ -45,7 +45,7 @@ SWALLOWS = 0
 """The code of ground that blocks stop in."""
 
 
-class Spread(NamedTuple):
+class CoefficientSpread(NamedTuple):
     """Mean, standard deviation, least and largest of a coefficient (-)."""
 
     mean: float
@@ -62,7 +62,7 @@ def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 + np.array(moh) / radius))
 
 
-def tangential_restitution(moh: Sequence[float], radius: float) -> Spread:
+def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSpread:
     """The coefficient (-) of speed along the ground that goes with Rockyfor3D's R_t; radius and heights in m.
 
     There v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a sphere that rolls,
@@ -76,4 +76,4 @@ def tangential_restitution(moh: Sequence[float], radius: float) -> Spread:
     mean = float(weights @ drawn.mean(axis=1))
     variance = float(weights @ ((drawn - mean) ** 2).mean(axis=1))
     low, high = float(ends.min()), float(ends.max())
-    return Spread(min(max(mean, low), high), variance**0.5, low, high)
+    return CoefficientSpread(min(max(mean, low), high), variance**0.5, low, high)

@@ -15,7 +15,7 @@ HOLDS_DEG, ANY_SPEED = 89.0, 1000.0
 NOT_CARRIED = "Not carried over:"
 
 
-class Zone(NamedTuple):
+class MaterialZone(NamedTuple):
     """The ground of a zone, and where it lies: the lines of its material (YAML, without indentation), and its polygons.
 
     polygons : path of a GeoJSON file, relative to the scene; None for the zone that the rest of the terrain belongs to
@@ -36,7 +36,7 @@ class SceneText(NamedTuple):
     head: Sequence[str]
     left: Sequence[str]
     terrain: str
-    zones: Sequence[Zone]
+    zones: Sequence[MaterialZone]
     rock: Sequence[str]
     sources: Sequence[str]
     models: Sequence[str]

@@ -12,7 +12,15 @@ from rpf3d_core.imports.classes import Classes, classes_of, facets_of_cells
 from rpf3d_core.imports.folder import check_new_folder
 from rpf3d_core.imports.grids import DEM, Cells, Grids, find_grids, read_grids, refuse_where, require
 from rpf3d_core.imports.imported import SOURCES as FOLDER
-from rpf3d_core.imports.imported import Imported, Made, binning, shifted_maps, terrain_name, write_imported, zones_of
+from rpf3d_core.imports.imported import (
+    Imported,
+    ImportedScene,
+    binning,
+    shifted_maps,
+    terrain_name,
+    write_imported,
+    zones_of,
+)
 from rpf3d_core.imports.scene_text import (
     HOLDS_DEG,
     SceneText,
@@ -24,7 +32,7 @@ from rpf3d_core.imports.scene_text import (
     span,
     stopping,
 )
-from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, Starts, source_rocks, starts_of
+from rpf3d_core.imports.stone_sources import SOURCES, STOP, Start, StoneStarts, source_rocks, starts_of
 from rpf3d_core.scene.model import Material
 from rpf3d_core.scene.models import GroundSpec
 
@@ -52,7 +60,7 @@ AT_REST = (
 )
 
 HEAD = (
-    f"Made by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
+    f"ImportedScene by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
     "Speeds, gravity and stop_speed are r.stone's defaults: no grid holds them. A rock stops below stop_speed where "
     "it rolls or slides, not in flight.",
 )
@@ -112,7 +120,7 @@ def _unit_of(grids: Grids, needed: Cells) -> Restitution:
     return Restitution("percent", PERCENT) if most[high] > 1.0 else Restitution("shares of 1", 1.0)
 
 
-def _made(grids: Grids, classes: Classes, starts: Starts, unit: Restitution) -> Made:
+def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> ImportedScene:
     """Everything that is to be written."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(row, unit) for row in classes.values.tolist()]
@@ -124,7 +132,7 @@ def _made(grids: Grids, classes: Classes, starts: Starts, unit: Restitution) -> 
         _models(grids),
     )  # fmt: skip
     points = {f"{start.direction}.csv": start.points for start in starts.starts}
-    return Made(text, _taken(grids, classes, starts, unit), grids, classes, points)
+    return ImportedScene(text, _taken(grids, classes, starts, unit), grids, classes, points)
 
 
 def _zone_name(stops: float, normal_: float, tangential: float, friction: float) -> str:
@@ -190,7 +198,7 @@ def _models(grids: Grids) -> list[str]:
     ]  # fmt: skip
 
 
-def _left(starts: Starts) -> list[str]:
+def _left(starts: StoneStarts) -> list[str]:
     """What of STONE is not carried over."""
     left = [
         "when flight turns to rolling (below 5 m/s and 3 m between impacts): here a rock bounces until it would rise "
@@ -215,7 +223,7 @@ def _binned(classes: Classes, unit: Restitution) -> list[str]:
     return binning(classes, ["stop cells", *restitution, f"{FRICTION} (-)"])
 
 
-def _taken(grids: Grids, classes: Classes, starts: Starts, unit: Restitution) -> list[str]:
+def _taken(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> list[str]:
     """What was taken over."""
     rows, columns = grids.ground.shape
     _, *coefficients = classes.values[classes.values[:, 0] == 0.0].T

@@ -38,7 +38,7 @@ class Start(NamedTuple):
     rocks: int
 
 
-class Starts(NamedTuple):
+class StoneStarts(NamedTuple):
     """All starts; `rising` cells have no lower neighbour, `left_out` lie at the rim or beside missing ground."""
 
     starts: list[Start]
@@ -47,7 +47,7 @@ class Starts(NamedTuple):
     left_out: int
 
 
-def starts_of(grids: Grids) -> Starts:
+def starts_of(grids: Grids) -> StoneStarts:
     """The starts of all cells with a positive number of rocks, by the direction of their steepest neighbour.
 
     Raises
@@ -68,7 +68,7 @@ def starts_of(grids: Grids) -> Starts:
     _refuse_too_many(grids, int(rocks[cells].sum()) // each)
     towards = [(k, cells & (steepest == k)) for k in range(len(NEIGHBOURS))]
     starts = [_start(grids, k, its, rocks, each) for k, its in towards if its.any()]
-    return Starts(starts, int(cells.sum()), int((cells & (fall <= 0.0)).sum()), int(wanted.sum() - cells.sum()))
+    return StoneStarts(starts, int(cells.sum()), int((cells & (fall <= 0.0)).sum()), int(wanted.sum() - cells.sum()))
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:

@@ -35,7 +35,7 @@ Work = tuple[str, str, tuple[Any, ...] | None]
 """Module and name of a loop, and the types to compile it for; None for a function that is to be called."""
 
 
-class Beside:
+class BackgroundCompiler:
     """The other process, which compiles what it is told, one after the other; without one, nothing happens."""
 
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:
@@ -104,17 +104,17 @@ class Beside:
 
 ENDED = ""
 """What is heard of a process that is no more."""
-ALONE = Beside(None)
+ALONE = BackgroundCompiler(None)
 """No other process."""
 
 
 @contextmanager
-def compiling_beside(*loops: Any) -> Iterator[Beside]:
+def compiling_beside(*loops: Any) -> Iterator[BackgroundCompiler]:
     """A second process that is to compile some loops, begun at once, for its imports take a second.
 
     There is none where no core is to spare, or where the loops have been compiled or could not be kept.
     """
-    beside = Beside(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
+    beside = BackgroundCompiler(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
     try:
         yield beside
     finally:

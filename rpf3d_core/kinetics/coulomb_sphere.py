@@ -24,8 +24,8 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rolling_moment import STICKS, impulses_of
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
@@ -71,7 +71,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 
 @rebound.rule(CoulombSphere)
-def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
     rock = falling.rock
     radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # it asks for the rock
@@ -97,7 +97,7 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 
 @rest_of_bounces.rule(CoulombSphere)
 def sphere_rest(
-    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """They end where they are, below `smallest_bounce`: on average dying bounces push like a sphere that lies there."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.jit.dispatch import kernel, model_function
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, dot, scale, without
 
@@ -35,20 +35,20 @@ class Rest(NamedTuple):
 
 
 @model_function
-def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """Motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
 
 
 @model_function
 def rest_of_bounces(
-    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """Where the infinitely many bounces after `motion`, which has just left the plane of normal n, come to an end."""
 
 
 @rebound.rule(ConstantRestitution)
 def constant_restitution(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: Falling
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: RockContext
 ) -> Motion:
     """Constant restitution of a lumped mass (thesis, equations 3-1 to 3-3; physics reference 1.1)."""
     return lumped(surface.R_n, surface.R_t, motion, n)
@@ -64,7 +64,7 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 
 @rest_of_bounces.rule(ConstantRestitution)
 def constant_rest(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """The geometric series of bounces on a plane."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
@@ -106,6 +106,6 @@ def at_once(motion: Motion, n: Vec) -> Rest:
 
 
 @rest_of_bounces.otherwise
-def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
+def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
     """Of a model for which no closed form is known: the bouncing ends where it is, below `smallest_bounce`."""
     return at_once(motion, n)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from rpf3d_core.kinetics.ground import Law, law_in_gully, law_on_facet
 from rpf3d_core.materials.library import Surface
 
-SPHERE = 5.0 / 7.0
+ROLLING_SHARE = 5.0 / 7.0
 """A of a solid sphere (-): I = 2/5 m R^2."""
 
 
@@ -23,7 +23,7 @@ class Rolling(NamedTuple):
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
     """k = A mu_r g_n."""
-    return Law(SPHERE, SPHERE * surface.mu_r * gravity * n_z, surface.stop_speed, False)
+    return Law(ROLLING_SHARE, ROLLING_SHARE * surface.mu_r * gravity * n_z, surface.stop_speed, False)
 
 
 @law_in_gully.rule(Rolling)
@@ -31,5 +31,5 @@ def rolling_in_gully(
     ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
     """The resistance of either facet, by its own push; A stays as it is, though a groove would make it smaller."""
-    friction = SPHERE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
-    return Law(SPHERE, friction, max(first.stop_speed, second.stop_speed), False)
+    friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
+    return Law(ROLLING_SHARE, friction, max(first.stop_speed, second.stop_speed), False)

@@ -47,7 +47,7 @@ CREEP = 1e-9
 """Speed (m/s) below which a rock that friction holds has stopped, whatever stop_speed says: 4 um in an hour."""
 
 
-class Piece(NamedTuple):
+class SlideSegment(NamedTuple):
     """One piece of sliding: the motion at its end, its length (m) and how it ended.
 
     stopped : friction holds the rock; late : time was up
@@ -76,7 +76,7 @@ class Line(NamedTuple):
 @kernel
 def slide_on_facet(
     facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float, slack: float
-) -> Piece:
+) -> SlideSegment:
     """Slide over facet f, whose normal turned towards the rock is n (n_z > 0), until it is left or the rock stops.
 
     motion.v must lie in the facet's plane; time_left : s until the piece ends wherever the rock is.
@@ -106,7 +106,9 @@ def slide_on_facet(
 
 
 @kernel
-def _slide_on_curve(path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float) -> Piece:
+def _slide_on_curve(
+    path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float
+) -> SlideSegment:
     """Slide along a curve to the first of: the way off the facet, the stop (both as y), a bend, and the end of time."""
     bend = bend_point(path)
     y = min(leave, stop, bend)
@@ -117,13 +119,13 @@ def _slide_on_curve(path: SlidePath, n: Vec, motion: Motion, leave: float, stop:
     after = Motion(motion.t + end.t, add(motion.x, end.offset), without(end.v, n), motion.w)
     bends = bend < min(leave, stop) and not late
     ends = not (bends or late)
-    return Piece(after, end.length, stop <= leave and ends, late, leave < stop and ends, False, bends)
+    return SlideSegment(after, end.length, stop <= leave and ends, late, leave < stop and ends, False, bends)
 
 
 @kernel
 def slide_on_line(
     motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
-) -> Piece:
+) -> SlideSegment:
     """Slide straight until the rock has gone `first` or `second` (m: the ways out of two facets) or has slowed down.
 
     Where friction holds, the rock stops at stop_speed; where it does not, it comes to rest and goes on downhill.
@@ -136,7 +138,7 @@ def slide_on_line(
     leave = min(first, second)
     distance = min(stop, leave)
     if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane is known to no digit
-        return Piece(motion, 0.0, False, False, True, True, False)
+        return SlideSegment(motion, 0.0, False, False, True, True, False)
     end = math.sqrt(max(u * u + 2.0 * a * distance, 0.0)) if stop > leave else lowest
     t = 2.0 * distance / (u + end) if distance > 0.0 else 0.0
     late = t > time_left
@@ -147,8 +149,8 @@ def slide_on_line(
     if not late and stop > leave and end == 0.0:  # it starts from rest on the way out: let it be on its way
         after = Motion(motion.t, motion.x, scale(CREEP, line.direction), motion.w)
     if late or stop <= leave:
-        return Piece(after, distance, line.holds and not late, late, False, False, False)
-    return Piece(after, distance, False, False, first <= leave, second <= leave, False)
+        return SlideSegment(after, distance, line.holds and not late, late, False, False, False)
+    return SlideSegment(after, distance, False, False, first <= leave, second <= leave, False)
 
 
 class Gully(NamedTuple):
@@ -213,7 +215,7 @@ def _in_sense(direction: Vec, v: Vec) -> Vec:
 @kernel
 def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
-) -> Piece:
+) -> SlideSegment:
     """Slide along a gully until one of its facets is left or the rock stops."""
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
@@ -223,7 +225,7 @@ def slide_in_gully(
     way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY, 0.0)
     near = facets.tolerance
     piece = slide_on_line(motion, line, way_first, way_second, law.stop_speed, time_left)
-    return Piece(
+    return SlideSegment(
         piece.motion,
         piece.length,
         piece.stopped,

@@ -20,8 +20,8 @@ from rpf3d_core.ensemble.stream import Shown, Stream, blocks_of, shown_of
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.live.released import Around, released_over, releases_of
-from rpf3d_core.live.standing import Outlines, Standing
+from rpf3d_core.live.released import ReleaseSpread, released_over, releases_of
+from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.values import Outcome
 
@@ -51,7 +51,7 @@ class Answer:
     stage: int
     complete: bool
     trigger: Trigger
-    standing: Standing
+    standing: PreparedTerrain
     sources: int
     flights: Flights
     outcomes: Mapping[Outcome, int]
@@ -67,9 +67,9 @@ class Answer:
 
 
 def answers(
-    standing: Standing,
+    standing: PreparedTerrain,
     trigger: Trigger,
-    around: Around,
+    around: ReleaseSpread,
     areas: Outlines,
     first_rocks: int,
     stop: Stop,
@@ -137,14 +137,14 @@ def rounds(first: Sequence[int], most: int, least: int = 0) -> list[tuple[Sequen
     return plan
 
 
-def no_flights(standing: Standing) -> Flights:
+def no_flights(standing: PreparedTerrain) -> Flights:
     """What flew of no rocks."""
     none = np.empty(0, dtype=np.int64)
     releases = Releases(none, none, np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
     return flights_of([NOTHING], releases, standing.ground.engine.name)
 
 
-def _stream(standing: Standing, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
+def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
     """What flies the rocks; those shown are spread over the first stage."""
     shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
 
@@ -155,7 +155,7 @@ def _stream(standing: Standing, tallies: Tallies, outcomes: Counter[Outcome], fi
     return Stream(standing.ground.engine, standing.flight, shown, tallies, count, impacts=False)
 
 
-def warm_answers(standing: Standing, trigger: Trigger, around: Around, rocks: int) -> float:
+def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
     """Fly a small ensemble and throw it away, so that everything an answer calls is compiled; seconds it took.
 
     rocks : as many as make more cells than plain Python tells percentiles of

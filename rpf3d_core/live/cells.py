@@ -12,7 +12,7 @@ from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.facets import Terrain
 
 
-class Cells(NamedTuple):
+class TerrainCells(NamedTuple):
     """The C cells of a raster over a terrain; worked out once for each ground.
 
     covered : (C,) whether there is ground below the middle of the cell
@@ -24,17 +24,17 @@ class Cells(NamedTuple):
     height: NDArray[np.float32]
 
 
-def cells_over(terrain: Terrain, raster: Raster) -> Cells:
+def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
     """The cells of a raster over a terrain."""
     covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
     cover(terrain.vertices, terrain.triangles, *raster, covered, height)
-    return Cells(covered, height)
+    return TerrainCells(covered, height)
 
 
 def cells_after(
-    before: Cells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
-) -> Cells:
+    before: TerrainCells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
+) -> TerrainCells:
     """The cells of a raster over a terrain that has changed between low and high (m, local, in plan) only.
 
     What it costs depends on how much has changed; `before` stays as it is.
@@ -50,7 +50,7 @@ def cells_after(
     j = _span(south, north, locator.y, locator.cell, locator.ny)
     near = facets_in(locator, Block(i.start, i.stop, j.start, j.stop))
     cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), *raster, covered, height)
-    return Cells(covered, height)
+    return TerrainCells(covered, height)
 
 
 def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:

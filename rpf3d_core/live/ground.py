@@ -19,7 +19,7 @@ from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
-from rpf3d_core.live.patching import Change, change_of
+from rpf3d_core.live.patching import PatchChange, change_of
 from rpf3d_core.live.room import Room, Rooms
 from rpf3d_core.live.sewing import sewn
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
@@ -62,7 +62,7 @@ class Border(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class LiveTerrain:
     """What a simulator flies over.
 
     terrain, facets, engine : they share memory; the engine is compiled where numba is there
@@ -111,7 +111,7 @@ class Workshop:
         self._aside = ThreadPoolExecutor(1, thread_name_prefix="digest")
         self._rooms = Rooms()
 
-    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> Ground:
+    def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> LiveTerrain:
         """The ground of a survey. Raises TerrainError where that is too large, or no terrain.
 
         digest : where it is known already
@@ -126,7 +126,7 @@ class Workshop:
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
             return self._ground(terrain, facets, locator, room, border, told.result(), stamp_ns, 0)
 
-    def patched(self, ground: Ground, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> Ground:
+    def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.
 
         The footprint of a patch is what its triangles cover in plan; see `live.patching`. Where nothing of the ground
@@ -158,7 +158,7 @@ class Workshop:
         """Bytes of the memory that grounds lie in."""
         return self._rooms.size
 
-    def _changed(self, ground: Ground, change: Change, digest: str, stamp_ns: int) -> Ground:
+    def _changed(self, ground: LiveTerrain, change: PatchChange, digest: str, stamp_ns: int) -> LiveTerrain:
         border = _border_after(ground, change)
         terrain, facets, locator = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
         changed = Changed(change.block, change.low, change.high)
@@ -168,11 +168,11 @@ class Workshop:
     def _ground(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, border: Border, digest: str,
         stamp_ns: int, patches: int, changed: Changed | None = None,
-    ) -> Ground:  # fmt: skip
+    ) -> LiveTerrain:  # fmt: skip
         caps = border.caps
         engine: Engine = Reference(facets, caps) if self._reference else Compiled(facets, locator, caps)
         now = time.time_ns()
-        ground = Ground(terrain, facets, engine, digest, stamp_ns, now, patches, locator, room, border, changed)
+        ground = LiveTerrain(terrain, facets, engine, digest, stamp_ns, now, patches, locator, room, border, changed)
         room.used_by(ground, terrain, engine)
         return ground
 
@@ -223,7 +223,7 @@ def _border(sides: FloatArray, tolerance: float) -> Border:
     return Border(sides, caps_within(sides, tolerance))
 
 
-def _border_after(ground: Ground, change: Change) -> Border:
+def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
     """The border after a patch; most patches leave it as it was, and then its caps too."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:

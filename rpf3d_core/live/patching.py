@@ -24,7 +24,7 @@ OUTSIDE = "the patch lies beside the ground: it touches none of it"
 FOLDED = "the patch folds over itself or stands upright in plan: only what looks up everywhere can be sewn in"
 
 
-class Change(NamedTuple):
+class PatchChange(NamedTuple):
     """What a patch changes; F facets and V vertices before.
 
     gone : (G,) facets; freed : (U,) vertices that no facet has any more
@@ -44,7 +44,7 @@ class Change(NamedTuple):
 
 def change_of(
     patch: Mesh, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8]
-) -> Change | None:
+) -> PatchChange | None:
     """What a patch in the ground's frame changes; None where nothing of the ground stays.
 
     marks : (F,) STAYS everywhere, and of what goes GOES afterwards. Raises TerrainError where the patch touches no
@@ -68,7 +68,7 @@ def change_of(
     both = np.concatenate([facets.corners[found.gone], new])
     block, (low, high) = block_of(both, locator, slack), _extent(both)
     entries = entries_of(new, locator, block, slack, most_entries(len(facets.zone)))
-    return Change(found.gone, some[~used], patch.vertices, came, block, entries, low, high)
+    return PatchChange(found.gone, some[~used], patch.vertices, came, block, entries, low, high)
 
 
 class _Found:

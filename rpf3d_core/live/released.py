@@ -14,7 +14,7 @@ from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING, Releases
 from rpf3d_core.ensemble.sizes import sizes_of
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.standing import Standing, density_of, mass_of
+from rpf3d_core.live.standing import PreparedTerrain, density_of, mass_of
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.materials.streams import Purpose, uniform
 from rpf3d_core.terrain.frame import FloatArray
@@ -32,7 +32,7 @@ IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
 
 
 @dataclass(frozen=True)
-class Around:
+class ReleaseSpread:
     """How rocks are spread around a source.
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
@@ -59,7 +59,7 @@ class Released:
     heights: FloatArray
     sound: Flags
     left_out: str
-    around: Around
+    around: ReleaseSpread
 
     def first_round(self, rocks: int) -> list[int]:
         """How many rocks each source has in a first round of at least so many."""
@@ -78,7 +78,7 @@ class Released:
         return float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0) + spread)
 
 
-def released_over(standing: Standing, trigger: Trigger, around: Around) -> Released:
+def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread) -> Released:
     """The sources of a trigger over a ground.
 
     Raises
@@ -100,7 +100,7 @@ def released_over(standing: Standing, trigger: Trigger, around: Around) -> Relea
     return Released(places, velocities, trigger.diameters, heights, sound, left_out, around)
 
 
-def releases_of(standing: Standing, released: Released, ranges: Sequence[range], seed: int) -> Releases:
+def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int) -> Releases:
     """Some rocks of each source, the same bits whatever is asked for together.
 
     A rock that is spread keeps its source's height above the ground, so that none starts in the wall behind it; where
@@ -117,7 +117,7 @@ def releases_of(standing: Standing, released: Released, ranges: Sequence[range],
     return Releases(source, rock, x, v, mass, radius)
 
 
-def _placed(standing: Standing, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:
+def _placed(standing: PreparedTerrain, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:
     """Where rocks (R,) of sources (R,) start: (R, 3) m."""
     places, heights = released.places[source], released.heights[source]
     spread = np.isfinite(heights)
@@ -142,7 +142,7 @@ def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: 
     return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
 
 
-def _measured(standing: Standing, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
+def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
     """How far points (S, 3) are under the ground (m; 0 where they are not), their height above the highest ground
     there (NaN where another ground hangs over them), and which are off the terrain.
     """
@@ -157,20 +157,20 @@ def _measured(standing: Standing, x: FloatArray, above: float | None) -> tuple[F
     return np.where(under, np.maximum(-height, np.finfo(float).tiny), 0.0), np.where(open_above, height, np.nan), off
 
 
-def _over_top(standing: Standing, x: FloatArray) -> FloatArray:
+def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
     """`Engine.ground_below` of points above everything, at places (S, 3)."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)
 
 
-def _tops(standing: Standing, x: FloatArray, over: FloatArray) -> FloatArray:
+def _tops(standing: PreparedTerrain, x: FloatArray, over: FloatArray) -> FloatArray:
     """Height (S,) m, local, of the highest ground at places (S, 3); NaN where there is none."""
     tops = standing.ground.facets.high[2] + ABOVE_EVERYTHING - over[:, 0]
     return np.where(over[:, 1] < 0, np.nan, tops)
 
 
-def _raised(standing: Standing, x: FloatArray, heights: FloatArray) -> FloatArray:
+def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> FloatArray:
     """Points (N, 3) put at heights (N,) m above the highest ground there, NaN where there is none; those whose height
     is NaN stay where they are.
     """

@@ -13,7 +13,7 @@ from rpf3d_core.detection.bucket_locator import BucketLocator
 from rpf3d_core.detection.bucket_patch import patched_locator
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.jit.memory import Share, halves
-from rpf3d_core.live.patching import Change
+from rpf3d_core.live.patching import PatchChange
 from rpf3d_core.live.room import Room
 from rpf3d_core.terrain.facets import (
     RELATIVE_TOLERANCE,
@@ -32,7 +32,7 @@ WIDER = 1.25
 
 
 def sewn(
-    terrain: Terrain, facets: Facets, locator: BucketLocator, change: Change, room: Room, share: Share
+    terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> tuple[Terrain, Facets, BucketLocator]:
     """The ground after a change, in the same memory. Raises TerrainError, with nothing changed, if it is too wide."""
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
@@ -51,7 +51,7 @@ def sewn(
     return Terrain(vertices, triangles, zone, terrain.zones, terrain.frame), edited, index
 
 
-def _vertices(terrain: Terrain, change: Change, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
+def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
     """The triangles (S, 3) that come, in the numbers that their vertices have then, and all vertices."""
     before, coming = len(terrain.vertices), len(change.vertices)
     free = np.concatenate([room.free_vertices, change.freed])
@@ -63,7 +63,7 @@ def _vertices(terrain: Terrain, change: Change, room: Room) -> tuple[NDArray[np.
     return np.where(old, change.triangles, places[np.where(old, 0, change.triangles - before)]), vertices
 
 
-def _rows(before: int, change: Change, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
+def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
     """Rows (S,) of what comes, rows that are left empty, and how many rows there are then."""
     coming = len(change.triangles)
     free = np.concatenate([change.gone, room.free_rows]).astype(np.int32)
@@ -71,7 +71,7 @@ def _rows(before: int, change: Change, room: Room) -> tuple[NDArray[np.int32], N
     return np.concatenate([free[:coming], more]), free[coming:], before + len(more)
 
 
-def _box(facets: Facets, change: Change, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
+def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
     """The corners of the box of the facets after the change. Raises TerrainError where it grows too much."""
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.live.cells import Cells
+from rpf3d_core.live.cells import TerrainCells
 from rpf3d_core.live.standing import Outlines
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
@@ -13,7 +13,7 @@ MOST_STEPS = 2000
 """Of a ring: one that is longer than so many cells is laid on the ground more coarsely."""
 
 
-def shown_areas(areas: Outlines, cells: Cells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
+def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
     """Name -> each ring of the area as a closed line (T, 3) m, map frame, as high as the cells that it goes through.
 
     areas : rings (P, 2) m, local frame, first corner repeated or not; what of them has no ground below it is as high as
@@ -25,7 +25,7 @@ def shown_areas(areas: Outlines, cells: Cells, raster: Raster, frame: Frame) -> 
     }
 
 
-def _laid_on(ring: FloatArray, cells: Cells, raster: Raster) -> FloatArray:
+def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
     """A ring as a closed line (T, 3) m, local frame, with a point in each cell; none of a ring off the raster."""
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
@@ -39,7 +39,7 @@ def _laid_on(ring: FloatArray, cells: Cells, raster: Raster) -> FloatArray:
     return np.stack([x, y, np.interp(at, at[known], z[known])], axis=-1)
 
 
-def _height(x: FloatArray, y: FloatArray, cells: Cells, raster: Raster) -> FloatArray:
+def _height(x: FloatArray, y: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
     """The ground (N,) m at places; NaN off the raster and where no ground is near."""
     column, row = np.floor((x - raster.x) / raster.cell), np.floor((y - raster.y) / raster.cell)
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)

@@ -14,13 +14,13 @@ import numpy as np
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
-from rpf3d_core.ensemble.sizes import SPHERE, DrawnRock, mass_range
+from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
-from rpf3d_core.hazard.tally import Tally
+from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import ground_after, ground_over
-from rpf3d_core.live.cells import Cells, cells_after, cells_over
+from rpf3d_core.live.cells import TerrainCells, cells_after, cells_over
 from rpf3d_core.live.ground import Changed
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.areas import area_outlines
@@ -65,7 +65,7 @@ class Surveyed(Protocol):
 
 
 @dataclass(eq=False)
-class Standing:
+class PreparedTerrain:
     """A ground with all that answers over it share; for one thread at a time, which throws what it answers away first.
 
     areas : rings of the scene's own areas of interest, local frame
@@ -78,7 +78,7 @@ class Standing:
     rock: Rock | DrawnRock
     areas: Outlines
     tallies: Tallies
-    before: Cells | None = None
+    before: TerrainCells | None = None
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
         """All areas of interest, local frame: the scene's own, then those with rings (P, 2) m in the map frame."""
@@ -109,14 +109,14 @@ class Standing:
             squares=old.squares.emptied(scales, 0.5 * limit),
             facets=old.facets.emptied(scales, 0.5 * limit),
             zones=old.zones.emptied(fine, math.inf),
-            inside=Tally(len(areas.boxes), fine, math.inf, compiled),
+            inside=CellTally(len(areas.boxes), fine, math.inf, compiled),
             idle=old.idle if same else queue.SimpleQueue(),
             barriers=empty_barriers(scene, self.flight, compiled),
         )
         return self.tallies
 
     @cached_property
-    def cells(self) -> Cells:
+    def cells(self) -> TerrainCells:
         """Where the raster of the maps lies over ground, and how high; worked out when it is first asked for."""
         terrain, walked = self.ground.terrain, self.tallies.ground
         known, self.before = self.before, None
@@ -131,7 +131,7 @@ class Standing:
         return isinstance(self.ground.engine, Compiled)
 
 
-def stand_on(ground: Surveyed, scene: Scene) -> Standing:
+def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     """Work out what a scene's answers over a ground share.
 
     Raises
@@ -151,10 +151,10 @@ def stand_on(ground: Surveyed, scene: Scene) -> Standing:
     )
     limit = memory_of_bins(scene, raster, ground.facets)
     tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, scales, fine, limit, compiled)
-    return Standing(ground, scene, flight, rock, outlines, replace(tallies, spins=spins))
+    return PreparedTerrain(ground, scene, flight, rock, outlines, replace(tallies, spins=spins))
 
 
-def stand_after(before: Standing, ground: Surveyed) -> Standing:
+def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
     """As `stand_on`, of a ground that a patch made of that of `before`, which must not be used any more.
 
     What was known of the rest of the ground is still known, and lies in the same memory.
@@ -172,14 +172,14 @@ def stand_after(before: Standing, ground: Surveyed) -> Standing:
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:
     """Masses (R,) kg of spheres of diameters (R,) m and a density (kg/m^3)."""
     radius = 0.5 * diameter
-    return np.asarray(density * SPHERE * (radius * radius * radius))
+    return np.asarray(density * UNIT_SPHERE_VOLUME * (radius * radius * radius))
 
 
 def density_of(rock: Rock | DrawnRock) -> float:
     """The density (kg/m^3) of a scene's rocks."""
     if isinstance(rock, DrawnRock):
         return rock.density
-    return rock.mass / (SPHERE * rock.radius**3)
+    return rock.mass / (UNIT_SPHERE_VOLUME * rock.radius**3)
 
 
 def _masses(rock: Rock | DrawnRock, diameters: FloatArray | None) -> tuple[float, float]:

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rpf3d_core.errors import InputError, TerrainError
-from rpf3d_core.live.ground import Ground, Workshop
-from rpf3d_core.live.stored import SUFFIX, Piece, read_piece, sync_folder, write_piece
+from rpf3d_core.live.ground import LiveTerrain, Workshop
+from rpf3d_core.live.stored import SUFFIX, StoredSurvey, read_piece, sync_folder, write_piece
 from rpf3d_core.live.survey import MeshSurvey, Survey
 
 WHOLE = f"whole{SUFFIX}"
@@ -27,10 +27,10 @@ LOCK = "in_use.lock"
 """An empty file, locked while a store is open; it stays, and the lock ends with its process, whatever that dies of."""
 
 
-class Last(NamedTuple):
+class StoredSurveys(NamedTuple):
     """What was kept: the pieces in order, the first of them whole, and sentences about what could not be read."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[StoredSurvey, ...]
     faults: tuple[str, ...]
 
     def age_s(self, now_ns: int | None = None) -> float:
@@ -38,7 +38,7 @@ class Last(NamedTuple):
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
-    def ground(self, workshop: Workshop) -> Ground:
+    def ground(self, workshop: Workshop) -> LiveTerrain:
         """The ground that the pieces make. Raises TerrainError."""
         first, *patches = self.pieces
         ground = workshop.whole(first.survey, first.stamp_ns, first.digest)
@@ -48,7 +48,7 @@ class Last(NamedTuple):
         return ground
 
 
-def read_last(folder: Path) -> Last | None:
+def read_last(folder: Path) -> StoredSurveys | None:
     """The last ground that was kept in a folder; None where there is none.
 
     A patch that is damaged ends the list, with a sentence. Raises TerrainError where the whole survey is damaged, and
@@ -64,7 +64,7 @@ def read_last(folder: Path) -> Last | None:
                 pieces.append(piece)
     except TerrainError as error:
         faults.append(f"{error}; the terrain is that before this patch")
-    return Last(tuple(pieces), tuple(faults))
+    return StoredSurveys(tuple(pieces), tuple(faults))
 
 
 class Store:
@@ -83,7 +83,7 @@ class Store:
         self.folder, self._most = folder, most_patches
         folder.mkdir(parents=True, exist_ok=True)
         self._lock, self._unlocked = _locked(folder)
-        self._waiting: deque[Piece] = deque()
+        self._waiting: deque[StoredSurvey] = deque()
         self._changed = threading.Condition()
         self._last, self._patches, self._busy, self._closed = "", 0, False, False
         self._gap = False  # a piece is missing on the disk, so patches do not follow on what is there
@@ -91,7 +91,7 @@ class Store:
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
 
-    def keep(self, ground: Ground, survey: Survey) -> None:
+    def keep(self, ground: LiveTerrain, survey: Survey) -> None:
         """Keep a ground and the survey that made it, or was sewn in last; returns at once.
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
@@ -100,7 +100,7 @@ class Store:
         upon = self._last if follows else ""
         if ground.patches and not follows:
             survey = mesh_of(ground)
-        piece = Piece(survey, ground.digest, upon, ground.stamp_ns, ground.received_ns)
+        piece = StoredSurvey(survey, ground.digest, upon, ground.stamp_ns, ground.received_ns)
         with self._changed:
             if not upon:
                 self._waiting.clear()  # what it replaces need not be written any more
@@ -108,7 +108,7 @@ class Store:
             self._waiting.append(piece)
             self._changed.notify_all()
 
-    def follow(self, last: Last) -> None:
+    def follow(self, last: StoredSurveys) -> None:
         """Patches that come are laid upon what was read from this folder."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
@@ -148,7 +148,7 @@ class Store:
                 self._busy = False
                 self._changed.notify_all()
 
-    def _try_to_write(self, piece: Piece) -> None:
+    def _try_to_write(self, piece: StoredSurvey) -> None:
         """Write a piece; where that fails, no patch is written, and the fault stands, until a whole ground is there."""
         try:
             self._write(piece)
@@ -157,7 +157,7 @@ class Store:
         else:
             self.fault, self._gap = self._unlocked, False
 
-    def _write(self, piece: Piece) -> None:
+    def _write(self, piece: StoredSurvey) -> None:
         """A patch goes behind those that are there; a whole survey takes the place of all."""
         old = sorted(self.folder.glob(f"patch-*{SUFFIX}"))
         if piece.upon:
@@ -188,10 +188,9 @@ def _locked(folder: Path) -> tuple[int, str | None]:
     return handle, None
 
 
-def mesh_of(ground: Ground) -> MeshSurvey:
+def mesh_of(ground: LiveTerrain) -> MeshSurvey:
     """A copy of a ground as a mesh in the map frame, without the rows that patches have left empty."""
     triangles = ground.terrain.triangles
     return MeshSurvey(
         ground.terrain.frame.points_to_input(ground.terrain.vertices), triangles[triangles[:, 0] != triangles[:, 1]]
     )
-

@@ -27,7 +27,7 @@ KINDS: dict[str, Any] = {kind.__name__: kind for kind in (GridSurvey, MeshSurvey
 LENGTH = struct.Struct("<Q")
 
 
-class Piece(NamedTuple):
+class StoredSurvey(NamedTuple):
     """A survey that was made ground, or sewn into one.
 
     digest : of the ground that came of it; upon : of the ground that it was sewn into, "" for a whole one
@@ -41,7 +41,7 @@ class Piece(NamedTuple):
     received_ns: int
 
 
-def write_piece(path: Path, piece: Piece) -> None:
+def write_piece(path: Path, piece: StoredSurvey) -> None:
     """Write a piece, in place of what is there, in one step. Raises OSError."""
     beside = path.with_suffix(".part")
     arrays = _arrays(piece.survey)
@@ -59,7 +59,7 @@ def write_piece(path: Path, piece: Piece) -> None:
     sync_folder(path.parent)
 
 
-def read_piece(path: Path) -> Piece:
+def read_piece(path: Path) -> StoredSurvey:
     """Read a piece. Raises TerrainError, in one sentence, where anything is missing or changed, and OSError."""
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
@@ -79,7 +79,7 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _told(piece: Piece) -> dict[str, Any]:
+def _told(piece: StoredSurvey) -> dict[str, Any]:
     return {name: getattr(piece, name) for name in ("digest", "upon", "stamp_ns", "received_ns")}
 
 
@@ -93,7 +93,7 @@ def _bytes_of(array: Any) -> Any:
     return memoryview(array).cast("B")
 
 
-def _piece(body: memoryview) -> Piece:
+def _piece(body: memoryview) -> StoredSurvey:
     """What a body whose checksum is right holds."""
     begin = len(MAGIC) + LENGTH.size
     (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
@@ -104,4 +104,4 @@ def _piece(body: memoryview) -> Piece:
         arrays.append(np.frombuffer(body, part["type"], count, at).reshape(part["shape"]))
         at += arrays[-1].nbytes
     survey = KINDS[header["kind"]](*arrays)
-    return Piece(survey, header["digest"], header["upon"], header["stamp_ns"], header["received_ns"])
+    return StoredSurvey(survey, header["digest"], header["upon"], header["stamp_ns"], header["received_ns"])

@@ -13,8 +13,8 @@ import numpy as np
 
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.distributions import FIXED, Distribution, fixed, quantile
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Materials, Surface, materials_of, surface_of
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
 
 PURPOSES = (
@@ -75,7 +75,7 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 
 @surface_of.rule(DrawnMaterials)
-def drawn_surface(materials: DrawnMaterials, zone: int, falling: Falling) -> Surface:
+def drawn_surface(materials: DrawnMaterials, zone: int, falling: RockContext) -> Surface:
     """The ground of a zone as this rock finds it: for life, or until its next impact."""
     number = falling.impacts + 1 if materials.per_impact[zone] else 0
     R_n = _coefficient(materials, zone, falling, number, 0)
@@ -86,7 +86,7 @@ def drawn_surface(materials: DrawnMaterials, zone: int, falling: Falling) -> Sur
 
 
 @kernel
-def _coefficient(materials: DrawnMaterials, zone: int, falling: Falling, number: int, k: int) -> float:
+def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, number: int, k: int) -> float:
     """Coefficient k of a zone, drawn if it is left to chance."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.jit.dispatch import model_function
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 
 
 class Surface(NamedTuple):
@@ -39,12 +39,12 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 
 
 @model_function
-def surface_of(materials: object, zone: int, falling: Falling) -> Surface:
+def surface_of(materials: object, zone: int, falling: RockContext) -> Surface:
     """The ground of a zone as a rock finds it; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
-def fixed_surface(materials: Materials, zone: int, falling: Falling) -> Surface:
+def fixed_surface(materials: Materials, zone: int, falling: RockContext) -> Surface:
     """The same for every rock and every impact."""
     return Surface(
         materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]

@@ -21,7 +21,7 @@ TIMELINES = ("ros_time", "sim_time")
 """Timelines whose last moment is told, the first that a recording has."""
 
 
-class Content(NamedTuple):
+class RecordingContent(NamedTuple):
     """rows : by entity, over all chunks; until : the last moment, as text, "" where there is no time."""
 
     rows: dict[str, int]
@@ -38,7 +38,7 @@ def rows_by_entity(recording: Path) -> dict[str, int]:
     return content_of(recording).rows
 
 
-def content_of(recording: Path) -> Content:
+def content_of(recording: Path) -> RecordingContent:
     """Rows by entity and the last moment of what was recorded. Raises InputError for a file that is no recording."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
@@ -49,10 +49,10 @@ def content_of(recording: Path) -> Content:
             for name in set(TIMELINES) & set(columns.schema.names):
                 moments = (moment for moment in columns.column(name).to_numpy(zero_copy_only=False))
                 last[name] = max([*moments, *([last[name]] if name in last else [])])
-    return Content(dict(rows), next((f"{name} {last[name]}" for name in TIMELINES if name in last), ""))
+    return RecordingContent(dict(rows), next((f"{name} {last[name]}" for name in TIMELINES if name in last), ""))
 
 
-def repair(broken: Path, repaired: Path) -> Content:
+def repair(broken: Path, repaired: Path) -> RecordingContent:
     """Write what can be read of a recording that was cut off, with the footer it lacks; what was saved.
 
     Raises InputError where nothing can be read, or where what was written does not verify, then there is no file; and
@@ -73,7 +73,7 @@ def repair(broken: Path, repaired: Path) -> Content:
     return content
 
 
-def _saved(broken: Path, part: Path) -> Content:
+def _saved(broken: Path, part: Path) -> RecordingContent:
     try:
         content = content_of(part)
     except InputError as error:

@@ -15,7 +15,7 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Outcome
 
 
-class Flown(NamedTuple):
+class RunCounts(NamedTuple):
     """How many rocks a picture is of, and how many ended in each way; planned : more, if the run was interrupted.
 
     pieces : how many of the rocks are pieces of others
@@ -67,6 +67,6 @@ class Findings:
     obstacles: Obstacles = NO_OBSTACLES
 
     @property
-    def flown(self) -> Flown:
+    def flown(self) -> RunCounts:
         """How many rocks all this is of."""
-        return Flown(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)
+        return RunCounts(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)

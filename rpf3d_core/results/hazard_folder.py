@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.hazard_benches import write_benches
 from rpf3d_core.results.hazard_rasters import write_hazard_rasters
 from rpf3d_core.results.hazard_zones import write_hazard_zones
@@ -23,7 +23,7 @@ def write_hazard(
     crs: str | None,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
-    flown: Flown,
+    flown: RunCounts,
     pictures: bool = True,
 ) -> None:
     """Make a folder and write everything that is made from hazard maps alone into it.

@@ -96,7 +96,7 @@ def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
     return image if frame.up == "y" else image[::-1]
 
 
-class Part(NamedTuple):
+class RasterPart(NamedTuple):
     """A part of an image: which of the S cells that rocks came to lie in it, and in which of its rows and columns."""
 
     window: Window
@@ -105,20 +105,20 @@ class Part(NamedTuple):
     column: NDArray[np.int64]
 
 
-def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[Part]:
+def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
     """The tiles of an image that rocks came to, or all of it as one part."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
     if not tiles:
-        return [Part(Window(0, 0, raster.nx, raster.ny), np.arange(len(row)), row, column)]
+        return [RasterPart(Window(0, 0, raster.nx, raster.ny), np.arange(len(row)), row, column)]
     tile = row // TILE * raster.nx + column // TILE
     order = np.argsort(tile, kind="stable")
     parts = []
     for cells in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1) if len(order) else ():
         top, left = row[cells[0]] // TILE * TILE, column[cells[0]] // TILE * TILE
         window = Window(left, top, min(TILE, raster.nx - left), min(TILE, raster.ny - top))
-        parts.append(Part(window, cells, row[cells] - top, column[cells] - left))
+        parts.append(RasterPart(window, cells, row[cells] - top, column[cells] - left))
     return parts
 
 

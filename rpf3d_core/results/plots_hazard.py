@@ -26,7 +26,7 @@ from rpf3d_core.hazard.scales import (
     scale_of_height,
     scale_of_passages,
 )
-from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.hazard_words import words_on_empty
 from rpf3d_core.results.plots_profiles import save
 from rpf3d_core.results.plots_sheet import (
@@ -91,7 +91,7 @@ class Theme:
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class MapBackground:
     """What all pictures of a run have in common: the part of the terrain that is shown, and its pictures."""
 
     terrain: Terrain
@@ -107,7 +107,7 @@ def write_hazard_pictures(
     maps: HazardMaps,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
-    flown: Flown,
+    flown: RunCounts,
 ) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
@@ -164,7 +164,7 @@ def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
 def hazard_figure(
     title: str,
     theme: Theme,
-    ground: Ground,
+    ground: MapBackground,
     maps: HazardMaps,
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
@@ -192,13 +192,13 @@ def hazard_figure(
 
 def _ground(
     terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
-) -> Ground:
+) -> MapBackground:
     """The part of the terrain that rocks came to, with the areas that they are near, seen from above."""
     whole = whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
     small = None if window == whole else hillshade(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
-    return Ground(terrain, window, picture, small)
+    return MapBackground(terrain, window, picture, small)
 
 
 def _reached(maps: HazardMaps) -> FloatArray:

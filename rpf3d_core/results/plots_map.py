@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
-from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.plots_profiles import hex_colour, save
 from rpf3d_core.results.plots_sheet import (
     OVERVIEW_PIXELS,
@@ -52,7 +52,7 @@ def write_map(
     deposits: Deposits,
     samples: PathSamples,
     areas: Mapping[str, Sequence[FloatArray]],
-    flown: Flown,
+    flown: RunCounts,
     obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
     """Write the map.
@@ -130,7 +130,7 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
 
 
 def _legend_entries(
-    terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: Flown
+    terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: RunCounts
 ) -> list[Any]:
     """What the signs mean, with the numbers of all rocks, and of how many of them something is drawn."""
     entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]

@@ -37,7 +37,7 @@ class Counted(NamedTuple):
         return self.rocks / self.of
 
 
-class Difference(NamedTuple):
+class ShareDifference(NamedTuple):
     """One share in two runs.
 
     kind : ZONE or AREA; place : its name; measure : one of MEASURES
@@ -82,7 +82,7 @@ class Comparison(NamedTuple):
 
     a: Facts
     b: Facts
-    differences: tuple[Difference, ...]
+    differences: tuple[ShareDifference, ...]
     energies: tuple[Energies, ...]
     only: Mapping[str, tuple[tuple[str, str], ...]]
 
@@ -118,7 +118,7 @@ def compare_summaries(a: Facts, b: Facts) -> Comparison:
     ]
     p_values = [p_value(*one, *other) for *_, one, other in counts]
     differences = tuple(
-        Difference(kind, name, measure, one, other, newcombe_interval(*other, *one), p, p_holm)
+        ShareDifference(kind, name, measure, one, other, newcombe_interval(*other, *one), p, p_holm)
         for (kind, name, measure, one, other), p, p_holm in zip(counts, p_values, holm(p_values), strict=True)
     )
     came = {(row.kind, row.place) for row in differences}
@@ -155,7 +155,7 @@ def run_section(facts: Facts) -> dict[str, Any]:
             "triangles": triangles}  # fmt: skip
 
 
-def _difference_section(row: Difference) -> dict[str, Any]:
+def _difference_section(row: ShareDifference) -> dict[str, Any]:
     return {
         "kind": row.kind,
         "place": row.place,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.benches import ZONE, three_figures
-from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Difference, Energies
+from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Energies, ShareDifference
 
 SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
 ENERGIES_HEADER = ("place", "p95 energy A (kJ)", "B (kJ)", "B / A")
@@ -74,7 +74,7 @@ def p_text(p: float) -> str:
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 
-def _share_row(row: Difference) -> tuple[str, ...]:
+def _share_row(row: ShareDifference) -> tuple[str, ...]:
     verdict = "no" if not row.significant else "yes" if row.p_holm < LEVEL else "alone"
     change = points(row.change, row.interval)
     place = _name(row.kind, row.place)

@@ -42,7 +42,7 @@ Flown = TypeVar("Flown")
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class RunPart:
     """What came of a part of a scene's rocks, ready to travel.
 
     digest : of the scene, with its files, as the worker read them
@@ -108,7 +108,7 @@ def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
     return [(first, last) for first, last in pairwise(edges) if first != last]
 
 
-def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> Part:
+def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
     """Fly a part of a scene's rocks, here.
 
     Parameters
@@ -129,7 +129,7 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
         return _flown(prepared, digest, part, shown, paths, threads)
 
 
-def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> Part:
+def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
     """Fly a part of a prepared scene."""
     first, last = part
     for ranges in blocks_of(first, last):
@@ -146,10 +146,10 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
     barriers = () if tallies.barriers is None else tallies.barriers.counted
-    return Part(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)
+    return RunPart(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)
 
 
-def merged(prepared: Prepared, parts: Sequence[Part]) -> Run:
+def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
     """The parts of a scene's rocks, in any order, as one run.
 
     Raises

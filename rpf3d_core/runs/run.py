@@ -16,7 +16,7 @@ from rpf3d_core.hazard.convergence import Step, is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.hazard.walks.visiting import visit_all
-from rpf3d_core.jit.background import ALONE, Beside, compiling_beside
+from rpf3d_core.jit.background import ALONE, BackgroundCompiler, compiling_beside
 from rpf3d_core.results.findings import Findings
 from rpf3d_core.results.folder import result_folder, write_all_tables, write_findings
 from rpf3d_core.results.tables import open_tables
@@ -32,7 +32,14 @@ from rpf3d_core.setup.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index, spins_of, warm, warm_flights
+from rpf3d_core.simulation.engines import (
+    Compiled,
+    precompile_ground_below,
+    precompile_index,
+    spins_of,
+    warm,
+    warm_flights,
+)
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
@@ -95,7 +102,7 @@ def simulate(
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with _second_compiler(chosen) as beside:
-        prepared = prepare(chosen, lambda: beside.wait(rehearse_index))
+        prepared = prepare(chosen, lambda: beside.wait(precompile_index))
         return _fly(prepared, None, progress=progress, threads=threads, beside=beside)
 
 
@@ -127,11 +134,16 @@ def run_scene(
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with result_folder(folder) as part, _second_compiler(chosen) as beside:
-        prepared = prepare(chosen, lambda: beside.wait(rehearse_index))
+        prepared = prepare(chosen, lambda: beside.wait(precompile_index))
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(
-            part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles,
+            part,
+            sources,
+            terrain,
+            prepared.scene.rock.density,
+            outputs.impacts,
+            prepared.obstacles,
             spins_of(prepared.flight.models),
         ) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop, beside=beside)
@@ -200,7 +212,7 @@ def _fly(
     stop: Stop | None = None,
     threads: int | None = None,
     rounds: Sequence[Round] | None = None,
-    beside: Beside = ALONE,
+    beside: BackgroundCompiler = ALONE,
 ) -> Run:
     """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
     scene, flight = prepared.scene, prepared.flight
@@ -233,7 +245,7 @@ def _fly(
     )  # fmt: skip
 
 
-def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: Beside) -> float:
+def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: BackgroundCompiler) -> float:
     """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took.
 
     To check them takes the ground below them: flights are compiled before it where it is still being compiled beside.
@@ -241,20 +253,20 @@ def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, be
     beside.compile(*tallies.loops())
     flight = prepared.flight
     flying = prepared.engine, flight.models, flight.materials, flight.settings
-    before = 0.0 if beside.has_done(rehearse_ground_below) else warm_flights(*flying)
-    beside.wait(rehearse_ground_below)
+    before = 0.0 if beside.has_done(precompile_ground_below) else warm_flights(*flying)
+    beside.wait(precompile_ground_below)
     _check_all(prepared, rocks)
     return before + warm(*flying) + warm_pieces(prepared.engine, flight) + tallies.warm(beside.wait)
 
 
 @contextmanager
-def _second_compiler(scene: Scene) -> Iterator[Beside]:
+def _second_compiler(scene: Scene) -> Iterator[BackgroundCompiler]:
     """A second process to compile what takes longest, where a scene's rocks need compiled code.
 
     Until the types of that are known, it compiles what has the same types in all scenes.
     """
     with compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else [])) as beside:
-        beside.call(rehearse_index, rehearse_ground_below)
+        beside.call(precompile_index, precompile_ground_below)
         yield beside
 
 

@@ -29,7 +29,7 @@ SPILL = "spill"
 NOT_SEEN = "no rock stops there"
 
 
-class Finding(NamedTuple):
+class ThesisColumn(NamedTuple):
     """One column of the thesis' table, as it was and as it is here.
 
     thesis_a, thesis_b : what it counted, of 21; a, b, part : what stopped there here, spills counted with their benches
@@ -84,7 +84,7 @@ class Report(NamedTuple):
     """What a study has found."""
 
     study: Study
-    findings: tuple[Finding, ...]
+    findings: tuple[ThesisColumn, ...]
     comparison: Comparison
     part: Comparison | None
 
@@ -101,7 +101,7 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
     part = compare_runs(folders[0], folders[2]) if study.part else None
     stops = [stops_in_pit(folder, scene) for folder, scene in zip(folders, scene_files(study), strict=True)]
     findings = (
-        Finding(printed, _of_21(printed.a), _of_21(printed.b), *(_stopped_in(printed, some) for some in stops))
+        ThesisColumn(printed, _of_21(printed.a), _of_21(printed.b), *(_stopped_in(printed, some) for some in stops))
         for printed in study.printed
     )
     return Report(study, tuple(findings), comparison, part)
@@ -226,7 +226,7 @@ def _excludes_0(interval: tuple[float, float]) -> bool:
     return not interval[0] <= 0.0 <= interval[1]
 
 
-def _sentence(found: Finding) -> str:
+def _sentence(found: ThesisColumn) -> str:
     then = f"{100.0 * found.thesis_change:+.0f}"
     if found.verdict == NOT_SEEN:
         return f"{found.printed.area}: {NOT_SEEN} (thesis {then} points)"
@@ -234,7 +234,7 @@ def _sentence(found: Finding) -> str:
     return f"{found.printed.area} {now} points against the thesis' {then}: {found.verdict}"
 
 
-def _finding_row(found: Finding) -> Iterator[str]:
+def _finding_row(found: ThesisColumn) -> Iterator[str]:
     yield found.printed.area
     yield from (f"{one.rocks} of {one.of}" for one in (found.thesis_a, found.thesis_b))
     yield points(found.thesis_change, found.thesis_interval)
@@ -248,7 +248,7 @@ def _finding_row(found: Finding) -> Iterator[str]:
         yield points(found.part.share - found.a.share, newcombe_interval(*found.part, *found.a))
 
 
-def _finding_section(found: Finding) -> dict[str, Any]:
+def _finding_section(found: ThesisColumn) -> dict[str, Any]:
     counted = {"thesis_a": found.thesis_a, "thesis_b": found.thesis_b, "a": found.a, "b": found.b}
     part = {} if found.part is None else {"spills_alone": counted_section(found.part)}
     return {

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from rpf3d_core.scene.offers import Confirmed, Offer, parameter
-from rpf3d_core.scene.values import Along, Name, Number, Part, no_two_alike
+from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0
 """m; the highest nets stand 10 m."""
@@ -14,13 +14,11 @@ STRONGEST = 1e6
 BALANCE = "energy balance, physics reference 5.1"
 
 
-class BarrierSpec(Part):
+class BarrierSpec(StrictModel):
     """One net or fence: vertical panels on the ground below a line. Every rock finds it as it is written here."""
 
     name: Name = Field(description="a name that no other barrier has")
-    along: Along = Field(
-        description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines"
-    )
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
     height: Number = parameter(
         ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
     )

@@ -4,19 +4,17 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from rpf3d_core.scene.values import Along, Name, Number, Part, refuse
+from rpf3d_core.scene.values import Along, Name, Number, StrictModel, refuse
 
 HIGHEST, WIDEST = 50.0, 200.0
 """m; berms along haul roads stand 2 m, waste dumps above pits some tens."""
 
 
-class BermSpec(Part):
+class BermSpec(StrictModel):
     """One berm along lines; its facets are the zone `berm_<name>`, so materials and tables know it."""
 
     name: Name = Field(description="a name that no other berm has")
-    along: Along = Field(
-        description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines"
-    )
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
     height: Number = Field(
         gt=0, le=HIGHEST, description=f"a number above 0 up to {HIGHEST:g} (m), of its crest over the ground below it"
     )

@@ -15,10 +15,10 @@ from rpf3d_core.materials.distributions import (
     truncated_power_law,
     uniform_between,
 )
-from rpf3d_core.scene.values import Number, Part, refuse
+from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 
-class Normal(Part):
+class Normal(StrictModel):
     """A normal distribution, cut off at its bounds: written without a name, as {mean, sd, min, max}."""
 
     mean: Number = Field(description="a number from min to max, the mean before the cut")
@@ -67,7 +67,7 @@ class LognormalSpec(Normal):
         return truncated_lognormal(self.mean, self.sd, self.min, self.max)
 
 
-class PowerLawSpec(Part):
+class PowerLawSpec(StrictModel):
     """N(> x) ~ x^-exponent between two bounds (physics reference 6.4: volumes of blocks have 0.4 to 0.6)."""
 
     exponent: Number = Field(gt=0, description="a number above 0, b in N(> x) ~ x^-b")
@@ -85,7 +85,7 @@ class PowerLawSpec(Part):
         return truncated_power_law(self.exponent, self.min, self.max)
 
 
-class Lognormal(Part):
+class Lognormal(StrictModel):
     """A lognormal distribution, cut off at its bounds."""
 
     lognormal: LognormalSpec = Field(description="a mapping with mean, sd, min and max")
@@ -101,7 +101,7 @@ class Lognormal(Part):
         return self.lognormal.prepared
 
 
-class PowerLaw(Part):
+class PowerLaw(StrictModel):
     """A truncated power law."""
 
     power_law: PowerLawSpec = Field(description="a mapping with exponent, min and max")
@@ -117,7 +117,7 @@ class PowerLaw(Part):
         return self.power_law.prepared
 
 
-class Uniform(Part):
+class Uniform(StrictModel):
     """Every number between two bounds alike."""
 
     uniform: tuple[Number, Number] = Field(description="two numbers [low, high] with low < high")
@@ -142,7 +142,7 @@ class Uniform(Part):
 
 Draw = Normal | Lognormal | PowerLaw | Uniform
 
-KINDS: dict[str, type[Part]] = {
+KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform,
 }  # fmt: skip
 """The distributions by the mark that pydantic puts into the path of a key below them."""

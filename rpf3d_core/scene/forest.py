@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Self
 from pydantic import AfterValidator, Field, model_validator
 
 from rpf3d_core.scene.offers import Confirmed, Offer, parameter
-from rpf3d_core.scene.values import InputFile, Number, Part, refuse
+from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"
 THICKEST = 500.0
@@ -28,7 +28,7 @@ ASIDE = "Rockyfor3D's fall directions, physics reference 1.9"
 CLASSES = (0.72, 0.24, 0.04)
 
 
-class EnergyFactors(Part):
+class EnergyFactors(StrictModel):
     """FE of E_max = FE 38.7 DBH^2.31 J, by kind of tree."""
 
     conifer: Number = parameter(
@@ -42,7 +42,7 @@ class EnergyFactors(Part):
     )
 
 
-class DeflectionSpec(Part):
+class DeflectionSpec(StrictModel):
     """How far rocks are turned aside: the chances of 0-22.5, 22.5-67.5 and 67.5-76 degrees, by where they strike."""
 
     frontal_within: Number = parameter(

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from rpf3d_core.hazard.zones import Matrix
-from rpf3d_core.scene.values import Name, Number, Part, refuse
+from rpf3d_core.scene.values import Name, Number, StrictModel, refuse
 
 JOULE_PER_KJ = 1000.0
 
@@ -40,12 +40,10 @@ def _table(rows: Any) -> Any:
 
 Share = Annotated[Number, Field(gt=0, le=1)]
 Shares = Annotated[tuple[Share, ...], Field(min_length=1), AfterValidator(_ascending)]
-Energies = Annotated[
-    tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=1), AfterValidator(_ascending)
-]
+Energies = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=1), AfterValidator(_ascending)]
 
 
-class MatrixSpec(Part):
+class MatrixSpec(StrictModel):
     """Classes by energy and reach probability: n levels part n + 1 bands, and a level belongs to the upper one."""
 
     energy_levels_kj: Energies = Field(description="a list of numbers above 0 (kJ), ascending")
@@ -76,7 +74,7 @@ class MatrixSpec(Part):
         return self
 
 
-class HazardSpec(Part):
+class HazardSpec(StrictModel):
     """How the hazard of the ensemble is mapped; every map is of rocks that fall, not of how often they do."""
 
     cell: Number | None = Field(

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import Field
 
-from rpf3d_core.scene.values import Number, Part, refuse
+from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 EVENTS = "events"
 LONGEST_STEP = 1.0
@@ -13,7 +13,7 @@ SHORTEST_STEP = 1e-7
 """s; a fall of 10 s then takes a hundred million steps: it still comes to an end."""
 
 
-class SteppingSpec(Part):
+class SteppingSpec(StrictModel):
     """Contacts found in fixed steps, as in the thesis, sections 3.1 and 3.4; its defaults are 0.1 ms and 5 cm."""
 
     dt: Number = Field(
@@ -29,7 +29,7 @@ class SteppingSpec(Part):
     )  # fmt: skip
 
 
-class MethodSpec(Part):
+class MethodSpec(StrictModel):
     """How contacts are found: exactly, event by event, unless `stepping` is given."""
 
     stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")

@@ -24,7 +24,7 @@ from rpf3d_core.scene.models import (
 )
 from rpf3d_core.scene.rebounds import CoulombLimitedSpec
 from rpf3d_core.scene.releases import RockSpec, SourceSpec
-from rpf3d_core.scene.sphere import SPHERE, SPHERE_GROUND
+from rpf3d_core.scene.sphere import COULOMB_SPHERE, SPHERE_GROUND
 from rpf3d_core.scene.terrain import TerrainSpec, ZoneSpec
 from rpf3d_core.scene.values import (
     MOST_ROCKS,
@@ -32,9 +32,9 @@ from rpf3d_core.scene.values import (
     InputFile,
     Name,
     Number,
-    Part,
     Rocks,
     RocksOrAuto,
+    StrictModel,
     Vector,
     no_two_alike,
     refuse,
@@ -62,7 +62,7 @@ def _names_only(value: Any, name: str) -> bool:
     return isinstance(value, Mapping) and set(value) == {name}
 
 
-class Material(Part):
+class Material(StrictModel):
     """How a zone returns a lumped mass: coefficients (-) of speed, friction angle in degrees, stop speed in m/s."""
 
     normal_restitution: Share = Field(description="a number from 0 to 1 (-), R_n, or a distribution")
@@ -80,14 +80,14 @@ class Material(Part):
     )
 
 
-class AreaSpec(Part):
+class AreaSpec(StrictModel):
     """A named area that the summary counts rocks in."""
 
     name: Name = Field(description="a name that no other area has")
     polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
 
 
-class OutputSpec(Part):
+class OutputSpec(StrictModel):
     """How much is written: the number of rocks whose paths are kept for display, and what may be left out."""
 
     trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
@@ -96,7 +96,7 @@ class OutputSpec(Part):
     recording: bool = Field(True, strict=True, description="true or false, whether run.rrd is written")
 
 
-class TargetSpec(Part):
+class TargetSpec(StrictModel):
     """When `rocks: auto` has flown enough, judged by the areas of interest or, without any, by the zones."""
 
     half_width: Number = Field(
@@ -108,7 +108,7 @@ class TargetSpec(Part):
     most_rocks: Rocks = Field(10_000_000, description=f"a whole number from 1 to {MOST_ROCKS}, where to give up")
 
 
-class ObservedSpec(Part):
+class ObservedSpec(StrictModel):
     """Stops seen in the field, to compare with: points, and sections of the distance along an input axis."""
 
     points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
@@ -120,7 +120,7 @@ class ObservedSpec(Part):
     )
 
 
-class Scene(Part):
+class Scene(StrictModel):
     """Everything a run needs to know; equal scenes with equal files give equal answers."""
 
     path: Path = Field(description="the scene file")
@@ -181,7 +181,11 @@ class Scene(Part):
         if not isinstance(values, Mapping) or "ground" in values:
             return values
         rebound = values.get("rebound")
-        return {**values, "ground": SPHERE_GROUND} if rebound == SPHERE or _names_only(rebound, SPHERE) else values
+        return (
+            {**values, "ground": SPHERE_GROUND}
+            if rebound == COULOMB_SPHERE or _names_only(rebound, COULOMB_SPHERE)
+            else values
+        )
 
     @model_validator(mode="after")
     def _materials_for_models(self) -> Self:

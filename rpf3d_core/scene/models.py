@@ -27,7 +27,7 @@ from rpf3d_core.scene.rebounds import (
 from rpf3d_core.scene.roughness import RoughnessSpec
 from rpf3d_core.scene.scarring import ScarringSpec
 from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
-from rpf3d_core.scene.values import Part, exactly_one, refuse
+from rpf3d_core.scene.values import StrictModel, exactly_one, refuse
 
 
 class ConstantSpec(Offer):
@@ -66,7 +66,7 @@ class SlidingSpec(Offer):
         return True
 
 
-class OneOf(Part):
+class OneOf(StrictModel):
     """A choice among models, each a field; exactly one is given."""
 
     @model_validator(mode="after")
@@ -111,7 +111,7 @@ class GroundSpec(OneOf):
     sphere: SphereGroundSpec | None = Field(None, description="a mapping without keys")
 
 
-class EffectsSpec(Part):
+class EffectsSpec(StrictModel):
     """What else acts on rocks; nothing that is not named here is simulated."""
 
     roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")

@@ -8,14 +8,14 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
-from rpf3d_core.scene.values import Part
+from rpf3d_core.scene.values import StrictModel
 
 Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
 """How far a figure is confirmed: C read in the primary text, CC in an independent public implementation, S quoted by
 another text, D derived here; UNCONFIRMED general knowledge, to be checked by who uses it."""
 
 
-class Offer(Part):
+class Offer(StrictModel):
     """Parameters of one model or effect, under names that the class of its physics has as well.
 
     PHYSICS : module and class of the parameters that its rules are registered for

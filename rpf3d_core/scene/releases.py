@@ -15,8 +15,8 @@ from rpf3d_core.scene.values import (
     Name,
     Number,
     Outline,
-    Part,
     Rocks,
+    StrictModel,
     Vector,
     exactly_one,
     refuse,
@@ -29,7 +29,7 @@ PLACES = ("points", "points_file", "line", "polygon", "zone")
 """Keys of a source that say where its rocks start; one of them is given."""
 
 
-class RockSpec(Part):
+class RockSpec(StrictModel):
     """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume, the mass or the volume."""
 
     density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
@@ -49,7 +49,7 @@ class RockSpec(Part):
         return self
 
 
-class SourceSpec(Part):
+class SourceSpec(StrictModel):
     """Where rocks start and how fast; `rocks` is the source's total."""
 
     name: Name = Field(description="a name that no other source has")

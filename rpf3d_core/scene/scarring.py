@@ -6,13 +6,13 @@ from typing import ClassVar
 from pydantic import Field
 
 from rpf3d_core.scene.offers import Confirmed, Offer, parameter
-from rpf3d_core.scene.values import Name, Number, Part
+from rpf3d_core.scene.values import Name, Number, StrictModel
 
 LU = "Lu et al. 2019, fitted to Chant Sura"
 BARTELT = "Bartelt et al. 2016, as used by Lu et al. 2019"
 
 
-class SoftZoneSpec(Part):
+class SoftZoneSpec(StrictModel):
     """What is other in one zone than elsewhere."""
 
     stiffness: Number | None = Field(None, ge=1e3, description="a number of at least 1000 (Pa), or left out")

@@ -7,7 +7,8 @@ from pydantic import model_validator
 from rpf3d_core.scene.offers import Confirmed, Offer, parameter
 from rpf3d_core.scene.values import refuse
 
-SPHERE, SPHERE_GROUND = "coulomb_sphere", "sphere"
+COULOMB_SPHERE = "coulomb_sphere"
+SPHERE_GROUND = "sphere"
 
 
 class CoulombSphereSpec(Offer):
@@ -60,7 +61,7 @@ class SphereGroundSpec(Offer):
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.coulomb_sphere:sphere_ground_of"
     SOURCE: ClassVar[str] = "rigid-body mechanics; rolling friction as of Azzoni et al. 1995"
     CONFIRMED: ClassVar[Confirmed] = "D"
-    REBOUNDS: ClassVar[tuple[str, ...] | None] = (SPHERE,)
+    REBOUNDS: ClassVar[tuple[str, ...] | None] = (COULOMB_SPHERE,)
 
     @property
     def asks_friction(self) -> bool:

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 
 from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
 from rpf3d_core.scene.berms import BermSpec
-from rpf3d_core.scene.values import InputFile, Name, Number, Part, exactly_one, no_two_alike, refuse
+from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
 from rpf3d_core.terrain.pit.parameters import Pit
 
 
@@ -33,14 +33,14 @@ else:
     PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
 
 
-class TerrainFile(Part):
+class TerrainFile(StrictModel):
     """One mesh or grid file, all of it one zone."""
 
     path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
     zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
 
 
-class TerrainSpec(Part):
+class TerrainSpec(StrictModel):
     """Where the terrain comes from: files, or a synthetic pit."""
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
@@ -77,7 +77,7 @@ class TerrainSpec(Part):
         return {i: crs for i, crs in found.items() if crs is not None}
 
 
-class ZoneSpec(Part):
+class ZoneSpec(StrictModel):
     """Facets whose centroid lies, in plan, in one of the polygons belong to the zone."""
 
     zone: Name = Field(description="the name of a zone")

@@ -105,7 +105,7 @@ else:
 """A line in plan: its corners, or the path of a GeoJSON file with lines."""
 
 
-class Part(BaseModel):
+class StrictModel(BaseModel):
     """A frozen piece of a scene that refuses keys it does not know."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

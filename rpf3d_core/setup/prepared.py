@@ -27,7 +27,7 @@ from rpf3d_core.materials.draws import DrawnSurface, drawn_materials
 from rpf3d_core.scene.draws import distribution_of
 from rpf3d_core.scene.hazard import asks_ways
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.sphere import SPHERE
+from rpf3d_core.scene.sphere import COULOMB_SPHERE
 from rpf3d_core.scene.zone_materials import check_materials, material_of
 from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
@@ -130,7 +130,7 @@ def check_engine(scene: Scene) -> None:
 
 def engine_for(scene: Scene, rocks: int) -> str:
     """The name of the engine that flies so many rocks of a scene."""
-    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == SPHERE)
+    return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == COULOMB_SPHERE)
 
 
 def engine_name(scene: Scene) -> str:

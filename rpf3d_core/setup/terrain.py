@@ -9,7 +9,7 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.grids import DEM_EXTENSIONS, read_dem
 from rpf3d_core.formats.meshes import MESH_READERS
 from rpf3d_core.formats.polygons import read_polygons
-from rpf3d_core.formats.surface import Surface, facet_count, usable
+from rpf3d_core.formats.surface import FileMesh, facet_count, usable
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.terrain import TerrainSpec
 from rpf3d_core.setup.berms import with_berms, with_zones_of_berms
@@ -52,7 +52,7 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
     return terrain, report
 
 
-def read_surface(path: Path) -> Surface:
+def read_surface(path: Path) -> FileMesh:
     """The triangles of one terrain file and the points that they have, as they are, checked.
 
     Raises
@@ -117,7 +117,7 @@ def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
     return points, frame
 
 
-def _corners(surfaces: list[Surface]) -> Index | None:
+def _corners(surfaces: list[FileMesh]) -> Index | None:
     """The points (F, 3) at the corners of all facets; None if every facet has three points of its own."""
     if all(surface.triangles is None for surface in surfaces):
         return None

@@ -13,8 +13,8 @@ from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
-from rpf3d_core.materials.falling import Falling, RockColumns, RockKeys, key_of, rock_of
 from rpf3d_core.materials.library import Materials
+from rpf3d_core.materials.rock_context import RockColumns, RockContext, RockKeys, key_of, rock_of
 from rpf3d_core.simulation.march import follow, locator_for, set_down
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
@@ -231,7 +231,7 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
     return time.perf_counter() - began
 
 
-def rehearse_index() -> Compiled:
+def precompile_index() -> Compiled:
     """Build the index over two facets: that compiles what building it over any terrain needs.
 
     Two, for the corners of a single one lie in memory as no others do: they would be of another type.
@@ -241,9 +241,9 @@ def rehearse_index() -> Compiled:
     return Compiled(facets_of(Terrain(corners, triangles, zone, ("",))))
 
 
-def rehearse_ground_below() -> None:
+def precompile_ground_below() -> None:
     """Ask for the ground below nothing, over two facets: that compiles what asking over any terrain needs."""
-    rehearse_index().ground_below(np.empty((0, 3)))
+    precompile_index().ground_below(np.empty((0, 3)))
 
 
 @loop
@@ -257,7 +257,7 @@ def _follow_all(
     """
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        falling, written = Falling(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
+        falling, written = RockContext(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
         physics = Physics(model, ground, effects, facets, materials, settings, caps)
         method = locator_for(model, locator, falling)
         end = follow(physics, method, set_down(model, method, facets, motion), falling, written)

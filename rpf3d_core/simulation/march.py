@@ -4,18 +4,18 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.detection.contact import Contact, Left
+from rpf3d_core.detection.contact import Contact, PreviousContact
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.parabola import next_parabola, out_of_air
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
 from rpf3d_core.simulation.state import (
+    RockTally,
     State,
-    Tally,
     ended,
     past,
     released,
@@ -42,12 +42,12 @@ FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 
 
 @model_function
-def locator_for(model: object, locator: Any, falling: Falling) -> Any:
+def locator_for(model: object, locator: Any, falling: RockContext) -> Any:
     """The locator that finds the contacts of a rock: as it is, but for rebound models of bodies with a size."""
 
 
 @locator_for.otherwise
-def locator_of_points(model: object, locator: Any, falling: Falling) -> Any:
+def locator_of_points(model: object, locator: Any, falling: RockContext) -> Any:
     """As it is."""
     return locator
 
@@ -64,7 +64,7 @@ def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Moti
 
 
 @kernel
-def follow(physics: Physics, locator: Any, motion: Motion, falling: Falling, record: Record) -> State:
+def follow(physics: Physics, locator: Any, motion: Motion, falling: RockContext, record: Record) -> State:
     """Follow a rock from its release to its outcome.
 
     locator : of either engine; falling : what the models may ask of the rock; record : where to write
@@ -76,13 +76,13 @@ def follow(physics: Physics, locator: Any, motion: Motion, falling: Falling, rec
     return state
 
 
-def no_event(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
+def no_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
     """What `next_event` gives in Python where its arithmetic fails: the rock has failed where it is."""
     return ended(state, FAILED)
 
 
 @guarded(no_event)
-def next_event(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
+def next_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
     """The state after the next event of a rock on its way."""
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
@@ -105,7 +105,7 @@ def checked(before: State, after: State) -> State:
 
 
 @kernel
-def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
+def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
     """Fly to the next contact or obstacle and deal with it; or out of the terrain, into a gap, or until time is up."""
     who, gravity = as_it_is(falling, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, who)
@@ -130,7 +130,7 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
 
 
 @kernel
-def _hovers(max_impacts: int, tally: Tally) -> bool:
+def _hovers(max_impacts: int, tally: RockTally) -> bool:
     """Whether a rock has flown so many stretches that its outcome is none but a matter of patience.
 
     A light rock in a strong drag layer sinks by centimetres a second, in stretches of a millisecond.
@@ -139,13 +139,13 @@ def _hovers(max_impacts: int, tally: Tally) -> bool:
 
 
 @kernel
-def _mid_air(left: Left) -> Left:
+def _mid_air(left: PreviousContact) -> PreviousContact:
     """What a rock has left when it goes on in mid-air: no facet, but it is still on the same side of the ground."""
-    return Left(-1, -1, left.side, False, -1)
+    return PreviousContact(-1, -1, left.side, False, -1)
 
 
 @kernel
-def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record: Record) -> State:
+def _meet(effects: Any, state: State, meeting: Meeting, falling: RockContext, record: Record) -> State:
     """An obstacle: it changes the motion, or ends it."""
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, as_it_is(falling, state))
@@ -155,12 +155,12 @@ def _meet(effects: Any, state: State, meeting: Meeting, falling: Falling, record
 
 
 @model_function
-def land(contact: object, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def land(contact: object, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
     """The state after a contact; one rule per class of contacts, which is its locator's."""
 
 
 @land.rule(Contact)
-def land_point(contact: Contact, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def land_point(contact: Contact, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
     """A contact of a lumped mass: sliding goes on over it if it is slight, otherwise it is an impact."""
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
@@ -173,7 +173,7 @@ def land_point(contact: Contact, physics: Physics, state: State, falling: Fallin
     after = rebounded(physics, before, contact.facet, n, who)
     note_impact(record, state.tally, before, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    left = Left(contact.facet, -1, contact.side, False, -1)
+    left = PreviousContact(contact.facet, -1, contact.side, False, -1)
     passed = still_at(physics.effects, after, state.passed, who)
     bounced = State(after, left, False, tally, MOVING, passed)
     if breaks(physics.effects, before, after, n, who):
@@ -195,7 +195,7 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 
 
 @kernel
-def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Falling) -> Motion:
+def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: RockContext) -> Motion:
     """The motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
     An effect's normal that the rock would not hit, or that would send it into the ground, is none: it then hits the
@@ -219,14 +219,14 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Fal
 
 
 @kernel
-def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """The motion after an impact on a surface whose normal is n, which effects may let the rock enter first."""
     entering = in_ground(physics.effects, zone, surface, motion, n, falling)
     return rebound(physics.rebound, surface, entering, n, falling)  # type: ignore[no-any-return]
 
 
 @kernel
-def _stand(facets: Facets, state: State, held: Left, v: Vec) -> State:
+def _stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
     """Enter sustained contact with velocity v: the position is put back on the plane, or line, that holds the rock."""
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
@@ -237,7 +237,7 @@ def _stand(facets: Facets, state: State, held: Left, v: Vec) -> State:
 
 
 @kernel
-def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Record) -> State:
+def _settle(physics: Physics, state: State, n: Vec, falling: RockContext, record: Record) -> State:
     """After an impact: sum up the rest of the bounces if they are small and stay on the facet.
 
     Otherwise, or where an obstacle stands on the way, the rock flies on. Needs a facet that gravity presses the rock
@@ -266,7 +266,7 @@ def _settle(physics: Physics, state: State, n: Vec, falling: Falling, record: Re
 
 
 @kernel
-def _rising2(physics: Physics, state: State, n: Vec, falling: Falling) -> float:
+def _rising2(physics: Physics, state: State, n: Vec, falling: RockContext) -> float:
     """Squared speed (m^2/s^2) that a bounce off a facet of normal n, or those that follow it, may rise with.
 
     That off the facet, unless the next impact feels another normal than n: then bounces do not die as on a plane, for
@@ -281,7 +281,7 @@ def _rising2(physics: Physics, state: State, n: Vec, falling: Falling) -> float:
 
 
 @kernel
-def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, falling: Falling) -> bool:
+def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, falling: RockContext) -> bool:
     """Whether no obstacle stands on a straight way from x (3,) m, which a rock goes in small bounces."""
     return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, falling).t == math.inf  # type: ignore[no-any-return]
 

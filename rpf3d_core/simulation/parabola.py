@@ -15,7 +15,7 @@ from rpf3d_core.detection.contact import (
 )
 from rpf3d_core.effects.hooks import Meeting, asks_height, first_obstacle, in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics
 from rpf3d_core.simulation.state import State
 from rpf3d_core.terrain.facets import Facets
@@ -25,7 +25,7 @@ AGAIN = 1.5
 """Stretch of a flight that is flown again, over its time: a little longer, for the rock may take a little longer."""
 
 
-class Flown(NamedTuple):
+class FlightSegment(NamedTuple):
     """A parabola that a rock has flown for t seconds.
 
     start : the motion that it begins with; longest : s for which it may stand for the flight
@@ -42,7 +42,7 @@ class Flown(NamedTuple):
 
 
 @kernel
-def next_parabola(physics: Physics, locator: Any, state: State, falling: Falling) -> Flown:
+def next_parabola(physics: Physics, locator: Any, state: State, falling: RockContext) -> FlightSegment:
     """The parabola that a rock flies next.
 
     Where the air acts and the flight ends in the first half of a stretch, the air has acted for longer than the flight
@@ -61,12 +61,12 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: Falling
         meeting = first_obstacle(effects, arc, state.passed, t, falling)
         t = min(t, meeting.t)
         if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
-            return Flown(start, t, longest, left, contact, meeting, loss)
+            return FlightSegment(start, t, longest, left, contact, meeting, loss)
         longest = AGAIN * t
 
 
 @kernel
-def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: Falling) -> Motion:
+def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: RockContext) -> Motion:
     """The motion with which a rock begins a stretch of `longest` seconds, after the air has acted for half of it.
 
     The air acts before and after a parabola (`effects.air`), so that contacts are found as exactly as without it.
@@ -79,7 +79,7 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, fallin
 
 @kernel
 def out_of_air(
-    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: Falling
+    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: RockContext
 ) -> Motion:  # fmt: skip
     """The motion with which it ends it after t seconds: with what the air has not done yet."""
     if longest == math.inf:

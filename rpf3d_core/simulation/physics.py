@@ -3,8 +3,8 @@
 from typing import Any, NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface, surface_of
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import State
 from rpf3d_core.terrain.facets import Facets
@@ -28,12 +28,12 @@ class Physics(NamedTuple):
 
 
 @kernel
-def as_it_is(falling: Falling, state: State) -> Falling:
+def as_it_is(falling: RockContext, state: State) -> RockContext:
     """The rock that falls, with the impacts that it has had so far."""
-    return Falling(falling.rock, falling.key, state.tally.impacts)
+    return RockContext(falling.rock, falling.key, state.tally.impacts)
 
 
 @kernel
-def ground_of(physics: Physics, facet: int, falling: Falling, state: State) -> Surface:
+def ground_of(physics: Physics, facet: int, falling: RockContext, state: State) -> Surface:
     """The ground of a facet as the rock finds it."""
     return surface_of(physics.materials, physics.facets.zone[facet], as_it_is(falling, state))  # type: ignore[no-any-return]

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.jit.dispatch import kernel
-from rpf3d_core.simulation.state import Tally
+from rpf3d_core.simulation.state import RockTally
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
@@ -64,7 +64,7 @@ def record_from(record: Record, first: Any, i: int) -> Record:
 
 
 @kernel
-def close_rock(record: Record, tally: Tally, first: Any, i: int) -> bool:
+def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
     """Set where the rock after rock i writes to; False where rock i, now at its end, did not find room.
 
     A path has one row more than pieces: its end.
@@ -84,7 +84,7 @@ def against(v: Vec) -> Vec:
 
 
 @kernel
-def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
+def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
     """Write down the impact, or the meeting, that comes next in the tally."""
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
@@ -98,7 +98,7 @@ def note_impact(record: Record, tally: Tally, before: Motion, after: Motion, fac
 
 
 @kernel
-def note_piece(record: Record, tally: Tally, start: Motion, v_end: Vec, mode: int) -> None:
+def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
     """Write down the piece of path that comes next in the tally."""
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
@@ -120,7 +120,7 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 
 @kernel
-def note_piece_spins(record: Record, tally: Tally, begin: Vec, end: Vec) -> None:
+def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
     """Write down the spins (rad/s) at the ends of the piece of path that comes next in the tally."""
     i = record.first_piece + tally.pieces
     if i < len(record.modes):

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.detection.caps import Loss, loss_on_way
-from rpf3d_core.detection.contact import GRAZING, Left, falling_time
+from rpf3d_core.detection.contact import GRAZING, PreviousContact, falling_time
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
     RIM,
@@ -25,10 +25,10 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.rolling_moment import STICKS
-from rpf3d_core.kinetics.sliding import Piece
+from rpf3d_core.kinetics.sliding import SlideSegment
 from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
@@ -60,6 +60,7 @@ What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce 
 the wall itself, but along the floor, so its bounces would die out without an end.
 """
 
+
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
     """Fly off the ground."""
@@ -71,7 +72,7 @@ def _take_off(state: State, motion: Motion) -> State:
 
 @carry_on.rule(SphereGround)
 def roll_on(
-    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: Falling, record: Record
+    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: RockContext, record: Record
 ) -> State:
     """The next piece on the ground, or an impact with what the sphere has come to, or its take-off."""
     facets, motion = physics.facets, state.motion
@@ -130,7 +131,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 
 @kernel
-def _surface_of(physics: Physics, held: Held, falling: Falling, state: State) -> Surface:
+def _surface_of(physics: Physics, held: Held, falling: RockContext, state: State) -> Surface:
     """The ground that the sphere lies on: the mean of two, by their pushes, where two hold it."""
     first = ground_of(physics, held.first.facet, falling, state)
     if held.contacts == 1:
@@ -195,7 +196,7 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
 @kernel
 def _follow_piece(
     physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
-    falling: Falling, record: Record,
+    falling: RockContext, record: Record,
 ) -> State:  # fmt: skip
     """Go along a piece to its end, or to what the sphere meets on it, ground or obstacle."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
@@ -219,9 +220,9 @@ def _follow_piece(
     end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
-    over = Left(held.first.facet, -1, 1.0, True, -1)
+    over = PreviousContact(held.first.facet, -1, 1.0, True, -1)
     going = State(began, over, True, state.tally, MOVING, state.passed)
-    gone = Piece(end, length, False, late, False, False, bends)
+    gone = SlideSegment(end, length, False, late, False, False, bends)
     loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
     if loss.t <= 1.0:
         return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
@@ -236,7 +237,7 @@ def _follow_piece(
 
 
 @kernel
-def _lost(facets: Facets, state: State, piece: Piece, at: Motion, loss: Loss, record: Record) -> State:
+def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: Loss, record: Record) -> State:
     """The state of a sphere whose centre has gone through a cap on a piece of path, where it did."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)

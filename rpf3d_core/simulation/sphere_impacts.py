@@ -3,14 +3,14 @@
 import math
 from typing import Any
 
-from rpf3d_core.detection.contact import GRAZING, Left
+from rpf3d_core.detection.contact import GRAZING, PreviousContact
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Touch
 from rpf3d_core.detection.swept import Swept
 from rpf3d_core.detection.touching import Nearest, scan
 from rpf3d_core.effects.hooks import breaks, still_at
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import Record, note_impact
@@ -25,7 +25,7 @@ LIFTS = 64
 
 
 @locator_for.rule(CoulombSphere)
-def locator_of_sphere(model: CoulombSphere, locator: Any, falling: Falling) -> Swept:
+def locator_of_sphere(model: CoulombSphere, locator: Any, falling: RockContext) -> Swept:
     """For a sphere of the rock's own radius."""
     return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # it asks for the rock
 
@@ -74,7 +74,7 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 
 @land.rule(Touch)
-def land_sphere(contact: Touch, physics: Physics, state: State, falling: Falling, record: Record) -> State:
+def land_sphere(contact: Touch, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
     """A contact after a flight: the sphere lies down where it only grazes, otherwise it is an impact."""
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
@@ -87,14 +87,14 @@ def land_sphere(contact: Touch, physics: Physics, state: State, falling: Falling
 
 
 @kernel
-def strike(physics: Physics, state: State, contact: Touch, falling: Falling, record: Record) -> State:
+def strike(physics: Physics, state: State, contact: Touch, falling: RockContext, record: Record) -> State:
     """An impact; where the bounce that follows it is small, the sphere stays on the ground."""
     n, who = contact.n, as_it_is(falling, state)
     after = rebounded(physics, state.motion, contact.facet, n, who)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
     passed = still_at(physics.effects, after, state.passed, who)
-    bounced = State(after, Left(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
+    bounced = State(after, PreviousContact(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
     if breaks(physics.effects, state.motion, after, n, who):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, falling, bounced)
@@ -108,7 +108,7 @@ def strike(physics: Physics, state: State, contact: Touch, falling: Falling, rec
 def lie(state: State, facet: int, motion: Motion) -> State:
     """Lie on a facet with a motion along it."""
     tally = with_ground(state.tally, facet, norm(motion.v))
-    return State(motion, Left(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
+    return State(motion, PreviousContact(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
 
 
 @kernel

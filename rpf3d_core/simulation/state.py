@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from rpf3d_core.detection.contact import NOTHING_LEFT, Left
+from rpf3d_core.detection.contact import NOTHING_LEFT, PreviousContact
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
@@ -12,7 +12,7 @@ NONE_PASSED = -1
 """Stands for the number of an obstacle where a rock has met none since its last impact."""
 
 
-class Tally(NamedTuple):
+class RockTally(NamedTuple):
     """What a rock has gathered so far.
 
     path : m; impacts : on the ground; meetings : with obstacles; pieces : of path: flights, settlings, slides
@@ -40,9 +40,9 @@ class State(NamedTuple):
     """
 
     motion: Motion
-    left: Left
+    left: PreviousContact
     stands: bool
-    tally: Tally
+    tally: RockTally
     outcome: int
     passed: int
 
@@ -50,7 +50,7 @@ class State(NamedTuple):
 @kernel
 def released(motion: Motion) -> State:
     """The state of a rock at its release."""
-    tally = Tally(0.0, 0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
+    tally = RockTally(0.0, 0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
     return State(motion, NOTHING_LEFT, False, tally, MOVING, NONE_PASSED)
 
 
@@ -61,36 +61,36 @@ def ended(state: State, outcome: int) -> State:
 
 
 @kernel
-def with_piece(tally: Tally, length: float, motion: Motion, tolerance: float) -> Tally:
+def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
     """The tally after a piece of path of some length (m) that ended with `motion`.
 
     A piece no longer than the tolerance has got nowhere.
     """
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
-    return Tally(
+    return RockTally(
         tally.path + length, tally.impacts, tally.meetings, tally.pieces + 1, tally.contacts, speed2,
         tally.ground_speed, tally.facet, idle,
     )  # fmt: skip
 
 
 @kernel
-def with_impact(tally: Tally, facet: int, motion: Motion) -> Tally:
+def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
     """The tally after an impact on a facet, which left the rock with `motion`."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
-    return Tally(
+    return RockTally(
         tally.path, tally.impacts + 1, tally.meetings, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed,
         facet, tally.idle,
     )  # fmt: skip
 
 
 @kernel
-def with_meeting(tally: Tally, facet: int) -> Tally:
+def with_meeting(tally: RockTally, facet: int) -> RockTally:
     """The tally after an obstacle. It counts as a contact, so that no rock goes back and forth for ever.
 
     facet : on which the rock lies if it ends there, else -1
     """
-    return Tally(
+    return RockTally(
         tally.path, tally.impacts, tally.meetings + 1, tally.pieces, tally.contacts + 1, tally.speed2,
         tally.ground_speed, facet if facet >= 0 else tally.facet, tally.idle,
     )  # fmt: skip
@@ -104,16 +104,16 @@ def past(motion: Motion, number: int) -> int:
 
 
 @kernel
-def with_ground(tally: Tally, facet: int, speed: float) -> Tally:
+def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
     """The tally when the rock enters sustained contact with a facet at some speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
-    return Tally(
+    return RockTally(
         tally.path, tally.impacts, tally.meetings, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
     )  # fmt: skip
 
 
 @kernel
-def with_slide(tally: Tally, length: float, motion: Motion, tolerance: float, bends: bool) -> Tally:
+def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
     """The tally after a piece of a slide of some length (m) that ended with `motion`.
 
     Where the slide only bends it goes on: that is no contact, and no sign that the rock gets nowhere.
@@ -122,7 +122,7 @@ def with_slide(tally: Tally, length: float, motion: Motion, tolerance: float, be
     contacts, idle = tally.contacts + 1, after.idle
     if bends:
         contacts, idle = tally.contacts, min(tally.idle, after.idle)
-    return Tally(
+    return RockTally(
         after.path, after.impacts, after.meetings, after.pieces, contacts, after.speed2, after.ground_speed,
         after.facet, idle,
     )  # fmt: skip

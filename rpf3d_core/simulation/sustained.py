@@ -4,13 +4,13 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, Left
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
-    Piece,
+    SlideSegment,
     excursion,
     gully,
     kink,
@@ -18,7 +18,7 @@ from rpf3d_core.kinetics.sliding import (
     slide_in_gully,
     slide_on_facet,
 )
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
@@ -55,7 +55,7 @@ STILL = 1e-12
 
 @model_function
 def carry_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
     """The next state of a rock in sustained contact; one rule per ground model.
 
@@ -65,7 +65,7 @@ def carry_on(
 
 @carry_on.rule(NoGround)
 def stop_or_give_up(
-    ground: NoGround, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+    ground: NoGround, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
     """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
     surface = ground_of(physics, state.left.facet, falling, state)
@@ -74,7 +74,7 @@ def stop_or_give_up(
 
 @carry_on.otherwise
 def slide_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
+    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
     """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
 
@@ -84,7 +84,7 @@ def slide_on(
 
 
 @kernel
-def along_piece(physics: Physics, state: State, piece: Piece, falling: Falling, record: Record) -> State:
+def along_piece(physics: Physics, state: State, piece: SlideSegment, falling: RockContext, record: Record) -> State:
     """The state after a piece of path on the ground, or at the first obstacle on it."""
     meeting = obstacle_on(physics.effects, state, piece, falling)
     if meeting.t < math.inf:
@@ -100,7 +100,7 @@ def along_piece(physics: Physics, state: State, piece: Piece, falling: Falling, 
 
 
 @kernel
-def obstacle_on(effects: Any, state: State, piece: Piece, falling: Falling) -> Meeting:
+def obstacle_on(effects: Any, state: State, piece: SlideSegment, falling: RockContext) -> Meeting:
     """The first obstacle on the chord of a piece of path on the ground, as a share of its length for its time."""
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, as_it_is(falling, state))  # type: ignore[no-any-return]
@@ -108,7 +108,7 @@ def obstacle_on(effects: Any, state: State, piece: Piece, falling: Falling) -> M
 
 @kernel
 def at_obstacle_on(
-    physics: Physics, state: State, piece: Piece, meeting: Meeting, n: Vec, falling: Falling, record: Record
+    physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, falling: RockContext, record: Record
 ) -> State:
     """The state of a rock that meets an obstacle on a piece of path: it stands on, lies against it, or is caught.
 
@@ -156,7 +156,7 @@ def along_line(v: Vec, line: Vec) -> Vec:
 
 
 @kernel
-def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
+def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
     """How a piece of sliding ended for the rock; one that goes round in a corner has stopped if it is slow.
 
     Slow: it could not rise by smallest_bounce any more.
@@ -174,7 +174,7 @@ def _outcome(settings: Settings, piece: Piece, idle: int) -> int:
 
 
 @kernel
-def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
+def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment:
     """One piece of sliding from where the rock stands."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, falling, state)
@@ -194,16 +194,16 @@ def _slide(physics: Physics, state: State, falling: Falling) -> Piece:
 
 
 @kernel
-def _left_behind(left: Left, piece: Piece, tolerance: float) -> Left:
+def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
     """The facet that the rock has just slid off, and the one before if this led nowhere."""
     facet = left.facet if piece.left_first else left.other
-    return Left(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
+    return PreviousContact(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
 
 
 class Hold(NamedTuple):
     """What holds a rock in sustained contact (`left.facet` -1: nothing), and the velocity that this leaves it."""
 
-    left: Left
+    left: PreviousContact
     v: Vec
 
 
@@ -218,12 +218,12 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
     into, g_n = -dot(v, n), settings.gravity * n[2]
     slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
     before = last if state.left.resting and state.tally.idle > 0 else -1
-    alone = Left(contact.facet, -1, contact.side, True, before)
+    alone = PreviousContact(contact.facet, -1, contact.side, True, before)
     line = _held_line(facets, settings, state, contact, n, slight)
     if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
-            return Hold(Left(contact.facet, last, contact.side, True, before), kept)
+            return Hold(PreviousContact(contact.facet, last, contact.side, True, before), kept)
         return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends here; no underside carries
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 

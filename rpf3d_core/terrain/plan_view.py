@@ -16,6 +16,7 @@ CANDIDATES_AT_ONCE = 500_000
 EDGE = 1e-9
 """Barycentric slack (-): a pixel centre on an edge belongs to both facets, never to none."""
 
+
 class Window(NamedTuple):
     """A rectangle in plan, local frame, m."""
 

@@ -43,7 +43,7 @@ CLOSING = None
 """What ends the thread, where a piece of work is expected."""
 
 
-class Listener(Protocol):
+class DecisionListener(Protocol):
     """Who is told of decisions, on the desk's thread."""
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
@@ -80,7 +80,7 @@ class Request:
     reply: Reply | None = None
 
 
-class Told(NamedTuple):
+class TopicEvidence(NamedTuple):
     """Evidence, and the topic whose sources it is of."""
 
     topic: str
@@ -91,12 +91,12 @@ class Told(NamedTuple):
         """When its sources were seen."""
         return self.evidence.trigger_stamp_ns
 
-    def with_faults_of(self, other: "Told") -> "Told":
+    def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
         """This, and what is wrong by something else that is not kept, such as patches that are not in the terrain."""
         faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
-    def clears(self, other: "Told") -> bool:
+    def clears(self, other: "TopicEvidence") -> bool:
         """Whether this, that nothing is seen, takes the place of something else that was told."""
         return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
 
@@ -112,11 +112,11 @@ class AlertDesk:
     """
 
     def __init__(
-        self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: Listener
+        self, thresholds: Thresholds, log: DecisionLog | None, now: Callable[[], int], listener: DecisionListener
     ) -> None:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence: dict[Hashable, Told] = {}
+        self._evidence: dict[Hashable, TopicEvidence] = {}
         self._newest_at_ns = 0
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
@@ -193,7 +193,7 @@ class AlertDesk:
             self._topics.clear()
         if request.evidence is not None:
             self._topics.note(request.topic, request.evidence.trigger_stamp_ns, request.evidence.sources)
-            self._take(request.region, Told(request.topic, request.evidence))
+            self._take(request.region, TopicEvidence(request.topic, request.evidence))
         self._clock_ran = self._clock_ran or now > 0  # a clock that has gone back to 0 tells a time like any other
         if not self._clock_ran:
             self._wait_for_clock(request)
@@ -262,7 +262,7 @@ class AlertDesk:
         early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
         return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
 
-    def _take(self, region: Hashable, told: Told) -> None:
+    def _take(self, region: Hashable, told: TopicEvidence) -> None:
         """Keep what is known of a region; who sees nothing clears what its topic told before, and nothing newer.
 
         Where others have told of sources, that nothing is seen is no evidence beside theirs, but for its faults.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
-from rpf3d_core.live.ground import Ground, Workshop
-from rpf3d_core.live.standing import Standing, stand_after, stand_on
+from rpf3d_core.live.ground import LiveTerrain, Workshop
+from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_core.scene.model import Scene
@@ -30,10 +30,10 @@ class Arrival:
     data: Buffer = b""
 
 
-class Listener(Protocol):
+class TerrainListener(Protocol):
     """Who is told what came of terrain, on the builder's thread."""
 
-    def stands(self, ground: Ground, what: str) -> None:
+    def stands(self, ground: LiveTerrain, what: str) -> None:
         """A ground is in use."""
 
     def terrain_refused(self, why: str) -> None:
@@ -47,9 +47,14 @@ class Builder:
     """Takes terrain as it comes, in order, and hands ground to the flyer."""
 
     def __init__(
-        self, scene: Scene, workshop: Workshop, waiting: WaitingTerrain[Arrival], flyer: Flyer, listener: Listener,
+        self,
+        scene: Scene,
+        workshop: Workshop,
+        waiting: WaitingTerrain[Arrival],
+        flyer: Flyer,
+        listener: TerrainListener,
         store: Store | None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._scene, self._workshop, self._waiting, self._flyer = scene, workshop, waiting, flyer
         self._listener, self._store = listener, store
         self._mesh: Buffer = b""
@@ -93,12 +98,12 @@ class Builder:
             self._waiting.lost()
         self._listener.terrain_refused(why)
 
-    def _whole(self, arrival: Arrival) -> tuple[Ground, Survey | None]:
+    def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
         """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
         standing = self._flyer.standing
         known = standing.ground if standing is not None else None
         # A mesh has no stamp: one that is the terrain already is no younger than it, unless its age means nothing.
-        keeps = len(arrival.data) and isinstance(known, Ground) and 0 < known.stamp_ns <= arrival.stamp_ns
+        keeps = len(arrival.data) and isinstance(known, LiveTerrain) and 0 < known.stamp_ns <= arrival.stamp_ns
         if keeps and same_bytes(arrival.data, self._mesh):
             return known, None
         survey = arrival.convert()
@@ -112,16 +117,18 @@ class Builder:
         self._mesh = arrival.data
         return ground, survey
 
-    def _patched(self, arrival: Arrival) -> tuple[Ground, Survey]:
+    def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
         """The ground in use with a patch sewn in, handed over."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
-        grounds: list[Ground] = []
+        grounds: list[LiveTerrain] = []
 
-        def sewn_in(standing: Standing) -> Standing:
+        def sewn_in(standing: PreparedTerrain) -> PreparedTerrain:
             cells = standing.cells
-            assert isinstance(standing.ground, Ground) and cells is standing.cells  # known before the ground changes
+            assert (
+                isinstance(standing.ground, LiveTerrain) and cells is standing.cells
+            )  # known before the ground changes
             grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
             return _stood_on(standing, grounds[0])
 
@@ -130,7 +137,7 @@ class Builder:
         return grounds[0], patch
 
 
-def _stood_on(before: Standing, ground: Ground) -> Standing:
+def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
     """As `stand_after`; a TerrainError would say that nothing has changed, which is no longer so."""
     try:
         return stand_after(before, ground)

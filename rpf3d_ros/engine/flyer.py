@@ -10,19 +10,19 @@ from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.answers import Answer, answers
-from rpf3d_core.live.released import Around
-from rpf3d_core.live.standing import Outlines, Standing
+from rpf3d_core.live.released import ReleaseSpread
+from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.answered import AnsweredSources
 from rpf3d_ros.engine.intake import WaitingSources
 from rpf3d_ros.engine.unforeseen import tell
 
-Change = Callable[[Standing], Standing]
+Change = Callable[[PreparedTerrain], PreparedTerrain]
 """Makes what is stood on after a change of the ground; the former must not be flown over any more."""
 
 
-class Listener(Protocol):
+class FlightListener(Protocol):
     """Who is told what comes of it, on the flyer's thread."""
 
     def answered(self, answer: Answer) -> None:
@@ -45,14 +45,14 @@ class Handover:
     ready : a ground to stand on; None where the one stood on is changed
     """
 
-    ready: Standing | None
+    ready: PreparedTerrain | None
     change: Change | None
     done: threading.Event
     error: BaseException | None = None
-    standing: Standing | None = None
+    standing: PreparedTerrain | None = None
 
 
-class Told(NamedTuple):
+class AnsweredTrigger(NamedTuple):
     """What was told of a trigger over the ground of the moment: for which areas, and of how many rocks."""
 
     trigger: Trigger
@@ -69,8 +69,8 @@ class Flyer:
     """
 
     def __init__(
-        self, scene: Scene, around: Around, first_rocks: int, sources: WaitingSources, results: Iterator[int],
-        listener: Listener, answered: AnsweredSources | None = None, least_rocks: int = 0,
+        self, scene: Scene, around: ReleaseSpread, first_rocks: int, sources: WaitingSources, results: Iterator[int],
+        listener: FlightListener, answered: AnsweredSources | None = None, least_rocks: int = 0,
     ) -> None:  # fmt: skip
         """first_rocks : of the first stage; least_rocks : that are flown in all, whatever the target says."""
         self._scene, self._around, self._first, self._least = scene, around, first_rocks, least_rocks
@@ -82,14 +82,14 @@ class Flyer:
         self._closed = self._active = self._anew = self._outdated = False
         self._areas: Mapping[str, Outlines] = {}
         self._areas_flown = self._areas
-        self._told: list[Told] = []
+        self._told: list[AnsweredTrigger] = []
         self._stages: Iterator[Answer] | None = None
         self._trigger: Trigger | None = None
         self._unfinished: Trigger | None = None
         self._left: list[Trigger] = []
         self._finishing = False
         self._latest: Trigger | None = None
-        self.standing: Standing | None = None
+        self.standing: PreparedTerrain | None = None
         self._thread = threading.Thread(target=self._run, name="rpf3d flyer", daemon=True)
         self._thread.start()
 
@@ -106,7 +106,7 @@ class Flyer:
                 self._left.append(pushed_out)
             return pushed_out
 
-    def hand_over(self, ready: Standing | None = None, change: Change | None = None) -> Handover:
+    def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
         """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
 
         Raises whatever the change raises; the ground is then what it was. InputError where it is closed, or there is
@@ -251,7 +251,7 @@ class Flyer:
         finally:
             handover.done.set()
 
-    def _changed_by(self, change: Change) -> Standing:
+    def _changed_by(self, change: Change) -> PreparedTerrain:
         """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
         if self.standing is None:
             raise InputError("there is no terrain yet that it could change")
@@ -306,7 +306,7 @@ class Flyer:
         if any(each.trigger is trigger and each.areas is areas and each.rocks > answer.rocks for each in self._told):
             return False
         others = (each for each in self._told if each.trigger is not trigger and self._answered.holds(each.trigger))
-        self._told = [*others, Told(trigger, areas, answer.rocks)]
+        self._told = [*others, AnsweredTrigger(trigger, areas, answer.rocks)]
         return True
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:

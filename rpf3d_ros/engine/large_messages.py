@@ -108,7 +108,7 @@ class NotByTheExecutor(CallbackGroup):
         """Nothing is kept of what goes on."""
 
 
-class Topic(NamedTuple):
+class LargeTopic(NamedTuple):
     """kind : a message class; take : given the CDR bytes of each message and when it was published (ns)."""
 
     kind: Any
@@ -130,7 +130,7 @@ class LargeMessages:
     """
 
     def __init__(
-        self, node: Node, topics: Sequence[Topic], failed: Callable[[str], None], pause: float = PAUSE
+        self, node: Node, topics: Sequence[LargeTopic], failed: Callable[[str], None], pause: float = PAUSE
     ) -> None:
         self._node, self._failed, self._pause = node, failed, pause
         self._rcl = _rcl()

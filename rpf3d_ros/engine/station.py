@@ -14,7 +14,7 @@ from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, unt
 from rpf3d_core.alerts.levels import Alert, Level, acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer
-from rpf3d_core.live.ground import Ground
+from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.alert_desk import LONGEST_WRITE, AlertDesk
@@ -62,19 +62,19 @@ class Outlets:
     now: Callable[[], int]
 
 
-class Nobody:
+class NoOutlets:
     """In the place of whoever is told something: listens to nothing."""
 
-    def __getattr__(self, name: str) -> "Nobody":
+    def __getattr__(self, name: str) -> "NoOutlets":
         """Whatever it is asked to do."""
         return self
 
-    def __call__(self, *args: object, **named: object) -> "Nobody":
+    def __call__(self, *args: object, **named: object) -> "NoOutlets":
         """Nothing is done."""
         return self
 
 
-_NOBODY: Any = Nobody()
+_NOBODY: Any = NoOutlets()
 SILENCE = Outlets(_NOBODY, _NOBODY, _NOBODY, _NOBODY, _NOBODY)
 """Where nothing is heard of threads that were abandoned: another station may speak there by then."""
 
@@ -256,7 +256,7 @@ class Station:
 
     # --- what the builder tells
 
-    def stands(self, ground: Ground, what: str) -> None:
+    def stands(self, ground: LiveTerrain, what: str) -> None:
         """Tell which ground is in use."""
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {

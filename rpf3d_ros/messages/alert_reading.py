@@ -17,7 +17,7 @@ LATEST = 2**63 - 1
 """A time (ns) at most."""
 
 
-class Alert(NamedTuple):
+class ReceivedLevel(NamedTuple):
     """area : its name, None of the site; level : an index into LEVELS; health : the status as it came."""
 
     area: str | None
@@ -30,7 +30,7 @@ class Alert(NamedTuple):
         return LEVELS[self.level]
 
 
-def alerts_of(array: "DiagnosticArray") -> list[Alert]:
+def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
     """The alerts in a message; other statuses are passed over.
 
     Raises MessageRefused for a level that is none, and where the message holds no alert of the site.
@@ -41,16 +41,16 @@ def alerts_of(array: "DiagnosticArray") -> list[Alert]:
     return alerts
 
 
-def decided_at_ns(alerts: Iterable[Alert]) -> int:
+def decided_at_ns(alerts: Iterable[ReceivedLevel]) -> int:
     """When the alert of the site was decided (ns); 0 where it does not say, or in no number."""
     told = next((alert.health.values.get("decided_at_ns", "") for alert in alerts if alert.area is None), "")
     is_number = told.isascii() and told.isdigit() and len(told) <= len(str(LATEST))
     return int(told) if is_number and int(told) <= LATEST else 0
 
 
-def _alert(health: Health) -> Alert:
+def _alert(health: Health) -> ReceivedLevel:
     level = health.values.get("level", "")
     if level not in LEVELS:
         raise MessageRefused(f"'{health.name}' has the level '{level}'; it must be one of {', '.join(LEVELS)}")
     area = None if health.name == ALERT else health.name.removeprefix(f"{ALERT} ")
-    return Alert(area, LEVELS.index(level), health)
+    return ReceivedLevel(area, LEVELS.index(level), health)

@@ -13,7 +13,7 @@ from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES
 from rpf3d_ros.messages.columns import Columns
 
 
-class Content(NamedTuple):
+class AnswerContent(NamedTuple):
     """trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
     impacts : x, y, z, t, rock, speed, energy, just before each impact
     deposits : x, y, z, t, rock, runout, speed, energy; the greatest speed and energy of each rock that stayed
@@ -25,7 +25,7 @@ class Content(NamedTuple):
     deposits: Columns
 
 
-def content_of(answer: Answer, step: float) -> Content:
+def content_of(answer: Answer, step: float) -> AnswerContent:
     """The rocks of an answer that are shown; step : longest distance between points of a flight (m)."""
     terrain, flights = answer.standing.ground.terrain, answer.flights
     samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)
@@ -34,7 +34,7 @@ def content_of(answer: Answer, step: float) -> Content:
         _impact_columns(terrain, flights.impacts, flights.deposits),
         _deposit_columns(terrain, flights.deposits),
     )
-    return Content(*({**each, "result": np.full(len(each["x"]), answer.result, np.uint32)} for each in columns))
+    return AnswerContent(*({**each, "result": np.full(len(each["x"]), answer.result, np.uint32)} for each in columns))
 
 
 def figures_of(answer: Answer) -> dict[str, str]:

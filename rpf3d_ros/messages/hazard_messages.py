@@ -11,7 +11,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
-from rpf3d_core.live.cells import Cells
+from rpf3d_core.live.cells import TerrainCells
 from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
@@ -19,7 +19,7 @@ UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
 """Of a cell without ground; that no rock came to; that at least one did, however few; of one."""
 
 
-def occupancy_grid(header: Header, maps: HazardMaps, cells: Cells, frame: Frame, made: Time) -> OccupancyGrid:
+def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, made: Time) -> OccupancyGrid:
     """Reach probability in percent: rows northwards, cells eastwards, from the south-west corner of the raster.
 
     frame : the terrain's local frame, z up; made : when the result was. The grid lies at the height of the lowest
@@ -36,7 +36,7 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: Cells, frame: Frame,
     return OccupancyGrid(header=header, info=info, data=array("b", percentages(maps, cells).tobytes()))
 
 
-def percentages(maps: HazardMaps, cells: Cells) -> NDArray[np.int8]:
+def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
     """Of all (C,) cells: reach probability in percent, `LEAST_REACHED` at least where a rock came, however unlikely."""
     shown = np.where(cells.covered, np.int8(NOT_REACHED), np.int8(UNKNOWN))
     share = np.round(PERCENT * reach_probability(maps.cells, maps.flown))
@@ -44,7 +44,7 @@ def percentages(maps: HazardMaps, cells: Cells) -> NDArray[np.int8]:
     return shown
 
 
-def hazard_points(header: Header, maps: HazardMaps, cells: Cells, frame: Frame, result: int) -> PointCloud2:
+def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, result: int) -> PointCloud2:
     """A point in the middle of each cell that a rock came to, on the ground.
 
     Fields x, y, z (m), reach_probability (-), p95_energy (J; NaN where fewer than 20 rocks came), first_arrival (s),
@@ -63,7 +63,7 @@ def hazard_points(header: Header, maps: HazardMaps, cells: Cells, frame: Frame, 
     return cloud_of_columns(header, columns)
 
 
-def _middles(maps: HazardMaps, cells: Cells, frame: Frame) -> FloatArray:
+def _middles(maps: HazardMaps, cells: TerrainCells, frame: Frame) -> FloatArray:
     """Middles (S, 3) m, map frame, of the cells that rocks came to."""
     raster, cell = maps.raster, maps.cells.cell
     row, column = np.divmod(cell, raster.nx)

@@ -18,14 +18,14 @@ MOST_ROCKS = 200
 """Rocks that move at most, spread evenly over all; `trajectories/points` holds every one."""
 
 
-class Motion(NamedTuple):
+class RockPositions(NamedTuple):
     """times : (K,) s after release, even; positions : (K, R, 3) m, a rock that has ended stays where it did."""
 
     times: FloatArray
     positions: FloatArray
 
 
-def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> Motion:
+def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> RockPositions:
     """The motion of points (N, 3) m at times t (N,) s of rocks (N,), grouped by rock and in order of time.
 
     Straight between points. Raises MessageRefused for times that are not finite, negative, or go back in a rock.
@@ -42,7 +42,7 @@ def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> Motion:
     longest = min(float(max((t[ends[i] - 1] for i in shown), default=0.0)), FRAME * (MOST_FRAMES - 1))
     times = FRAME * np.arange(int(np.ceil(longest / FRAME)) + 1 if len(shown) else 0)
     tracks = [_track(points[begins[i] : ends[i]], t[begins[i] : ends[i]], times) for i in shown]
-    return Motion(times, np.stack(tracks, axis=1) if tracks else np.empty((0, 0, 3)))
+    return RockPositions(times, np.stack(tracks, axis=1) if tracks else np.empty((0, 0, 3)))
 
 
 def _track(points: FloatArray, t: FloatArray, times: FloatArray) -> FloatArray:

@@ -17,9 +17,9 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.live.answers import warm_answers
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.released import Around
+from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import Standing, stand_after, stand_on
+from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.store import Store, read_last
 from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
@@ -55,7 +55,7 @@ class Equipment:
     scene: Scene
     workshop: Workshop
     store: Store | None
-    standing: Standing | None
+    standing: PreparedTerrain | None
     said: str
     thresholds: Thresholds | None
     log: DecisionLog | None
@@ -118,10 +118,10 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
             )
 
 
-def around_of(parameters: SimulatorParameters) -> Around:
+def around_of(parameters: SimulatorParameters) -> ReleaseSpread:
     """How rocks are spread around a source."""
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
-    return Around(parameters.position_spread, parameters.velocity_spread, above)
+    return ReleaseSpread(parameters.position_spread, parameters.velocity_spread, above)
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
@@ -139,7 +139,7 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     _ = standing.cells
     middle = 0.5 * WARM_SIDE * WARM_STEP
     source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)
-    warm_answers(standing, source, Around(0.4 * middle, 1.0, 2.0), WARM_ROCKS if standing.compiled else 1)
+    warm_answers(standing, source, ReleaseSpread(0.4 * middle, 1.0, 2.0), WARM_ROCKS if standing.compiled else 1)
     return time.perf_counter() - began
 
 
@@ -158,7 +158,7 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
         raise InputError(f"store: {fault}") from fault
 
 
-def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[Standing | None, str]:
+def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[PreparedTerrain | None, str]:
     """The last good terrain in a store, with how old it is; what cannot be read is told and lives on."""
     if store is None:
         return None, ""
@@ -200,4 +200,3 @@ def age_of(stamp_ns: int, now_ns: int) -> str:
         if seconds >= 2 * size:
             return f"{seconds / size:.1f} {unit}"
     return f"{seconds:.0f} seconds"
-

@@ -24,7 +24,7 @@ BACKWARDS = Duration(nanoseconds=-1)
 """The least that the clock goes back to be noticed."""
 
 
-class Interrupted(Exception):
+class ContextEnded(Exception):
     """A signal has ended the context; what was under way is abandoned."""
 
 
@@ -48,7 +48,7 @@ def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[
     while thread.is_alive():
         thread.join(LOOK)
         if not node.context.ok():
-            raise Interrupted
+            raise ContextEnded
         if time.monotonic() - said >= REPEAT:
             said = time.monotonic()
             meanwhile()

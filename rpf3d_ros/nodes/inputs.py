@@ -17,7 +17,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.intake import Moment, StampGuards
-from rpf3d_ros.engine.large_messages import LargeMessages, Topic
+from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
 from rpf3d_ros.engine.station import Station
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
@@ -49,9 +49,9 @@ class Inputs:
             self._listen(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
         ]
         surveys = (
-            Topic(PointCloud2, "terrain/update", self.on_update, many),
-            Topic(PointCloud2, "terrain/points", self.on_points, terrain),
-            Topic(Mesh, "terrain/mesh", self.on_mesh, terrain),
+            LargeTopic(PointCloud2, "terrain/update", self.on_update, many),
+            LargeTopic(PointCloud2, "terrain/points", self.on_points, terrain),
+            LargeTopic(Mesh, "terrain/mesh", self.on_mesh, terrain),
         )
         self._surveys = LargeMessages(node, surveys, lambda why: health.set("terrain", ERROR, why))
 
@@ -180,5 +180,3 @@ class Inputs:
             self._refused += 1
             count = self._refused
         self._health.set(part, WARN, f"message refused: {why}", {"refused": str(count)})
-
-

@@ -114,7 +114,9 @@ class RecorderParameters(InputParameters):
     rotate_minutes: float = parameter(0.0, "minutes after which the next file is begun; 0: never", 0.0, 1.0e6)
     keep_files: int = parameter(0, "files kept with rotation, the newest, and their bags; 0: all", 0, LARGEST_COUNT)
     bag: str = parameter("", "prefix of the MCAP bags to write beside the recording; empty: none")
-    viewer: str = parameter("none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy")
+    viewer: str = parameter(
+        "none", "none, serve (viewers come here), or the url of a viewer, rerun+http://HOST:PORT/proxy"
+    )
     viewer_bind: str = parameter("127.0.0.1", "address to serve viewers on; any but loopback opens it to the network")
     viewer_port: int = parameter(9876, "port to serve viewers on", 1, 65_535)
 

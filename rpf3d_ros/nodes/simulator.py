@@ -18,7 +18,7 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.nodes.alert_publishers import AlertPublishers
 from rpf3d_ros.nodes.answer_publishers import AnswerPublishers
 from rpf3d_ros.nodes.configuring import (
-    Interrupted,
+    ContextEnded,
     noting_errors,
     on_a_thread,
     refuse_impossible_transitions,
@@ -57,9 +57,7 @@ class SimulatorNode(LifecycleNode):
         _ = parameters.frame  # refused here, if at all
         self.lock = ParameterLock(self, free=("acknowledged_by",))
         self.health = HealthReport(self)
-        self.outlets = Outlets(
-            AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now
-        )
+        self.outlets = Outlets(AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now)
         self.station: Station | None = None
         self.inputs: Inputs | None = None
         self.broken = ""
@@ -88,7 +86,7 @@ class SimulatorNode(LifecycleNode):
             equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
             leave_what_stays_to_itself()
             self.station = Station(equipment, self.outlets)
-        except Interrupted:
+        except ContextEnded:
             self.abandoned = True
             return FAILED
         except InputError as refusal:

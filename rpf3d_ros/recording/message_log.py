@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.alert_reading import Alert, alerts_of, decided_at_ns
+from rpf3d_ros.messages.alert_reading import ReceivedLevel, alerts_of, decided_at_ns
 from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
 from rpf3d_ros.messages.grid_reading import percent_of_grid
 from rpf3d_ros.messages.health import healths_of
@@ -306,7 +306,7 @@ def _by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Draw
     return {namespace.removeprefix(root): each for namespace, each in drawn.items()}
 
 
-def _draw_alert(recording: Recording, alert: Alert) -> None:
+def _draw_alert(recording: Recording, alert: ReceivedLevel) -> None:
     recording.alert_state(_lane_of(alert.area), alert.state)
     recording.text("alerts", replace(alert.health, name=alert.area or "site"))
 

@@ -13,7 +13,7 @@ STATE, EVENT, RESULT, TERRAIN = "state", "event", "result", "terrain"
 """How a topic is offered: latched with the last one, not kept, latched with many waiting, as the parameter says."""
 
 
-class Topic(NamedTuple):
+class RecordedTopic(NamedTuple):
     """kind : type of its messages; offered : one of the four above; given : whether it is an input of the simulator."""
 
     kind: str
@@ -21,27 +21,27 @@ class Topic(NamedTuple):
     given: bool = False
 
 
-TOPICS: dict[str, Topic] = {
-    "terrain/points": Topic(CLOUD, TERRAIN, given=True),
-    "terrain/mesh": Topic("shape_msgs/msg/Mesh", TERRAIN, given=True),
-    "terrain/update": Topic(CLOUD, EVENT, given=True),
-    "sources": Topic(POSES, EVENT, given=True),
-    "/clicked_point": Topic("geometry_msgs/msg/PointStamped", EVENT, given=True),
-    "source_cloud": Topic(CLOUD, EVENT, given=True),
-    "areas/polygon": Topic("geometry_msgs/msg/PolygonStamped", EVENT, given=True),
-    "areas/equipment": Topic(POSES, EVENT, given=True),
-    "trajectories": Topic(MARKERS, RESULT),
-    "trajectories/points": Topic(CLOUD, RESULT),
-    "impacts": Topic(CLOUD, RESULT),
-    "deposits": Topic(CLOUD, RESULT),
-    "hazard/zones": Topic(MARKERS, RESULT),
-    "areas/outlines": Topic(MARKERS, RESULT),
-    "hazard/points": Topic(CLOUD, RESULT),
-    "hazard/grid": Topic("nav_msgs/msg/OccupancyGrid", RESULT),
-    "results": Topic(DIAGNOSTICS, RESULT),
-    "alerts": Topic(DIAGNOSTICS, RESULT),
-    "alarm": Topic("std_msgs/msg/Bool", STATE),
-    "/diagnostics": Topic(DIAGNOSTICS, EVENT),
+TOPICS: dict[str, RecordedTopic] = {
+    "terrain/points": RecordedTopic(CLOUD, TERRAIN, given=True),
+    "terrain/mesh": RecordedTopic("shape_msgs/msg/Mesh", TERRAIN, given=True),
+    "terrain/update": RecordedTopic(CLOUD, EVENT, given=True),
+    "sources": RecordedTopic(POSES, EVENT, given=True),
+    "/clicked_point": RecordedTopic("geometry_msgs/msg/PointStamped", EVENT, given=True),
+    "source_cloud": RecordedTopic(CLOUD, EVENT, given=True),
+    "areas/polygon": RecordedTopic("geometry_msgs/msg/PolygonStamped", EVENT, given=True),
+    "areas/equipment": RecordedTopic(POSES, EVENT, given=True),
+    "trajectories": RecordedTopic(MARKERS, RESULT),
+    "trajectories/points": RecordedTopic(CLOUD, RESULT),
+    "impacts": RecordedTopic(CLOUD, RESULT),
+    "deposits": RecordedTopic(CLOUD, RESULT),
+    "hazard/zones": RecordedTopic(MARKERS, RESULT),
+    "areas/outlines": RecordedTopic(MARKERS, RESULT),
+    "hazard/points": RecordedTopic(CLOUD, RESULT),
+    "hazard/grid": RecordedTopic("nav_msgs/msg/OccupancyGrid", RESULT),
+    "results": RecordedTopic(DIAGNOSTICS, RESULT),
+    "alerts": RecordedTopic(DIAGNOSTICS, RESULT),
+    "alarm": RecordedTopic("std_msgs/msg/Bool", STATE),
+    "/diagnostics": RecordedTopic(DIAGNOSTICS, EVENT),
 }
 """In the order in which what they show depends on each other; a leading slash stands outside every namespace."""
 

@@ -17,7 +17,7 @@ from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.health import OK, WARN, Health
 from rpf3d_ros.messages.marker_reading import Colour, Strip
-from rpf3d_ros.messages.moving_rocks import FRAME, Motion
+from rpf3d_ros.messages.moving_rocks import FRAME, RockPositions
 from rpf3d_ros.recording import file_writer
 from rpf3d_ros.recording.views import STATE_COLOURS, blueprint, extent_of
 
@@ -121,7 +121,7 @@ class Recording:
             self._stream.send_blueprint(blueprint(strips))
             self._looked_at = extent
 
-    def motion(self, motion: Motion) -> None:
+    def motion(self, motion: RockPositions) -> None:
         """Log rocks that move, a row a frame, over simulated time and from the event's stamp on.
 
         Frames are even on both timelines, so this event replaces what another one left there; where that was longer,

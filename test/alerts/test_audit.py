@@ -35,7 +35,7 @@ def lines_of(log: Path) -> list[bytes]:
 
 
 def forged(log: Path, change: Callable[[list[dict]], object]) -> None:
-    """Change what lines hold and write the whole log anew, with hashes that fit."""
+    """LevelChange what lines hold and write the whole log anew, with hashes that fit."""
     contents = [content_of(raw) for raw in lines_of(log)]
     change(contents)
     written, before = b"", BEGINNING

@@ -7,7 +7,7 @@ import pytest
 from scenes_of_facets import ENGINES, down_the_slope, engine_over, flight, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
-from rpf3d_core.materials.falling import ANY_ROCK
+from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion
 
 N = (0.5, 0.0, math.sqrt(0.75))

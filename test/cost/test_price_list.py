@@ -22,7 +22,7 @@ from rpf3d_core.accuracy.differences import first_bounces, first_impacts, map_di
 from rpf3d_core.accuracy.flown import PILOT, Reached, affordable, spread
 from rpf3d_core.accuracy.geometric import put_back
 from rpf3d_core.accuracy.numerical import under_ground
-from rpf3d_core.accuracy.precise import Off
+from rpf3d_core.accuracy.precise import ImpactErrors
 from rpf3d_core.accuracy.price_list import EVENTS, Priced, price_list_of, section
 from rpf3d_core.accuracy.statistical import Sampled, distance_from_truth, floor_of, quantile_half_width, together
 from rpf3d_core.accuracy.tables import findings, ordinal
@@ -78,7 +78,7 @@ def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
 
 @pytest.mark.parametrize("chance", [1e-3, 0.2])
 def test_the_error_of_some_rocks_is_their_distance_from_the_truth_however_rarely_cells_are_reached(
-    chance: float
+    chance: float,
 ) -> None:
     # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), with k
     # the whole part of n p.
@@ -146,7 +146,7 @@ def test_the_statistical_error_of_a_scene_is_told_with_its_number_of_rocks(chang
 
 
 def test_how_exact_events_are_is_told_of_the_first_impact_and_of_all() -> None:
-    off = [Off(50, 1e-14, 2e-14, 0.0, 0.0), Off(1, 3e-13, 3e-13, 0.0, 0.0)]
+    off = [ImpactErrors(50, 1e-14, 2e-14, 0.0, 0.0), ImpactErrors(1, 3e-13, 3e-13, 0.0, 0.0)]
     assert findings(price_list(off_exact=off), 0.1)[0] == (
         "events against 50 digits: the first impacts of 50 rocks are off by 1.0e-14 m (median) and 2.0e-14 m "
         "(largest); up to the 2nd, which 1 rock had, no impact is off by more than 3.0e-13 m"

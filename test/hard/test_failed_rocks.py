@@ -14,8 +14,8 @@ from rpf3d_core.ensemble.fly import Flight, fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.jit.dispatch import HAS_NUMBA, OPTIONS
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation import engines
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.values import OUTCOME_SENTENCES, ZERO, Motion, Outcome, Vec
@@ -32,7 +32,7 @@ class Faulty(NamedTuple):
 
 
 @rebound.rule(Faulty)
-def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     back = add(motion.v, scale(-(1.0 + surface.R_n) * dot(motion.v, n), n))
     speed = norm(motion.v)
     if model.divides > 0.0:
@@ -43,7 +43,7 @@ def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: Fal
 
 
 @rest_of_bounces.rule(Faulty)
-def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
+def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
     return Rest(ZERO, ZERO, ZERO, 0.0, True)
 
 

@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.results import plots_hazard, plots_map, plots_profiles
-from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.plots_map import rocks_window, write_map
 from rpf3d_core.results.plots_profiles import RESOLUTION, write_profile_plots
 from rpf3d_core.results.plots_sheet import MOST_RELEASES, round_length, starts_of, whole_window
@@ -34,9 +34,9 @@ SAME_COLOUR = 2
 """Steps of 255 that a colour may lose on its way through a picture's floating point numbers."""
 
 
-ALL = Flown(6, 6, {Outcome.STOPPED: 5, Outcome.LEFT_TERRAIN: 1})
+ALL = RunCounts(6, 6, {Outcome.STOPPED: 5, Outcome.LEFT_TERRAIN: 1})
 """The rocks of `thrown`."""
-PARTIAL = Flown(6000, 8000, {Outcome.STOPPED: 5584, Outcome.LEFT_TERRAIN: 415, Outcome.FAILED: 1})
+PARTIAL = RunCounts(6000, 8000, {Outcome.STOPPED: 5584, Outcome.LEFT_TERRAIN: 415, Outcome.FAILED: 1})
 """Many rocks, of which those of `thrown` are drawn."""
 
 
@@ -219,8 +219,8 @@ def test_a_map_of_rocks_in_a_corner_shows_that_corner():
 def test_no_rocks_make_empty_pictures(tmp_path):
     terrain, flights = floor(UNMOVED), none_thrown()
     samples = sample_paths(flights.paths)
-    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {}, Flown(0, 0, {}))
-    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, Flown(0, 0, {}))
+    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {}, RunCounts(0, 0, {}))
+    write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, RunCounts(0, 0, {}))
     assert {path.name for path in tmp_path.iterdir()} == {
         "map.png", "overview.png", "overview.csv", "sections.png", "sections.csv",
     }  # fmt: skip
@@ -232,6 +232,6 @@ def test_a_scale_bar_has_a_round_length(length, rounded):
 
 
 def test_a_title_tells_pieces_from_the_rocks_that_they_come_from():
-    assert Flown(946, 946, {}, 746).describe() == "200 rocks and 746 pieces of them"
-    assert Flown(946, 1000, {}, 746).describe() == "946 of 1,000 rocks and pieces, partial"
-    assert Flown(1, 1, {}).describe() == "1 rock"
+    assert RunCounts(946, 946, {}, 746).describe() == "200 rocks and 746 pieces of them"
+    assert RunCounts(946, 1000, {}, 746).describe() == "946 of 1,000 rocks and pieces, partial"
+    assert RunCounts(1, 1, {}).describe() == "1 rock"

@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.scales import Scale, colours_at, places
 from rpf3d_core.results import plots_hazard as module
-from rpf3d_core.results.findings import Flown
+from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.plots_hazard import norm_of, themes, write_hazard_pictures
 from rpf3d_core.results.plots_sheet import whole_window
 from rpf3d_core.results.shading import hillshade
@@ -21,7 +21,7 @@ CELL = 2.0
 STEP = 3
 """Of 255: a colour map of 256 steps, and rounding."""
 
-FLOWN = Flown(300, 400, {})
+FLOWN = RunCounts(300, 400, {})
 SQUARE = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
 
 
@@ -187,6 +187,6 @@ def test_a_hillshade_is_grey_and_darker_away_from_the_light():
 
 
 def test_no_rocks_make_pictures_of_bare_ground(tmp_path):
-    terrain, none = floor(), (np.empty((0, 3)), {}, Flown(0, 0, {}))
+    terrain, none = floor(), (np.empty((0, 3)), {}, RunCounts(0, 0, {}))
     write_hazard_pictures(tmp_path, "floor", terrain, maps_of(terrain, nobody(), CELL), *none)
     assert {path.name for path in tmp_path.iterdir()} == PICTURES

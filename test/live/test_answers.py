@@ -10,11 +10,11 @@ from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
 from rpf3d_core.live.answers import answers, rounds
-from rpf3d_core.live.released import Around
+from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
 
-WIDE = Around(position=5.0, velocity=1.0, above_ground=2.0)
+WIDE = ReleaseSpread(position=5.0, velocity=1.0, above_ground=2.0)
 NOTHING_LIVE = {}
 TARGET = "target: {half_width: 0.03, p95_energy: 0.2, most_rocks: 20000}"
 
@@ -115,7 +115,7 @@ def test_sources_off_the_terrain_or_under_it_are_left_out_and_named_and_the_othe
     mixed = trigger_of(
         np.concatenate([good.positions, bad]), np.concatenate([good.velocities, np.zeros((2, 3))]), None, 7
     )
-    seen = Around(position=2.0)
+    seen = ReleaseSpread(position=2.0)
     alone, beside = (flown(standing, trigger, seen, first=100)[0] for trigger in (good, mixed))
     assert beside.sources == 5 and beside.rocks == 100
     assert "1 of 7 sources is off the terrain: source 5 at (9000.000, 0.000, 10.000)" in beside.left_out
@@ -129,7 +129,7 @@ def test_sources_off_the_terrain_or_under_it_are_left_out_and_named_and_the_othe
 def test_a_trigger_of_which_no_source_can_be_released_is_refused_with_the_reason(tmp_path):
     nowhere = trigger_of(np.array([[9000.0, 0.0, 10.0]]), np.zeros((1, 3)), None, 1)
     with pytest.raises(InputError, match="1 of 1 sources is off the terrain"):
-        flown(pit_standing(tmp_path, more=TARGET), nowhere, Around())
+        flown(pit_standing(tmp_path, more=TARGET), nowhere, ReleaseSpread())
 
 
 def test_no_sources_are_an_answer_too_and_it_says_that_nothing_is_reached(tmp_path):
@@ -143,7 +143,7 @@ def test_no_sources_are_an_answer_too_and_it_says_that_nothing_is_reached(tmp_pa
 def test_rocks_spread_around_their_source_at_its_height_above_the_ground(tmp_path):
     standing = pit_standing(tmp_path, more=TARGET)
     trigger = over_the_wall(1, height=20.0)
-    (answer, *_) = flown(standing, trigger, Around(position=15.0), first=300)
+    (answer, *_) = flown(standing, trigger, ReleaseSpread(position=15.0), first=300)
     place = standing.ground.terrain.frame.points_to_local(trigger.positions)[0]
     release = answer.flights.deposits.release
     above = standing.ground.engine.ground_below(release)[:, 0]
@@ -155,7 +155,7 @@ def test_rocks_spread_around_their_source_at_its_height_above_the_ground(tmp_pat
 
 def test_without_a_spread_every_rock_starts_where_its_source_was_seen(tmp_path):
     standing, trigger = pit_standing(tmp_path, more=TARGET), over_the_wall(3)
-    (answer, *_) = flown(standing, trigger, Around(), first=30)
+    (answer, *_) = flown(standing, trigger, ReleaseSpread(), first=30)
     local = standing.ground.terrain.frame.points_to_local(trigger.positions)
     assert np.array_equal(answer.flights.deposits.release, np.repeat(local, 10, axis=0))
 
@@ -163,7 +163,7 @@ def test_without_a_spread_every_rock_starts_where_its_source_was_seen(tmp_path):
 def test_a_source_tells_the_size_of_its_rocks_and_one_that_does_not_has_the_scenes(tmp_path):
     standing, trigger = pit_standing(tmp_path, more=TARGET), over_the_wall(3)
     sized = replace(trigger, diameters=np.array([0.5, np.nan, 2.0]))
-    (answer, *_) = flown(standing, sized, Around(above_ground=2.0), first=30)
+    (answer, *_) = flown(standing, sized, ReleaseSpread(above_ground=2.0), first=30)
     mass = answer.flights.deposits.mass
     expected = 2700.0 * np.pi / 6.0 * np.array([0.5, 1.0, 2.0]) ** 3
     own = standing.scene.rock.diameter
@@ -190,7 +190,9 @@ def test_a_first_stage_larger_than_most_rocks_flies_all_the_same():
 @pytest.mark.parametrize(
     ("first", "most", "least", "stages"),
     [
-        ([3, 3], 30, 0, [6, 12, 24]), ([3, 3], 30, 20, [6, 12, 24]), ([3, 3], 30, 28, [6, 12, 24, 28]),
+        ([3, 3], 30, 0, [6, 12, 24]),
+        ([3, 3], 30, 20, [6, 12, 24]),
+        ([3, 3], 30, 28, [6, 12, 24, 28]),
         ([3], 4, 9, [3, 9]),
     ],
 )
@@ -206,7 +208,7 @@ def test_an_answer_is_complete_only_with_as_many_rocks_as_the_site_wants(tmp_pat
     few, enough = (
         [
             (answer.rocks, answer.complete)
-            for answer in answers(standing, trigger, Around(), {}, 100, lambda stage: False, count(1), least)
+            for answer in answers(standing, trigger, ReleaseSpread(), {}, 100, lambda stage: False, count(1), least)
         ][-1]
         for least in (0, 1500)
     )

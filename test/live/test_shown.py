@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rpf3d_core.hazard.maps import HazardMaps, Layers, Raster, Spread
+from rpf3d_core.hazard.maps import CellStatistics, HazardMaps, Layers, Raster
 from rpf3d_core.live.cells import cells_over, cover
 from rpf3d_core.live.shown_areas import MOST_STEPS, shown_areas
 from rpf3d_core.live.zones import outer_edges, shown_zones
@@ -26,7 +26,7 @@ def terrain(hole=None, origin=(0.0, 0.0, 0.0), height=lambda x, y: 0.1 * x):
 def layers(count, cell, rocks):
     """Layers with rocks in some cells; nothing else of them is asked for."""
     n = len(cell)
-    spread = Spread(*[np.full(n, np.nan, dtype=np.float32)] * 6)
+    spread = CellStatistics(*[np.full(n, np.nan, dtype=np.float32)] * 6)
     zeros = np.zeros(n, dtype=np.int64)
     return Layers(
         count, np.array(cell), np.array(rocks), zeros, zeros, zeros, np.ones(n, dtype=np.float32), spread, spread,

@@ -15,10 +15,10 @@ from surveyed_hills import cloud, grid, live_facets, mesh
 from rpf3d_core.errors import InputError, TerrainError
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.store import LOCK, WHOLE, Store, read_last
-from rpf3d_core.live.stored import Piece, read_piece, write_piece
+from rpf3d_core.live.stored import StoredSurvey, read_piece, write_piece
 
 ROOT = Path(__file__).parents[2]
-PIECE = Piece(grid(4, 5), "d" * 64, "", 12, 34)
+PIECE = StoredSurvey(grid(4, 5), "d" * 64, "", 12, 34)
 
 
 def kept(folder, *surveys, most_patches=64):
@@ -164,7 +164,7 @@ import sys
 from pathlib import Path
 sys.path[:0] = [{root!r}, {test!r}]
 from surveyed_hills import grid
-from rpf3d_core.live.stored import Piece, write_piece
+from rpf3d_core.live.stored import StoredSurvey, write_piece
 from rpf3d_core.live.store import WHOLE
 surveys = [grid(300, 300, seed=k) for k in range(2)]
 while True:

@@ -20,8 +20,8 @@ from rpf3d_core.materials.distributions import (
     uniform_between,
 )
 from rpf3d_core.materials.draws import DrawnMaterials, DrawnSurface, drawn_materials
-from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Materials, surface_of
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform, uniform_at
 from rpf3d_core.simulation import engines
 from rpf3d_core.terrain.facets import Terrain
@@ -140,9 +140,9 @@ def test_a_drawn_friction_angle_is_the_slope_that_it_just_holds() -> None:
     np.testing.assert_array_equal(flights.deposits.path > 1.0, angles < 30.0)
 
 
-def rock_numbered(source: int, rock: int, impacts: int) -> Falling:
+def rock_numbered(source: int, rock: int, impacts: int) -> RockContext:
     """A rock of seed 1 as its draws know it."""
-    return Falling(None, RockKey(1, source, rock), impacts)
+    return RockContext(None, RockKey(1, source, rock), impacts)
 
 
 def test_one_more_distribution_leaves_the_other_coefficients_as_they_were() -> None:
@@ -154,7 +154,10 @@ def test_one_more_distribution_leaves_the_other_coefficients_as_they_were() -> N
             assert before.R_n == after.R_n and before.R_t == 0.8 and after.R_t != 0.8
     draws = {
         surface_of(more, zone, rock_numbered(s, r, i)).R_n
-        for zone in (0, 1) for s in (0, 1) for r in (0, 1) for i in (0, 1)
+        for zone in (0, 1)
+        for s in (0, 1)
+        for r in (0, 1)
+        for i in (0, 1)
     }
     assert len(draws) == 16, "zone, source, rock and impact each tell draws apart"
 

@@ -11,7 +11,7 @@ from scenes_of_facets import box, floor, joined, rough_grid, strip, terrain_of, 
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator, first_contact_in_buckets
-from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, Left, earlier_contact, flight_end
+from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, PreviousContact, earlier_contact, flight_end
 from rpf3d_core.detection.plan_boxes import PARTS, overlap, packed_box, packed_probe, part_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
@@ -49,7 +49,7 @@ TERRAINS = {
 }
 
 
-def over_all(facets: Facets, arc: Arc, left: Left) -> Contact:
+def over_all(facets: Facets, arc: Arc, left: PreviousContact) -> Contact:
     """The earliest contact among all facets."""
     best = NO_CONTACT
     for f in range(len(facets.zone)):
@@ -61,7 +61,7 @@ def vector(values: np.ndarray) -> tuple[float, float, float]:
     return tuple(float(v) for v in values)
 
 
-def flights_from_the_air(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, Left]]:
+def flights_from_the_air(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
     """Arcs from in and around the middle of the terrain, at any speed; some along an axis, some straight down."""
     middle = facets.corners.reshape(-1, 3)
     low, high = np.quantile(middle, 0.02, axis=0), np.quantile(middle, 0.98, axis=0)
@@ -74,7 +74,7 @@ def flights_from_the_air(facets: Facets, rng: np.random.Generator) -> list[tuple
     return arcs
 
 
-def bounces(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, Left]]:
+def bounces(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
     """Arcs that leave a facet, from within it, its edges and its corners, some by less than a nanometre."""
     arcs = []
     for k in range(ARCS):
@@ -83,11 +83,13 @@ def bounces(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, Left]]:
         x = np.array(weights) @ facets.corners[f].reshape(3, 3)
         n = facets.normals[f]
         v = rng.normal(0.0, 10.0 ** rng.uniform(-9.0, 1.3), 3)
-        arcs.append((Arc(vector(x), vector(v - 2.0 * min(v @ n, 0.0) * n), 9.81), Left(f, -1, 1.0, False, -1)))
+        arcs.append(
+            (Arc(vector(x), vector(v - 2.0 * min(v @ n, 0.0) * n), 9.81), PreviousContact(f, -1, 1.0, False, -1))
+        )
     return arcs
 
 
-def aimed_at_vertices(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, Left]]:
+def aimed_at_vertices(facets: Facets, rng: np.random.Generator) -> list[tuple[Arc, PreviousContact]]:
     """Arcs that pass through a vertex or the middle of an edge to within rounding, where many facets meet."""
     arcs = []
     for k in range(ARCS):

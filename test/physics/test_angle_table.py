@@ -9,7 +9,7 @@ from scenes_of_facets import engine_over, floor, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle
-from rpf3d_core.materials.falling import ANY_ROCK
+from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 UP = (0.0, 0.0, 1.0)

@@ -17,7 +17,7 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.prepared import prepare, releases_in_ranges
 from rpf3d_core.simulation.engines import Engine
@@ -83,7 +83,7 @@ def test_drag_is_half_rho_c_area_over_mass():
 @pytest.mark.parametrize("t", [0.0, 0.3, 40.0])
 def test_the_air_alone_brakes_as_its_equation_says(t):
     """1/v = 1/v0 + k t, in the direction of the motion."""
-    v, falling = (3.0, -4.0, 12.0), Falling(STONE, None, 0)
+    v, falling = (3.0, -4.0, 12.0), RockContext(STONE, None, 0)
     after = in_air(drag(), Motion(1.0, (1.0, 2.0, 3.0), v, (0.0, 5.0, 0.0)), 0.0, t, falling)
     speed = 1.0 / (1.0 / 13.0 + drag_per_metre(drag(), STONE) * t)
     assert after.v == pytest.approx(tuple(c * speed / 13.0 for c in v), rel=1e-15)
@@ -151,7 +151,7 @@ def test_drag_of_no_strength_leaves_every_bit_as_it_was(engine, effect):
     x = [(1.0 + 0.3 * i, 18.0 + 0.2 * i, 4.0) for i in range(12)]
     calm, still = (throw(over, with_drag(e, "sliding"), STONE, x, (4.0, 0.3, 0.0)) for e in (None, effect))
     assert same_bits(calm, still)
-    assert longest_flight(effect, Motion(0.0, ZERO, (9.0, 0.0, 0.0), ZERO), Falling(STONE, None, 0)) == math.inf
+    assert longest_flight(effect, Motion(0.0, ZERO, (9.0, 0.0, 0.0), ZERO), RockContext(STONE, None, 0)) == math.inf
 
 
 TERRAINS = {

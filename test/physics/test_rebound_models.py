@@ -9,7 +9,7 @@ from scenes_of_facets import ENGINES, engine_over, flight, floor, fly, incline, 
 
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.thesis_literal import ThesisLiteral, thesis_literal
-from rpf3d_core.materials.falling import ANY_ROCK
+from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 V = (3.0, 2.0, -10.0)

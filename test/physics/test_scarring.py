@@ -24,7 +24,7 @@ from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.materials.falling import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import ZERO, Motion, Rock
 
@@ -46,7 +46,7 @@ def soft(
 def after(scarring: Scarring, v: tuple, rock: Rock = PLATY, n: tuple = UP) -> tuple[float, float, float]:
     """The velocity with which a rock comes out of the ground."""
     motion = Motion(1.0, (1.0, 2.0, 0.0), v, (0.0, 3.0, 0.0))
-    left = in_ground(scarring, 0, surface(), motion, n, Falling(rock, None, 0))
+    left = in_ground(scarring, 0, surface(), motion, n, RockContext(rock, None, 0))
     assert (left.t, left.x, left.w) == (motion.t, motion.x, motion.w)
     return left.v
 

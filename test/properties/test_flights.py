@@ -23,8 +23,8 @@ from scenes_of_facets import (
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
-from rpf3d_core.materials.falling import ANY_ROCK
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 

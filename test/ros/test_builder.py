@@ -12,7 +12,7 @@ from live_ground import pit_scene
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.released import Around
+from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
 from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.flyer import Flyer
@@ -70,7 +70,7 @@ def made(tmp_path):
     def make(store=None):
         scene, heard, waiting = pit_scene(tmp_path), Heard(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
-        flyer = Flyer(scene, Around(), 100, WaitingSources(50.0, 10), itertools.count(1), heard)
+        flyer = Flyer(scene, ReleaseSpread(), 100, WaitingSources(50.0, 10), itertools.count(1), heard)
         builder = Builder(scene, Workshop(reference=True), waiting, flyer, heard, store)
         threads.extend((builder, flyer))
         return waiting, flyer, heard

@@ -12,7 +12,7 @@ from live_ground import over_the_wall, pit_ground, pit_scene
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.answers import answers
-from rpf3d_core.live.released import Around
+from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.answered import AnsweredSources
@@ -60,7 +60,7 @@ def made(tmp_path):
 
     def make(more=SHORT, age_s=0.0):
         scene, heard = pit_scene(tmp_path, more), Heard()
-        sources, around = WaitingSources(50.0, 10), Around(above_ground=2.0)
+        sources, around = WaitingSources(50.0, 10), ReleaseSpread(above_ground=2.0)
         answered = AnsweredSources(age_s, 40)
         flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard, answered)
         flyers.append(flyer)

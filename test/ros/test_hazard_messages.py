@@ -12,8 +12,8 @@ from nav_msgs.msg import OccupancyGrid
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Header
 
-from rpf3d_core.hazard.maps import HazardMaps, Layers, Raster, Spread
-from rpf3d_core.live.cells import Cells
+from rpf3d_core.hazard.maps import CellStatistics, HazardMaps, Layers, Raster
+from rpf3d_core.live.cells import TerrainCells
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_ros.messages.cloud_reading import columns_of_cloud
 from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid, percentages
@@ -23,17 +23,17 @@ FRAME = Frame(origin=(100.0, 200.0, 50.0))
 RASTER = Raster(-2.0, 4.0, 0.5, 3, 2)
 """Two rows of three cells."""
 COVERED = np.array([True, True, False, True, True, True])
-CELLS = Cells(COVERED, np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0], dtype=np.float32))
+CELLS = TerrainCells(COVERED, np.array([1.0, 2.0, np.nan, 4.0, 5.0, 6.0], dtype=np.float32))
 
 LARGE = 2000
-"""Cells along a side of a raster of a mine."""
+"""TerrainCells along a side of a raster of a mine."""
 QUICK = 0.1
 """CPU seconds that its message may take; iterated over it takes a second."""
 
 
 def spread(values):
     nan = np.full(len(values), np.nan, dtype=np.float32)
-    return Spread(nan, nan, nan, nan, np.array(values, dtype=np.float32), nan)
+    return CellStatistics(nan, nan, nan, nan, np.array(values, dtype=np.float32), nan)
 
 
 def maps(cell, rocks, flown, raster=RASTER):
@@ -78,7 +78,7 @@ def test_the_grid_survives_its_way():
 
 def test_a_large_grid_is_not_iterated_over():
     raster = Raster(0.0, 0.0, 1.0, LARGE, LARGE)
-    cells = Cells(np.ones(LARGE * LARGE, dtype=bool), np.zeros(LARGE * LARGE, dtype=np.float32))
+    cells = TerrainCells(np.ones(LARGE * LARGE, dtype=bool), np.zeros(LARGE * LARGE, dtype=np.float32))
     flown = maps([7], [1], 10, raster)
     began = time.process_time()
     serialize_message(occupancy_grid(HEADER, flown, cells, FRAME, Time()))

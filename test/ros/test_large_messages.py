@@ -18,7 +18,7 @@ from shape_msgs.msg import Mesh
 
 from rpf3d_core.live.survey import MeshSurvey
 from rpf3d_ros.engine import large_messages
-from rpf3d_ros.engine.large_messages import LargeMessages, Topic
+from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh, same_bytes
 from rpf3d_ros.nodes.qos import LATCHED
 
@@ -71,7 +71,7 @@ def heard(node):
 
 
 def listening(node, take, topic="mesh", failed=pytest.fail):
-    return LargeMessages(node, [Topic(Mesh, topic, take, LATCHED)], failed)
+    return LargeMessages(node, [LargeTopic(Mesh, topic, take, LATCHED)], failed)
 
 
 def publish(node, data):
@@ -147,7 +147,7 @@ def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
         raise ValueError("none is wanted")
 
     node.came = came
-    some = LargeMessages(node, [Topic(Mesh, "mesh", take, QoSProfile(depth=10))], lambda sentence: None)
+    some = LargeMessages(node, [LargeTopic(Mesh, "mesh", take, QoSProfile(depth=10))], lambda sentence: None)
     node.publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=10))
     for _ in range(4):
         publish(node, mesh(10))
@@ -184,7 +184,7 @@ def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkey
 
 def test_messages_of_several_topics_come_in_the_order_in_which_they_were_published(node):
     came = []
-    topics = [Topic(Mesh, name, lambda data, at, name=name: came.append(name), DEEP) for name in "abc"]
+    topics = [LargeTopic(Mesh, name, lambda data, at, name=name: came.append(name), DEEP) for name in "abc"]
     some = LargeMessages(node, topics, pytest.fail)
     publishers = {name: node.create_publisher(Mesh, name, DEEP) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
@@ -219,6 +219,7 @@ def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     said = []
+
     def turn():
         executor.spin_once(timeout_sec=0.05)
         said.extend(capfd.readouterr())

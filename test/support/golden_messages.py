@@ -32,9 +32,9 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.live.answers import Answer, answers
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.ground import Workshop
-from rpf3d_core.live.released import Around
+from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
-from rpf3d_core.live.standing import Standing, stand_after, stand_on
+from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.messages.alert_messages import alarm_message, alerts_message
 from rpf3d_ros.messages.area_messages import rings_of_equipment, rings_of_polygon
@@ -180,7 +180,7 @@ class Session:
         self._frame, self._scene = PARAMETERS.frame, live_scene({**SCENE, "engine": engine})
         self._workshop = Workshop(self._scene.terrain.weld, reference=engine == "reference")
         self._thresholds, self._results = Thresholds.model_validate(SITE), itertools.count(1)
-        self._standing: Standing | None = None
+        self._standing: PreparedTerrain | None = None
         self._areas: dict[str, Any] = {}
         self._evidence: dict[str, Evidence] = {}
         self._alert: Alert | None = None
@@ -222,14 +222,14 @@ class Session:
         ground = self._workshop.patched(before.ground, survey_of_cloud(cloud, self._frame), self._now)
         self._take_over(stand_after(before, ground))
 
-    def _take_over(self, standing: Standing) -> None:
+    def _take_over(self, standing: PreparedTerrain) -> None:
         """Stand on a terrain and note it; as copies, because a patch changes it in place."""
         self._standing, terrain = standing, standing.ground.terrain
         mesh = (terrain.frame.points_to_input(terrain.vertices), terrain.triangles.copy(), standing.ground.digest)
         self._note("terrain", [*mesh, *(column.copy() for column in standing.cells)])
 
     @property
-    def _stood(self) -> Standing:
+    def _stood(self) -> PreparedTerrain:
         """The terrain of the moment."""
         assert self._standing is not None
         return self._standing
@@ -237,7 +237,7 @@ class Session:
     def _answer(self, topic: str, sources: Sources) -> None:
         """Answer sources until the answer is complete, and decide on each stage."""
         trigger = trigger_of(sources.positions, sources.velocities, sources.diameters, sources.stamp_ns, topic)
-        around = Around(PARAMETERS.position_spread, PARAMETERS.velocity_spread)
+        around = ReleaseSpread(PARAMETERS.position_spread, PARAMETERS.velocity_spread)
         stages = answers(
             self._stood, trigger, around, self._areas, PARAMETERS.first_rocks, lambda stage: False, self._results
         )

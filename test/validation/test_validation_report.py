@@ -19,7 +19,7 @@ from field_cases.rows import ALL_ROWS, HOEK, PUBLISHED, STONE, Row, row_named, r
 from field_cases.search import FINER, Free, search
 
 from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.falling import Falling, RockKey
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.values import Motion, Rock
 
@@ -269,7 +269,7 @@ def test_a_spinning_sphere_of_the_page_is_arrested_by_its_rolling_friction() -> 
     ground, rock = chant_sura.surface(values), Rock(780.0, 0.4)
     motion = Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, -4.0), (0.0, 50.0, 0.0))
     after = rebound(chant_sura.model_of("coulomb_sphere"), ground, motion, (0.0, 0.0, 1.0),
-                    Falling(rock, RockKey(1, 0, 0), 0))  # fmt: skip
+                    RockContext(rock, RockKey(1, 0, 0), 0))  # fmt: skip
     assert after.w[1] == pytest.approx(50.0 - 2.5 * 0.1 * 1.35 * 4.0 / 0.4, rel=1e-12)
     assert after.v == pytest.approx((0.0, 0.0, 1.4), abs=1e-12)
 

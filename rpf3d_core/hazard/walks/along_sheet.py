@@ -12,7 +12,7 @@ from rpf3d_core.arc import Arc
 from rpf3d_core.detection.bucket_grid import cell_index
 from rpf3d_core.detection.stretch import SLOWEST
 from rpf3d_core.hazard.maps import Raster
-from rpf3d_core.hazard.walks.ground import Ground
+from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.over_facet import above_plane, along_across, crossing, largest_above
 from rpf3d_core.hazard.walks.sheet import NOTHING, facet_beyond, is_alone
 from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
@@ -54,7 +54,7 @@ class Cursor(NamedTuple):
 
 @kernel
 def walk_sheet(
-    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float, at: int
+    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float, at: int
 ) -> tuple[int, float]:
     """Visit every facet that the track passes over, and its zone; tell the squares how high above it the rock was.
 
@@ -82,7 +82,7 @@ def walk_sheet(
 
 
 @kernel
-def _way_from(ground: Ground, arc: Arc, at: int) -> Way:
+def _way_from(ground: WalkedTerrain, arc: Arc, at: int) -> Way:
     """The way over the facet that an arc begins over: `at`, or else one of those in the bucket of its start."""
     way = _way_over(ground, arc, at) if at != NOWHERE else NO_WAY
     locator = ground.locator
@@ -97,7 +97,7 @@ def _way_from(ground: Ground, arc: Arc, at: int) -> Way:
 
 
 @kernel
-def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
+def _way_over(ground: WalkedTerrain, arc: Arc, f: int) -> Way:
     """The way over facet f; NOWHERE unless the line of the arc crosses it and enters it no later than the arc begins.
 
     Where it has been left by then, the way goes on over the facets beyond.
@@ -118,7 +118,7 @@ def _way_over(ground: Ground, arc: Arc, f: int) -> Way:
 
 
 @kernel
-def _way_beyond(ground: Ground, arc: Arc, way: Way) -> Way:
+def _way_beyond(ground: WalkedTerrain, arc: Arc, way: Way) -> Way:
     """The way over the facet beyond the exit. Its own side m runs from the corner on the left to that on the right."""
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
@@ -132,7 +132,7 @@ def _way_beyond(ground: Ground, arc: Arc, way: Way) -> Way:
 
 @kernel
 def _pass_over(
-    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     f: int, low: float, high: float, cursor: Cursor,
 ) -> Cursor:  # fmt: skip
     """Visit facet f and its zone between two times of a track (s), and tell the squares how high above f it was."""

@@ -12,7 +12,7 @@ from rpf3d_core.arc import position
 from rpf3d_core.detection.bucket_locator import grid_of
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.stretch import probe_of
-from rpf3d_core.hazard.walks.ground import Ground
+from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.over_facet import VERTICAL, largest_height, under
 from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
 from rpf3d_core.hazard.walks.visits import Visits, note_height, note_track_energy, visit_for, visited
@@ -45,7 +45,7 @@ def empty_spans() -> Spans:
 
 @kernel
 def walk_buckets(
-    ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     begin: float,
 ) -> None:  # fmt: skip
     """Visit every facet that the track passes over from `begin` (s) on, and its zone; tell the squares its height."""
@@ -67,7 +67,7 @@ def walk_buckets(
 
 @kernel
 def _visit_bucket(
-    ground: Ground, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     i: int, j: int, begin: float, leave: float,
 ) -> None:  # fmt: skip
     """Visit the facets under the stretch of track that lies over the bucket in column i and row j."""
@@ -82,7 +82,14 @@ def _visit_bucket(
 
 @kernel
 def _visit_what_is_below(
-    ground: Ground, spans: Spans, used: int, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float
+    ground: WalkedTerrain,
+    spans: Spans,
+    used: int,
+    squares: Visits,
+    facets: Visits,
+    zones: Visits,
+    track: Track,
+    mass: float,
 ) -> None:
     """Where facets overlap in plan (an overhang, two terrains, a track on an edge) only what is straight below counts.
 
@@ -122,7 +129,7 @@ def _overlapping(spans: Spans, used: int, slack: float) -> bool:
 
 @kernel
 def _visit_span(
-    ground: Ground, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
+    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     f: int, low: float, high: float, height: float,
 ) -> None:  # fmt: skip
     """Visit facet f and its zone between two times of a track (s), in which it is `height` (m) above f at most."""
@@ -135,9 +142,7 @@ def _visit_span(
 
 
 @kernel
-def _spans_over(
-    ground: Ground, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float
-) -> int:
+def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
     """Find the facets of a bucket that lie under a stretch of track, and are not above it as a roof is; how many."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
@@ -159,7 +164,9 @@ def _spans_over(
 
 
 @kernel
-def _note_heights(ground: Ground, squares: Visits, track: Track, f: int, low: float, high: float, most: float) -> None:
+def _note_heights(
+    ground: WalkedTerrain, squares: Visits, track: Track, f: int, low: float, high: float, most: float
+) -> None:
     """Tell the squares between two times of a track how high above facet f the rock was in each.
 
     most : the largest of these heights (m), which a track that stays in one square had there

@@ -13,14 +13,14 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 LINE = 64
 """Bytes."""
 LINE_ROCKS, LINE_DEPOSITS = 0, 1
-"""Columns of `Lines.short`."""
+"""Columns of `CacheLines.short`."""
 LINE_PASSAGES, LINE_IMPACTS, LINE_SUMS = 1, 2, 3
-"""Columns of `Lines.long`: two counts, then the sums of energy, speed and height."""
+"""Columns of `CacheLines.long`: two counts, then the sums of energy, speed and height."""
 LINE_MOST, LINE_FIRST = 12, 15
-"""Columns of `Lines.single`: the largest energy, speed and height, and the earliest arrival."""
+"""Columns of `CacheLines.single`: the largest energy, speed and height, and the earliest arrival."""
 
 
-class Lines(NamedTuple):
+class CacheLines(NamedTuple):
     """S lines, seen as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as single precision (S, 16)."""
 
     long: Any
@@ -48,16 +48,16 @@ class Found(NamedTuple):
     ways: Any = None
 
 
-def empty_lines(room: int) -> Lines:
-    """Lines of cells that no rock has come to; what is not used yet takes no memory."""
+def empty_lines(room: int) -> CacheLines:
+    """CacheLines of cells that no rock has come to; what is not used yet takes no memory."""
     words = LINE // 8
     memory = np.zeros((room + 1) * words, dtype=np.int64)
     ahead = -memory.ctypes.data % LINE // 8  # a line that began elsewhere would lie on two lines of the cache
     long = memory[ahead : ahead + room * words].reshape(room, words)
-    return Lines(long, long.view(np.uint32), long.view(np.float32))
+    return CacheLines(long, long.view(np.uint32), long.view(np.float32))
 
 
-def found_in(lines: Lines, cell: IntArray, place: IntArray) -> Found:
+def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
     """What lines at some places (N,) hold of their cells (N,)."""
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
@@ -68,7 +68,7 @@ def found_in(lines: Lines, cell: IntArray, place: IntArray) -> Found:
     )  # fmt: skip
 
 
-def add_found(lines: Lines, place: IntArray, found: Found) -> None:
+def add_found(lines: CacheLines, place: IntArray, found: Found) -> None:
     """Add what was found of N cells to the lines at distinct places (N,).
 
     Counts and sums add up; the largest values and the earliest arrival stay.

@@ -7,7 +7,7 @@ from rpf3d_core.hazard.areas import Areas, contains_point, walk_areas
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.along_sheet import NOWHERE, walk_sheet
 from rpf3d_core.hazard.walks.buckets import Spans, walk_buckets
-from rpf3d_core.hazard.walks.ground import Ground
+from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.raster import walk_raster
 from rpf3d_core.hazard.walks.tracks import Track, square_at, track_of, tracks_of
 from rpf3d_core.hazard.walks.visits import (
@@ -53,7 +53,7 @@ def with_more_room(scratch: Scratch) -> Scratch:
 
 @loop
 def visit_all(
-    ground: Ground, areas: Areas, scratch: Scratch, gravity: float, counts: Any, finals: Any, impacts: Any,
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, gravity: float, counts: Any, finals: Any, impacts: Any,
     facets: Any, pieces: Any, modes: Any, first: Any, mass: Any, spins: Any, begin: int, heights: Any,
 ) -> int:  # fmt: skip
     """Gather the visits of rock after rock from number `begin` on; the number of the first that found no room.
@@ -119,7 +119,7 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
 
 @kernel
 def _walk_piece(
-    ground: Ground, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, spins: Any, p: int, gravity: float,
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, spins: Any, p: int, gravity: float,
     mass: float, at: int,
 ) -> int:  # fmt: skip
     """Visit all that one piece of path passes over; the facet it ends over, from the one it may begin over."""
@@ -133,7 +133,7 @@ def _walk_piece(
 
 
 @kernel
-def _walk_facets(ground: Ground, scratch: Scratch, track: Track, mass: float, at: int) -> int:
+def _walk_facets(ground: WalkedTerrain, scratch: Scratch, track: Track, mass: float, at: int) -> int:
     """Visit all facets that a track passes over: over their sides as far as that goes, then bucket by bucket."""
     squares, facets, zones = scratch.squares, scratch.facets, scratch.zones
     at, walked = walk_sheet(ground, squares, facets, zones, track, mass, at)
@@ -151,7 +151,7 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 @kernel
 def _note_impact(
-    ground: Ground, areas: Areas, scratch: Scratch, impacts: Any, spins: Any, q: int, facet: int,
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, impacts: Any, spins: Any, q: int, facet: int,
     mass: float,
 ) -> None:  # fmt: skip
     """Count an impact where it is; a vertical facet is visited by nothing else."""
@@ -179,7 +179,7 @@ def _note_impact(
 
 @kernel
 def _come_to_rest(
-    ground: Ground, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any, mass: float
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any, mass: float
 ) -> None:
     """Count a rock that has stopped, where it lies; and one that never moved, where it was released."""
     t, x = final[0], (final[1], final[2], final[3])

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
@@ -29,7 +29,7 @@ class AngleTable(NamedTuple):
 
 
 @rebound.rule(AngleTable)
-def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass with R_n and R_t of the table; those of the material are not used."""
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
@@ -77,7 +77,7 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 
 @rest_of_bounces.rule(AngleTable)
 def by_angle_rest(
-    model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """Not summed: every bounce changes the angle of the next, and flat ones may grow again."""
     return endless(motion)

@@ -31,8 +31,8 @@ from typing import NamedTuple
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, at_once, endless, lumped, rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
@@ -53,7 +53,7 @@ class CoulombLimited(NamedTuple):
     """R_n, R_t and the friction angle of the material."""
 
 
-class Dying(NamedTuple):
+class SummedBounces(NamedTuple):
     """Bounces on a plane that have been summed: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
     a (-), b (s), A (s), B (s^2); T : s that the next bounce takes
@@ -82,7 +82,7 @@ class Plane(NamedTuple):
 
 
 @rebound.rule(CoulombLimited)
-def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass whose loss along the ground is the smaller of that of R_t and that of Coulomb friction."""
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -96,7 +96,7 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 
 @rest_of_bounces.rule(CoulombLimited)
 def coulomb_limited_rest(
-    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """The sum of the bounces on a plane, as at the top of this file; off by less than 1e-10 of the largest speed.
 
@@ -111,7 +111,7 @@ def coulomb_limited_rest(
         return at_once(motion, n)
     c = 0.5 * surface.mu * (1.0 + r) * g_n if q < 1.0 else 0.0
     plane = Plane(r, q, without(motion.v, n), g_t, norm(g_t), c)
-    before = one_by_one(plane, Dying(1.0, 0.0, 0.0, 0.0, T))
+    before = one_by_one(plane, SummedBounces(1.0, 0.0, 0.0, 0.0, T))
     if not (_settled(plane, before) or before.T <= SPENT * T):
         return endless(motion)
     end = _summed(plane, before)
@@ -119,7 +119,7 @@ def coulomb_limited_rest(
 
 
 @kernel
-def one_by_one(plane: Plane, first: Dying) -> Dying:
+def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
     """The bounces up to one of the regimes that have a closed form, or as many as are looked at."""
     state = first
     for _ in range(MOST_BOUNCES):
@@ -130,25 +130,25 @@ def one_by_one(plane: Plane, first: Dying) -> Dying:
 
 
 @kernel
-def _settled(plane: Plane, state: Dying) -> bool:
+def _settled(plane: Plane, state: SummedBounces) -> bool:
     """Whether a closed form goes on from here."""
     speed = norm(_speed(plane, state))
     return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
 
 
 @kernel
-def _speed(plane: Plane, state: Dying) -> Vec:
+def _speed(plane: Plane, state: SummedBounces) -> Vec:
     """Velocity (3,) m/s along the plane."""
     return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
 
 
 @kernel
-def _next(plane: Plane, state: Dying) -> Dying:
+def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
     """One bounce more, and the impact after it."""
     T = state.T
-    flown = Dying(state.a, state.b + T, state.A + state.a * T, state.B + (state.b + 0.5 * T) * T, plane.r * T)
+    flown = SummedBounces(state.a, state.b + T, state.A + state.a * T, state.B + (state.b + 0.5 * T) * T, plane.r * T)
     kept = share_kept(plane.q, norm(_speed(plane, flown)), plane.c * T)
-    return Dying(kept * flown.a, kept * flown.b, flown.A, flown.B, flown.T)
+    return SummedBounces(kept * flown.a, kept * flown.b, flown.A, flown.B, flown.T)
 
 
 @kernel
@@ -172,7 +172,7 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 
 @kernel
-def _summed(plane: Plane, state: Dying) -> Dying:
+def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
     """All bounces, with those from here on in one of the two regimes; in neither, what is left is left out.
 
     With t = T / (1 - R_n) the time that they take.
@@ -184,18 +184,18 @@ def _summed(plane: Plane, state: Dying) -> Dying:
     if _limited_for_good(plane, speed, T):
         slowing = plane.c / speed if speed > 0.0 else 0.0
         lost = slowing * T * T * r / ((1.0 - r) * (1.0 - r * r))
-        return _joined(state, Dying(1.0 - slowing * t, t, t - lost, 0.5 * t * t, 0.0))
+        return _joined(state, SummedBounces(1.0 - slowing * t, t, t - lost, 0.5 * t * t, 0.0))
     if not _constant_for_good(plane, speed, T):
         return state
     q = plane.q
     weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
-    return _joined(state, Dying(0.0, 0.0, T / (1.0 - r * q), weight * T * T, 0.0))
+    return _joined(state, SummedBounces(0.0, 0.0, T / (1.0 - r * q), weight * T * T, 0.0))
 
 
 @kernel
-def _joined(first: Dying, then: Dying) -> Dying:
+def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
     """Bounces after bounces: those of `then` start with the velocity that `first` has ended with."""
-    return Dying(
+    return SummedBounces(
         then.a * first.a, then.a * first.b + then.b, first.A + then.A * first.a, first.B + then.A * first.b + then.B,
         then.T,
     )  # fmt: skip

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import dot
 
@@ -24,7 +24,7 @@ class MassScaled(NamedTuple):
 
 
 @rebound.rule(MassScaled)
-def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass with the material's R_t, and R_n scaled by mass and speed. Energy never rises."""
     R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for
     return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
@@ -32,7 +32,7 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, fal
 
 @rest_of_bounces.rule(MassScaled)
 def mass_scaled_rest(
-    model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """The series with R_n as scaled by mass; off by as much as `velocity_scaled_rest`."""
     R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for

@@ -23,8 +23,8 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, rebound, rest_of_bounces, sum_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.kinetics.rebounds.velocity_scaled import halved
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
@@ -43,7 +43,7 @@ class PfeifferBowen(NamedTuple):
 
 
 @rebound.rule(PfeifferBowen)
-def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """The equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
     radius = falling.rock.radius  # type: ignore[union-attr]  # asked for
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
@@ -75,7 +75,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 
 @rest_of_bounces.rule(PfeifferBowen)
 def pfeiffer_bowen_rest(
-    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """The series with what the coefficients tend to where bounces are slow and the rock rolls from one to the next.
 

@@ -20,8 +20,8 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.spin import heading
 from rpf3d_core.materials.distributions import standard_normal
-from rpf3d_core.materials.falling import Falling, RockKey
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform_at
 from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
@@ -42,7 +42,7 @@ class StochasticMatrix(NamedTuple):
 
 
 @rebound.rule(StochasticMatrix)
-def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """The state after an impact of a drawn matrix; coefficients of the material are not used."""
     radius = falling.rock.radius  # type: ignore[union-attr]  # asked for
     v_t = along(motion.v, n)
@@ -111,7 +111,7 @@ def _energy(state: Vec) -> float:
 
 @rest_of_bounces.rule(StochasticMatrix)
 def drawn_rest(
-    model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """Not summed: every bounce is drawn."""
     return endless(motion)

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.kinetics.rebound import Rest, at_once, rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, scale
 
@@ -15,7 +15,7 @@ class ThesisLiteral(NamedTuple):
 
 
 @rebound.rule(ThesisLiteral)
-def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """Equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
 
     theta and phi are taken as the slopes of the ground along x and y, positive where it rises: the only reading under
@@ -36,7 +36,7 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 
 @rest_of_bounces.rule(ThesisLiteral)
 def thesis_rest(
-    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """No closed form is known for the printed transform: the bouncing ends where it is, below `smallest_bounce`."""
     return at_once(motion, n)

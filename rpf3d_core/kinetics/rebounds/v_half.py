@@ -8,8 +8,8 @@ is not used.
 from typing import NamedTuple
 
 from rpf3d_core.kinetics.rebound import Rest, at_once, lumped, rebound, rest_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import dot
 
@@ -21,13 +21,13 @@ class VHalf(NamedTuple):
 
 
 @rebound.rule(VHalf)
-def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass with the material's R_t. Energy never rises."""
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VHalf)
-def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
+def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
     """The bouncing ends where it is: here it has no end of its own, for R_n tends to 1.
 
     1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces add up to no finite number, and a rise of 1 mm is

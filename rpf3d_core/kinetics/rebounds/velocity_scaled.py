@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, lumped, rebound, rest_of_bounces, sum_of_bounces
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import dot
 
@@ -28,14 +28,14 @@ def halved(x: float) -> float:
 
 
 @rebound.rule(VelocityScaled)
-def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass with the material's R_t, and R_n scaled by its speed into the ground. Energy never rises."""
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VelocityScaled)
 def velocity_scaled_rest(
-    model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
+    model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
     """The series with the material's R_n, which slow bounces tend to.
 

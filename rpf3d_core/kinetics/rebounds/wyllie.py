@@ -10,8 +10,8 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.rebound import Rest, endless, rebound, rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle, no_faster
-from rpf3d_core.materials.falling import Falling
 from rpf3d_core.materials.library import Surface
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.values import Motion, Vec
 
 FACTOR = 19.5
@@ -27,7 +27,7 @@ class Wyllie(NamedTuple):
 
 
 @rebound.rule(Wyllie)
-def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, falling: Falling) -> Motion:
+def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """A lumped mass with R_n of Wyllie's law; that of the material is not used."""
     return no_faster(wyllie_R_n(impact_angle(motion, n)), surface.R_t, motion, n)
 
@@ -39,6 +39,6 @@ def wyllie_R_n(angle: float) -> float:
 
 
 @rest_of_bounces.rule(Wyllie)
-def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
+def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
     """Not summed, as `by_angle_rest`."""
     return endless(motion)

@@ -65,7 +65,7 @@ class Columns(NamedTuple):
     around: int
 
 
-class Crossing(NamedTuple):
+class RampTurn(NamedTuple):
     """One turn of the ramp as it crosses the N columns; arrays (N,).
 
     exists : whether the ramp is there ; face : number of the face it cuts ; part : how far up that face (-)
@@ -103,17 +103,17 @@ def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
     return joined([floor, wall, *ramps, ground], rows, last)
 
 
-def crossing_of(design: Design, count: int, last: int, turn: int) -> Crossing:
+def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
     """Where this turn of the ramp crosses the columns; its length is stretched to end at a column."""
     step = np.arange(count) + turn * count
     height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
     coordinate = design.bench_coordinate(height)
     face = np.maximum(np.ceil(coordinate), 1.0)
     inner = design.wall_offset(np.arange(count) / count, height, coordinate - 1.0, turn)
-    return Crossing(step <= last, face, coordinate - face + 1.0, height, inner, inner + design.strip, coordinate)
+    return RampTurn(step <= last, face, coordinate - face + 1.0, height, inner, inner + design.strip, coordinate)
 
 
-def wall_points(design: Design, rows: Rows, crossings: list[Crossing], p: FloatArray, spacing: Spacing) -> Points:
+def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
     """Points of faces and benches; their offsets also where a point is dropped."""
     shape = (len(rows.kind), len(p))
     below = np.zeros(shape)
@@ -130,7 +130,7 @@ def wall_points(design: Design, rows: Rows, crossings: list[Crossing], p: FloatA
     return Points(offset, height, 2.0 * SECTION * below + row, row, np.full(shape, -1), valid)
 
 
-def taper(rows: Rows, crossing: Crossing, width: FloatArray) -> FloatArray:
+def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
     """How far (W, N), m, to move the face that the ramp cuts: the berm below tapers to the ramp, that above from it.
 
     With a share f of the face left below the ramp, the berm at its toe is f w wide and that at its crest (1 - f) w.
@@ -142,7 +142,7 @@ def taper(rows: Rows, crossing: Crossing, width: FloatArray) -> FloatArray:
     return np.where(cut, move, 0.0)
 
 
-def crowds(rows: Rows, crossing: Crossing, width: FloatArray, spacing: Spacing) -> Mask:
+def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
     """Which inner bench rows (W, N) a tapered berm leaves no room for."""
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
@@ -152,7 +152,7 @@ def crowds(rows: Rows, crossing: Crossing, width: FloatArray, spacing: Spacing) 
     return narrow
 
 
-def merges(rows: Rows, crossing: Crossing, offset: FloatArray, spacing: Spacing) -> Mask:
+def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
     """Which points (W, N) nearly coincide with an edge of the ramp, so that the edge stands for them."""
     feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
     gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
@@ -163,7 +163,7 @@ def merges(rows: Rows, crossing: Crossing, offset: FloatArray, spacing: Spacing)
     return near
 
 
-def ramp_points(design: Design, crossing: Crossing, turn: int, spacing: Spacing) -> Points:
+def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing) -> Points:
     """Points across one turn of the ramp, level from its inner to its outer edge."""
     parts = max(1, round(design.strip / spacing.edge))
     across = np.arange(parts + 1)[:, None]
@@ -182,7 +182,7 @@ def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
     return flat(offset, np.zeros_like(offset), FLOOR_KEY + offset)
 
 
-def ground_points(design: Design, wall: Points, crossings: list[Crossing], spacing: Spacing) -> Points:
+def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spacing: Spacing) -> Points:
     """Points of the natural ground from the crest out, level here (its relief comes with the roughness)."""
     crest = wall.offset[-1]
     parts = max(2, round((design.outer - float(crest.mean())) / (OUTWARD_GROWTH * spacing.edge)))

@@ -10,8 +10,8 @@ from rpf3d_core.terrain.frame import FloatArray
 IndexArray = NDArray[np.int64]
 
 
-class Lines(NamedTuple):
-    """Lines of points, one a strip.
+class StripLines(NamedTuple):
+    """StripLines of points, one a strip.
 
     strip : (A,) number of the strip, ascending ; key : (A,) place along the line, ascending within a strip
     point : (A,) the point's index
@@ -22,7 +22,7 @@ class Lines(NamedTuple):
     point: IndexArray
 
 
-def strip_triangles(right: Lines, left: Lines) -> tuple[IndexArray, IndexArray]:
+def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
     """Fill the strips between lines on their right and lines on their left, both walked in order of the keys.
 
     Each point but a line's first makes one triangle: with the point before it on its line and with the point last

@@ -8,7 +8,7 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.columns import Columns, Spacing
 from rpf3d_core.terrain.pit.design import Design
 from rpf3d_core.terrain.pit.relief import SMOOTH_SHARE, hills, pile_spills, roughness, steepness
-from rpf3d_core.terrain.pit.strips import Lines, strip_triangles
+from rpf3d_core.terrain.pit.strips import StripLines, strip_triangles
 
 IndexArray = NDArray[np.int64]
 STEEP_SHARE = 0.5
@@ -45,8 +45,8 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
     every, ahead = np.arange(len(columns.column)), columns.column
     turned = np.roll(every, -int(np.searchsorted(columns.column, 1)))
     behind = (columns.column[turned] - 1) % columns.around
-    right = Lines(ahead, columns.key_ahead, every)
-    left = Lines(behind, columns.key_behind[turned], turned)
+    right = StripLines(ahead, columns.key_ahead, every)
+    left = StripLines(behind, columns.key_behind[turned], turned)
     triangles, entry = strip_triangles(right, left)
     zone_ahead, zone_behind = piece_zones(design, columns)
     return triangles, np.concatenate([zone_ahead, zone_behind[turned]])[entry]
@@ -107,7 +107,7 @@ def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
 
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
     """Triangles between two rings; a ring of one point closes the floor."""
-    right = Lines(np.zeros(len(outer) + 1, dtype=np.int64), np.append(outer_key, 1.0), np.append(outer, outer[0]))
+    right = StripLines(np.zeros(len(outer) + 1, dtype=np.int64), np.append(outer_key, 1.0), np.append(outer, outer[0]))
     if len(inner) > 1:
         inner_key, inner = np.append(inner_key, 1.0), np.append(inner, inner[0])
-    return strip_triangles(right, Lines(np.zeros(len(inner), dtype=np.int64), inner_key, inner))[0]
+    return strip_triangles(right, StripLines(np.zeros(len(inner), dtype=np.int64), inner_key, inner))[0]

@@ -11,14 +11,14 @@ import pytest
 from small_pit import scene_file
 
 from rpf3d_core.detection import bucket_grid, slabs
-from rpf3d_core.jit.background import Beside
+from rpf3d_core.jit.background import BackgroundCompiler
 from rpf3d_core.runs import run as run_module
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup import prepared as prepared_module
 from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.simulation import engines
-from rpf3d_core.simulation.engines import Compiled, rehearse_ground_below, rehearse_index
+from rpf3d_core.simulation.engines import Compiled, precompile_ground_below, precompile_index
 from rpf3d_core.terrain import facets
 
 numba = pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
@@ -40,21 +40,21 @@ def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Compiled:
 
 
 def test_the_index_that_is_rehearsed_has_the_types_of_any_other(engine: Compiled) -> None:
-    rehearsed = rehearse_index()
+    rehearsed = precompile_index()
     assert numba.typeof(rehearsed.facets) == numba.typeof(engine.facets)
     assert numba.typeof(rehearsed.locator) == numba.typeof(engine.locator)
 
 
 def test_what_is_rehearsed_is_compiled_once_for_all(engine: Compiled) -> None:
     assert len(INDEX) > 6, "not all loops of the index are looked at"
-    rehearse_ground_below()
+    precompile_ground_below()
     known = {loop: set(loop.overloads) for loop in (*INDEX, GROUND_BELOW)}
     assert all(known.values()), "it leaves some of them out"
     Compiled(engine.facets).ground_below(np.zeros((3, 3)))
     assert {loop: set(loop.overloads) for loop in known} == known
 
 
-class Told(Beside):
+class Told(BackgroundCompiler):
     """Notes what it is told, and what is called meanwhile; `slow`: the ground below takes long to compile."""
 
     def __init__(self, slow: bool) -> None:
@@ -86,7 +86,7 @@ def test_a_run_waits_for_each_part_before_it_needs_it(
     told = Told(slow)
 
     @contextmanager
-    def beside(*loops: Any) -> Iterator[Beside]:
+    def beside(*loops: Any) -> Iterator[BackgroundCompiler]:
         yield told
 
     monkeypatch.setattr(run_module, "compiling_beside", beside)
@@ -95,6 +95,6 @@ def test_a_run_waits_for_each_part_before_it_needs_it(
     told.note(monkeypatch, run_module, "_check_all")
     simulate(scene_file(tmp_path, more="engine: compiled"))
     assert told.noted == [
-        "begin rehearse_index", "begin rehearse_ground_below", "wait rehearse_index", "facets_of", "types known",
-        *(["warm_flights"] if slow else []), "wait rehearse_ground_below", "_check_all", "wait",
+        "begin precompile_index", "begin precompile_ground_below", "wait precompile_index", "facets_of", "types known",
+        *(["warm_flights"] if slow else []), "wait precompile_ground_below", "_check_all", "wait",
     ]  # fmt: skip

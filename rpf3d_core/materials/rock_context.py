@@ -17,7 +17,7 @@ class RockKey(NamedTuple):
     rock: int
 
 
-class Falling(NamedTuple):
+class RockContext(NamedTuple):
     """One rock that falls.
 
     rock : its mass and radius, None where no model of the scene asks for them
@@ -29,7 +29,7 @@ class Falling(NamedTuple):
     impacts: int
 
 
-ANY_ROCK = Falling(None, None, 0)
+ANY_ROCK = RockContext(None, None, 0)
 """For models that ask nothing of the rock."""
 
 
