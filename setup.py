@@ -48,6 +48,7 @@ setup(
         (f"share/{NAME}/config/scenes", [name for name in glob("config/scenes/*") if isfile(name)]),
     ],
     entry_points={
+        "rpf3d.commands": ["from-bag = rpf3d_ros.recording.from_bag_command:from_bag"],
         "console_scripts": [
             "rpf3d = rpf3d_core.cli:main",
             "rpf3d_simulator = rpf3d_ros.nodes.simulator_node:main",

@@ -15,7 +15,6 @@ from rpf3d_core.commands.check import check
 from rpf3d_core.commands.compare import compare
 from rpf3d_core.commands.cost import cost
 from rpf3d_core.commands.effects import effects
-from rpf3d_core.commands.from_bag import from_bag
 from rpf3d_core.commands.imports import app as imports
 from rpf3d_core.commands.pit import pit
 from rpf3d_core.commands.recover import recover
@@ -25,8 +24,10 @@ from rpf3d_core.commands.screen import INTERRUPTED, CommandInterrupted, complain
 from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
-COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover, from_bag)
+COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover)
 """In the order of `rpf3d --help`."""
+FURTHER = "rpf3d.commands"
+"""Group of the entry points by which other packages add commands; `setup.py` names those of the nodes."""
 
 app = typer.Typer(
     help="Rockfall trajectories over open-pit terrain.",
@@ -36,6 +37,8 @@ app = typer.Typer(
 )
 for command in COMMANDS:
     app.command()(command)
+for entry in importlib.metadata.entry_points(group=FURTHER):
+    app.command(entry.name)(entry.load())
 app.add_typer(imports, name="import")
 
 
@@ -59,7 +62,7 @@ def _say_version(wanted: bool) -> None:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)
         except importlib.metadata.PackageNotFoundError:
-            raise InputError("the version is not known, for rpf3d is not installed") from None
+            raise InputError("the version is unknown, because rpf3d is not installed") from None
         raise typer.Exit
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.broken import NONE_BROKEN, Broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
+from rpf3d_core.values import Outcome
 
 Rocks = NDArray[np.bool_]
 """Which of some rocks."""
@@ -119,3 +120,16 @@ def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
 
 NOTHING = with_ends(written_of(np.empty(0, dtype=np.int64)), np.empty((0, 8)), np.empty((0, 4), dtype=np.int64))
 """A batch of no rocks."""
+
+
+def broken_of(batch: Batch) -> Broken:
+    """Those of some rocks that broke, from what was written down: its last impact, and the end of its path.
+
+    `NONE_BROKEN` itself where none did.
+    """
+    which = np.flatnonzero(batch.counts[:, 0] == Outcome.FRAGMENTED)
+    if not which.size:
+        return NONE_BROKEN
+    struck, end = batch.first[which + 1, 0] - 1, batch.first[which + 1, 1] - 1
+    pieces = batch.pieces[end]
+    return Broken(batch.rows[which], pieces[:, 0], pieces[:, 1:4], pieces[:, 4:7], batch.impacts[struck, 4:7])

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, in_order, some_of, with_ends, written_of
-from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, broken_of, joined_broken
+from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, broken_of, in_order, some_of, with_ends, written_of
+from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, joined_broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies

@@ -2,15 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
-from rpf3d_core.values import Outcome
-
-if TYPE_CHECKING:
-    from rpf3d_core.ensemble.batch import Batch
 
 SOURCES = 65_536
 """What the number of a piece is multiplied by beside a source for its draws: up to 65,536 of either."""
@@ -34,19 +29,6 @@ class Broken:
 
 
 NONE_BROKEN = Broken(np.empty(0, dtype=np.int64), np.empty(0), *(np.empty((0, 3)) for _ in range(3)))
-
-
-def broken_of(batch: "Batch") -> Broken:
-    """Those of some rocks that broke, from what was written down: its last impact, and the end of its path.
-
-    `NONE_BROKEN` itself where none did.
-    """
-    which = np.flatnonzero(batch.counts[:, 0] == Outcome.FRAGMENTED)
-    if not which.size:
-        return NONE_BROKEN
-    struck, end = batch.first[which + 1, 0] - 1, batch.first[which + 1, 1] - 1
-    pieces = batch.pieces[end]
-    return Broken(batch.rows[which], pieces[:, 0], pieces[:, 1:4], pieces[:, 4:7], batch.impacts[struck, 4:7])
 
 
 def rows_of_broken(broken: Broken, which: slice) -> Broken:

@@ -1,7 +1,7 @@
 """ASCII STL, OBJ, VTP and legacy VTK through VTK's readers.
 
 VTK prints what it finds wrong and then hands out what it has got, or nothing. Here its messages are collected, and any
-of them refuses the file. VTP and legacy VTK are read in a process of their own (`vtk_process.py`).
+of them refuses the file. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
 """
 
 import re

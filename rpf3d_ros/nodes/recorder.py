@@ -15,13 +15,14 @@ from rpf3d_ros.messages.message_classes import message_class
 from rpf3d_ros.nodes.health_report import HealthReport
 from rpf3d_ros.nodes.parameters import RecorderParameters, declare
 from rpf3d_ros.nodes.qos import OVERRIDABLE, recorded_qos
-from rpf3d_ros.nodes.recorder_node import NAME
 from rpf3d_ros.recording import file_writer
 from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
 from rpf3d_ros.recording.incident_bag import IncidentBag
 from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED, MessageLog
 from rpf3d_ros.recording.recorded_topics import TOPICS
 from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
+
+NAME = "rpf3d_recorder"
 
 RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
 """The part of /diagnostics that counts the messages recorded, by topic."""

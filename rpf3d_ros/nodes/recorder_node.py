@@ -9,8 +9,6 @@ from rpf3d_ros.nodes.node_process import run
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-NAME = "rpf3d_recorder"
-
 
 def node() -> "Node":
     """The node; rclpy has been initialised."""

@@ -15,7 +15,8 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 from rpf3d_ros.nodes.health_report import HealthReport
 from rpf3d_ros.nodes.parameters import ScenePublisherParameters, declare
 from rpf3d_ros.nodes.qos import EVENTS, LATCHED, OVERRIDABLE
-from rpf3d_ros.nodes.scene_publisher_node import NAME
+
+NAME = "rpf3d_scene_publisher"
 
 LOOK_EVERY = 0.25
 """Seconds between looks for a new subscriber, to whom the terrain is published again."""

@@ -30,10 +30,11 @@ from rpf3d_ros.nodes.heartbeat import Heartbeat
 from rpf3d_ros.nodes.inputs import Inputs
 from rpf3d_ros.nodes.parameters import ParameterLock, SimulatorParameters, declare, values_of
 from rpf3d_ros.nodes.scene_parameters import SceneParameters
-from rpf3d_ros.nodes.simulator_node import NAME
 
 if TYPE_CHECKING:
     from rpf3d_ros.nodes.configuration import Equipment
+
+NAME = "rpf3d_simulator"
 
 TICK = 0.25
 """Seconds between looks whether a decision is over."""

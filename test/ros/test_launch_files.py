@@ -12,7 +12,7 @@ import yaml
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.scene import SCENE, live_parameters
-from rpf3d_ros.nodes import recorder_node, scene_publisher_node, simulator_node
+from rpf3d_ros.nodes import recorder, scene_publisher, simulator
 from rpf3d_ros.nodes.parameters import (
     FrameParameters,
     RecorderParameters,
@@ -24,16 +24,16 @@ ROOT = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 PARAMETERS = {
     "/**": FrameParameters,
-    simulator_node.NAME: SimulatorParameters,
-    recorder_node.NAME: RecorderParameters,
-    scene_publisher_node.NAME: ScenePublisherParameters,
+    simulator.NAME: SimulatorParameters,
+    recorder.NAME: RecorderParameters,
+    scene_publisher.NAME: ScenePublisherParameters,
 }
 
 
 def known_to(node):
     """Parameter -> a value of its type, of a node or of all of them."""
     known = {field.name: field.default for field in fields(PARAMETERS[node])}
-    if node == simulator_node.NAME:
+    if node == simulator.NAME:
         known |= {field.key: field.kind() for field in live_parameters()} | {SCENE: ""}
     return known
 
@@ -130,16 +130,16 @@ RPF3D = pytest.mark.parametrize("described", [ROOT / "launch" / "rpf3d.launch.py
 
 @RPF3D
 def test_the_simulator_is_always_launched_and_the_others_are_by_argument(described):
-    assert set(launched(described)) == {simulator_node.NAME, recorder_node.NAME}
-    assert set(launched(described, record="false")) == {simulator_node.NAME}
+    assert set(launched(described)) == {simulator.NAME, recorder.NAME}
+    assert set(launched(described, record="false")) == {simulator.NAME}
     assert set(launched(described, publish_scene="demo.yaml")) == set(PARAMETERS) - {"/**"}
 
 
 @RPF3D
 def test_what_is_not_given_takes_the_place_of_nothing_in_the_parameter_file(described):
-    assert launched(described)[simulator_node.NAME][1] == {}
-    assert set(launched(described, map_frame="pit")[simulator_node.NAME][1]) == {"map_frame"}
-    assert launched(described, params_file="mine.yaml")[recorder_node.NAME][0] == "mine.yaml"
+    assert launched(described)[simulator.NAME][1] == {}
+    assert set(launched(described, map_frame="pit")[simulator.NAME][1]) == {"map_frame"}
+    assert launched(described, params_file="mine.yaml")[recorder.NAME][0] == "mine.yaml"
 
 
 @RPF3D

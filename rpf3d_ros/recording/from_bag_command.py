@@ -1,6 +1,8 @@
-"""`rpf3d from-bag`: a bag of the nodes' topics as a recording, without ROS."""
+"""`rpf3d from-bag`: convert a bag of the nodes' topics into a recording, without ROS.
 
-from importlib import import_module
+`rpf3d` finds this command by the entry point `rpf3d.commands`, because the core does not import the nodes.
+"""
+
 from pathlib import Path
 from typing import Annotated
 
@@ -9,11 +11,8 @@ import typer
 from rpf3d_core.commands.screen import complaints, screen
 from rpf3d_core.errors import InputError
 
-READER = "rpf3d_ros.recording.from_bag"
-"""Reads the nodes' messages, so it lies with them; named here, not imported: the core does without the nodes."""
-
 SHOWN = 10
-"""Refused messages that are told one by one."""
+"""Refused messages that are printed one by one."""
 
 
 def from_bag(
@@ -28,10 +27,11 @@ def from_bag(
     mesh_frame: Annotated[str, typer.Option(help="Frame of terrain/mesh.")] = "map",
 ) -> None:
     """Write the recording that the live recorder would have written of a bag's messages."""
-    reader = import_module(READER)
-    frame = reader.MapFrame(map_frame, survey_frame, map_origin)
+    from rpf3d_ros.recording.from_bag import MapFrame, convert
+
+    frame = MapFrame(map_frame, survey_frame, map_origin)
     try:
-        done = reader.convert(bag, out, frame, mesh_frame, namespace)
+        done = convert(bag, out, frame, mesh_frame, namespace)
     except OSError as error:
         raise InputError(str(error)) from error
     for sentence in done.refused[:SHOWN]:

@@ -1,0 +1,47 @@
+"""The process that reads one VTK file, with a limit of memory, and saves the surface.
+
+    python -m rpf3d_core.formats.vtk_child terrain.vtp points_and_triangles.npz
+
+If the file is refused, the reason is on standard output, and the exit code is 2.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from rpf3d_core.errors import TerrainError
+from rpf3d_core.formats.vtk_files import read_here
+from rpf3d_core.formats.vtk_process import REFUSED
+
+MEMORY = 4 * 2**30
+"""Bytes of addresses that the process may have, libraries included, without those for the file itself."""
+MEMORY_PER_BYTE = 200
+"""Further bytes for each byte of the file: a byte holds a few records at most, each of a few hundred bytes."""
+
+
+def main(path: Path, result: Path) -> int:
+    """Read a file and save its surface; return the exit code."""
+    _limit_memory(MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
+    try:
+        surface = read_here(path)
+    except TerrainError as fault:
+        sys.stdout.buffer.write(str(fault).encode("utf-8", "replace"))
+        return REFUSED
+    arrays = {"points": surface.points, "triangles": surface.triangles}
+    np.savez(result, **{name: array for name, array in arrays.items() if array is not None})  # type: ignore[arg-type]
+    return 0
+
+
+def _limit_memory(size: int) -> None:
+    """Let the system refuse more memory than this (bytes) to this process, where it can."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    most = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (size if most == resource.RLIM_INFINITY else min(size, most), most))
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))
