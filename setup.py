@@ -54,7 +54,7 @@ setup(
             "rpf3d_simulator = rpf3d_ros.nodes.simulator_node:main",
             "rpf3d_recorder = rpf3d_ros.nodes.recorder_node:main",
             "rpf3d_acknowledge = rpf3d_ros.nodes.acknowledge:main",
-            "rpf3d_play_bag = rpf3d_ros.recording.play_bag:main",
+            "rpf3d_play_bag = rpf3d_ros.nodes.play_bag:main",
             "rpf3d_scene_publisher = rpf3d_ros.nodes.scene_publisher_node:main",
         ],
     },

@@ -22,8 +22,8 @@ from soak_report import print_report
 from soak_world import PLACES, World, places_of, world_of
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.demo.simulated_clock import SimulatedClock
 from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 WITHIN = 5.0
 """Seconds from a burst until its level is told, while the simulator runs and the clock goes on."""

@@ -13,7 +13,7 @@ from std_msgs.msg import Bool
 
 from rpf3d_ros.demo.shift_content import patch_message
 from rpf3d_ros.demo.stand_in import StandIn
-from rpf3d_ros.nodes.qos import LATCHED
+from rpf3d_ros.interface.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip

@@ -1,7 +1,7 @@
 """A subscriber to everything that is published, for a soak to kill: it must make no difference to anybody else."""
 
 from rpf3d_ros.demo.stand_in import StandIn
-from rpf3d_ros.recording.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import TOPICS
 
 
 def main() -> None:

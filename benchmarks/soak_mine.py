@@ -17,8 +17,8 @@ from soak_world import SCENE, SITE, SPEED, SPREAD_V, SPREAD_X
 from std_msgs.msg import Bool
 
 from rpf3d_core.alerts.levels import Level
-from rpf3d_ros.demo.simulated_clock import SimulatedClock
 from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.interface.simulated_clock import SimulatedClock
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.health import healths_of
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from rpf3d_core.live.scene import live_parameters
 from rpf3d_core.scene.fields import SceneField
-from rpf3d_ros.nodes.parameters import (
+from rpf3d_ros.interface.parameters import (
     FrameParameters,
     RecorderParameters,
     ScenePublisherParameters,

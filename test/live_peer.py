@@ -20,11 +20,11 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
+from rpf3d_ros.interface.publishing import publishers_of
+from rpf3d_ros.interface.qos import EVENTS, LATCHED, RESULTS
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
-from rpf3d_ros.nodes.publishing import publishers_of
-from rpf3d_ros.nodes.qos import EVENTS, LATCHED, RESULTS
-from rpf3d_ros.recording.recorded_topics import TOPICS
 
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN

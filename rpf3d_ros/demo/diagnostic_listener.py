@@ -7,8 +7,8 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+from rpf3d_ros.interface.qos import EVENTS
 from rpf3d_ros.messages.health import Health, healths_of
-from rpf3d_ros.nodes.qos import EVENTS
 
 PATIENCE = 0.1
 """Seconds that `spin_once` waits for a message."""

@@ -143,8 +143,8 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
     """Play the shift to the nodes; what they have not recorded or said of it in time."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
-    from rpf3d_ros.demo.simulated_clock import SimulatedClock
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads: after the children
+    from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     spoken = ("terrain/mesh", "terrain/update", "sources")
     with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:

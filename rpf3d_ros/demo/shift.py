@@ -16,15 +16,15 @@ from std_msgs.msg import Header
 from rpf3d_core.errors import InputError
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.demo.shift_content import ShiftContent, patch_message
-from rpf3d_ros.demo.simulated_clock import SimulatedClock
 from rpf3d_ros.demo.stand_in import StandIn
+from rpf3d_ros.interface.qos import RESULTS
+from rpf3d_ros.interface.simulated_clock import SimulatedClock
 from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.health import healths_of
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.result_messages import facts_of
 from rpf3d_ros.messages.source_messages import poses_of_sources
 from rpf3d_ros.messages.stamps import SECOND, nanoseconds, stamp_of
-from rpf3d_ros.nodes.qos import RESULTS
 
 LENGTH = 300.0
 """Seconds of the shift."""

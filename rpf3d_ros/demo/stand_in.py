@@ -15,10 +15,10 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
 
+from rpf3d_ros.interface.publishing import publishers_of
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.message_classes import message_class
 from rpf3d_ros.nodes.acknowledge import who_acknowledges
-from rpf3d_ros.nodes.publishing import publishers_of
-from rpf3d_ros.recording.recorded_topics import TOPICS
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """How results are heard: those from now on, none of them left out."""

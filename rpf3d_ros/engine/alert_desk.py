@@ -23,7 +23,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.live.evidence import together
 from rpf3d_ros.engine.heard_topics import HeardTopics, is_cleared_by
 from rpf3d_ros.engine.intake import SECOND
-from rpf3d_ros.engine.unforeseen import tell
+from rpf3d_ros.messages.refusals import report_error
 
 Reply = Callable[[tuple[bool, str]], None]
 
@@ -126,7 +126,7 @@ class AlertDesk:
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
-    def tell(self, region: Hashable, evidence: Evidence, topic: str) -> None:
+    def report_error(self, region: Hashable, evidence: Evidence, topic: str) -> None:
         """Decide on new evidence of a region; that of no sources stands for all of them that its topic has told of."""
         self._requests.put(Request(region, evidence, topic))
 
@@ -182,7 +182,7 @@ class AlertDesk:
             except Exception as error:
                 self._evidence.clear()
                 self._failed = True
-                tell(self._listener.undecided, error)
+                report_error(self._listener.undecided, error)
 
     def _serve(self, request: Request) -> None:
         now, self._failed = self._now(), False

@@ -13,8 +13,7 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.intake import WaitingTerrain
-from rpf3d_ros.engine.unforeseen import tell
-from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.refusals import MessageRefused, report_error
 from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
 
@@ -72,7 +71,7 @@ class Builder:
             try:
                 self._build(*task)
             except Exception as error:
-                tell(self._listener.failed, error)
+                report_error(self._listener.failed, error)
 
     def _build(self, kind: str, arrival: Arrival) -> None:
         try:

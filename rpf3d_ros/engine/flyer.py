@@ -16,7 +16,7 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.answered import AnsweredSources
 from rpf3d_ros.engine.intake import WaitingSources
-from rpf3d_ros.engine.unforeseen import tell
+from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
 """Makes what is stood on after a change of the ground; the former must not be flown over any more."""
@@ -173,7 +173,7 @@ class Flyer:
                 self._step()
             except Exception as error:
                 self._stages = self._unfinished = None
-                tell(self._listener.failed, error)
+                report_error(self._listener.failed, error)
 
     def _step(self) -> None:
         """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""

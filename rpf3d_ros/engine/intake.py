@@ -14,6 +14,7 @@ import numpy as np
 
 from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.stamps import SECOND
 
 M = TypeVar("M")
 
@@ -25,9 +26,6 @@ LATE = 10.0
 
 REMEMBERED = 10_000
 """Patches of which it is kept in mind when they were published."""
-
-SECOND = 1_000_000_000
-"""Nanoseconds."""
 
 NOBODY = "nobody"
 """In the place of a square: a message without sources speaks of all walls that its topic watches."""

@@ -23,8 +23,8 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from rpf3d_ros.engine.in_order import InOrder, Published
+from rpf3d_ros.interface.qos import OVERRIDABLE
 from rpf3d_ros.messages.terrain_messages import Buffer
-from rpf3d_ros.nodes.qos import OVERRIDABLE
 
 PAUSE = 0.01
 """Seconds between looks whether a message has come; to look takes some microseconds."""

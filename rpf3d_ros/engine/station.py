@@ -20,16 +20,16 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.engine.alert_desk import LONGEST_WRITE, AlertDesk
 from rpf3d_ros.engine.answered import AnsweredSources
 from rpf3d_ros.engine.builder import Arrival, Builder
+from rpf3d_ros.engine.configuration import Equipment, around_of, version
 from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.intake import SECOND, WaitingSources, WaitingTerrain
+from rpf3d_ros.interface.alert_publishers import AlertPublishers
+from rpf3d_ros.interface.answer_publishers import AnswerPublishers
+from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.answer_content import figures_of, warnings_of
 from rpf3d_ros.messages.health import ERROR, OK, WARN
+from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.messages.stamps import stamp_of
-from rpf3d_ros.nodes.acknowledge import TAKEN_UP
-from rpf3d_ros.nodes.alert_publishers import AlertPublishers
-from rpf3d_ros.nodes.answer_publishers import AnswerPublishers
-from rpf3d_ros.nodes.configuration import Equipment, around_of, version
-from rpf3d_ros.nodes.health_report import HealthReport
 
 ANSWER_WITHIN = 0.04
 """Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rpf3d_ros.messages.health import Health, healths_of
 from rpf3d_ros.messages.refusals import MessageRefused
-from rpf3d_ros.recording.views import LEVELS
+
+LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
+"""Levels of an alert, from the lowest; a level's number is its place."""
+
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticArray

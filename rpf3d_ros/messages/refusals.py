@@ -1,7 +1,23 @@
-"""Messages that are refused: the node says why and lives on."""
+"""What a node reports when it cannot do what was asked: refused messages, slow disks, unforeseen errors."""
+
+import sys
+import traceback
+from collections.abc import Callable
 
 from rpf3d_core.errors import InputError
+
+TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
+"""The answer to an acknowledgement while the decision log has not yet stored it."""
 
 
 class MessageRefused(InputError):
     """A received message cannot be used; the sentence names the topic's field and what would be right."""
+
+
+def report_error(report: Callable[[BaseException], None], error: BaseException) -> None:
+    """Report an unforeseen error of a thread that goes on; write it to standard error if `report` fails."""
+    try:
+        report(error)
+    except Exception as another:
+        traceback.print_exception(error, file=sys.stderr)
+        traceback.print_exception(another, file=sys.stderr)

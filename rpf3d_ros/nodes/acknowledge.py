@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.nodes.leaving import unless_signalled
 from rpf3d_ros.nodes.node_process import beside_ros
 
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from rclpy.node import Node
     from rclpy.task import Future
 
-
-TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
-"""What the simulator answers where it does not know yet whether the level falls."""
 
 NOT_YET = 3
 """Exit code for that."""

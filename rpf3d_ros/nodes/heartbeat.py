@@ -5,8 +5,8 @@ import time
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
-from rpf3d_ros.nodes.health_report import HealthReport
 
 BEAT = 0.01
 """Seconds between beats."""

@@ -19,14 +19,14 @@ from rpf3d_ros.engine.builder import Arrival
 from rpf3d_ros.engine.intake import Moment, StampGuards
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
 from rpf3d_ros.engine.station import Station
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import SimulatorParameters
+from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE, terrain_qos
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA, rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.stamps import nanoseconds
 from rpf3d_ros.messages.terrain_messages import Buffer, check_cloud, check_mesh, mesh_of_cdr, survey_of_cloud
-from rpf3d_ros.nodes.health_report import HealthReport
-from rpf3d_ros.nodes.parameters import SimulatorParameters
-from rpf3d_ros.nodes.qos import EVENTS, OVERRIDABLE, terrain_qos
 
 
 class Inputs:

@@ -10,16 +10,16 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import RecorderParameters, declare
+from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.messages.message_classes import message_class
-from rpf3d_ros.nodes.health_report import HealthReport
-from rpf3d_ros.nodes.parameters import RecorderParameters, declare
-from rpf3d_ros.nodes.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.recording import file_writer
 from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
 from rpf3d_ros.recording.incident_bag import IncidentBag
 from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED, MessageLog
-from rpf3d_ros.recording.recorded_topics import TOPICS
 from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
 
 NAME = "rpf3d_recorder"

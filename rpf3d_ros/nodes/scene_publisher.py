@@ -8,13 +8,13 @@ from shape_msgs.msg import Mesh
 from std_msgs.msg import Header
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import ScenePublisherParameters, declare
+from rpf3d_ros.interface.qos import EVENTS, LATCHED, OVERRIDABLE
 from rpf3d_ros.messages.health import OK
 from rpf3d_ros.messages.scene_content import SceneContent, scene_content
 from rpf3d_ros.messages.source_messages import poses_of_sources
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
-from rpf3d_ros.nodes.health_report import HealthReport
-from rpf3d_ros.nodes.parameters import ScenePublisherParameters, declare
-from rpf3d_ros.nodes.qos import EVENTS, LATCHED, OVERRIDABLE
 
 NAME = "rpf3d_scene_publisher"
 

@@ -14,9 +14,12 @@ from std_srvs.srv import Trigger as TriggerService
 
 from rpf3d_core.errors import InputError
 from rpf3d_ros.engine.station import Outlets, Station
+from rpf3d_ros.interface.alert_publishers import AlertPublishers
+from rpf3d_ros.interface.answer_publishers import AnswerPublishers
+from rpf3d_ros.interface.health_report import HealthReport
+from rpf3d_ros.interface.parameters import ParameterLock, SimulatorParameters, declare, values_of
+from rpf3d_ros.interface.scene_parameters import SceneParameters
 from rpf3d_ros.messages.health import ERROR, OK, WARN
-from rpf3d_ros.nodes.alert_publishers import AlertPublishers
-from rpf3d_ros.nodes.answer_publishers import AnswerPublishers
 from rpf3d_ros.nodes.configuring import (
     ContextEnded,
     noting_errors,
@@ -24,15 +27,12 @@ from rpf3d_ros.nodes.configuring import (
     refuse_impossible_transitions,
     watch_clock,
 )
-from rpf3d_ros.nodes.health_report import HealthReport
 from rpf3d_ros.nodes.heap import free_what_is_gone, leave_what_stays_to_itself
 from rpf3d_ros.nodes.heartbeat import Heartbeat
 from rpf3d_ros.nodes.inputs import Inputs
-from rpf3d_ros.nodes.parameters import ParameterLock, SimulatorParameters, declare, values_of
-from rpf3d_ros.nodes.scene_parameters import SceneParameters
 
 if TYPE_CHECKING:
-    from rpf3d_ros.nodes.configuration import Equipment
+    from rpf3d_ros.engine.configuration import Equipment
 
 NAME = "rpf3d_simulator"
 
@@ -221,7 +221,7 @@ class SimulatorNode(LifecycleNode):
 
 
 def _equipment(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "Equipment":
-    from rpf3d_ros.nodes.configuration import (
+    from rpf3d_ros.engine.configuration import (
         equipment_of,  # imports all that flies: on the thread that may take its time
     )
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.recording.recorded_topics import TOPICS
+from rpf3d_ros.interface.recorded_topics import TOPICS
 
 VERSION = 9
 """Of rosbag2's metadata, as ROS 2 Jazzy writes it."""

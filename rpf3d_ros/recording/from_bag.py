@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.recorded_topics import TOPICS, topic_called
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.recording.bag_writer import import_rosbags, typestore
 from rpf3d_ros.recording.files import RecordingFiles, Rotation
 from rpf3d_ros.recording.message_log import MessageLog
-from rpf3d_ros.recording.recorded_topics import TOPICS, topic_called
 
 MESH = "terrain/mesh"
 """Read from its CDR bytes, as the node does."""

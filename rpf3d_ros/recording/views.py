@@ -9,10 +9,8 @@ from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.recordings.blueprint import point_of_view
 from rpf3d_core.recordings.log import import_rerun
 from rpf3d_core.terrain.facets import Terrain
+from rpf3d_ros.messages.alert_reading import LEVELS
 from rpf3d_ros.messages.marker_reading import Strip
-
-LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
-"""Levels of an alert, from the lowest; a level's number is its place."""
 
 STATE_COLOURS = {
     "normal": 0x4C9F50FF,

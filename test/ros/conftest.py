@@ -17,10 +17,10 @@ from rosgraph_msgs.msg import Clock
 
 from rpf3d_ros.demo.domains import free_domain
 from rpf3d_ros.demo.processes import ended, node_process
+from rpf3d_ros.interface.qos import EVENTS, LATCHED
+from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
 from rpf3d_ros.messages.message_classes import message_class
-from rpf3d_ros.nodes.qos import EVENTS, LATCHED
-from rpf3d_ros.recording.recorded_topics import EVENT, TOPICS
 
 PATIENCE = 240.0
 """Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which

@@ -19,12 +19,12 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.content import rows_by_entity, verify
+from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.nodes.play_bag import inputs_of, with_times
 from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 from rpf3d_ros.recording.from_bag import Raw, convert, messages_of, topics_of
 from rpf3d_ros.recording.incident_bag import IncidentBag
-from rpf3d_ros.recording.play_bag import inputs_of, with_times
-from rpf3d_ros.recording.recorded_topics import EVENT, TOPICS
 
 ROOT = Path(__file__).resolve().parents[2]
 NODE = "rpf3d_recorder"
@@ -172,7 +172,7 @@ def test_a_bag_replays_into_the_simulator(stage):
     peer = stage.peer(hears=("hazard/zones",))
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     player = subprocess.Popen(
-        [sys.executable, "-m", "rpf3d_ros.recording.play_bag", str(folder), "--rate", "20", "--clock"],
+        [sys.executable, "-m", "rpf3d_ros.nodes.play_bag", str(folder), "--rate", "20", "--clock"],
         env={**os.environ, "PYTHONPATH": path}, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
@@ -195,7 +195,7 @@ def test_what_was_received_before_the_clock_began_is_played_first_and_at_once():
 
 
 def test_a_player_without_a_subscriber_gives_up_and_one_that_is_stopped_ends(bag, stage):
-    command = [sys.executable, "-m", "rpf3d_ros.recording.play_bag", str(bag)]
+    command = [sys.executable, "-m", "rpf3d_ros.nodes.play_bag", str(bag)]
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     environment = {**os.environ, "PYTHONPATH": path}
     done = subprocess.run([*command, "--patience", "0.2"], env=environment, capture_output=True, text=True, check=False)

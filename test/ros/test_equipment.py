@@ -5,9 +5,9 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.store import Store
-from rpf3d_ros.nodes import configuration as equipment
-from rpf3d_ros.nodes.configuration import equipment_of
-from rpf3d_ros.nodes.parameters import SimulatorParameters
+from rpf3d_ros.engine import configuration as equipment
+from rpf3d_ros.engine.configuration import equipment_of
+from rpf3d_ros.interface.parameters import SimulatorParameters
 
 
 def test_configuring_that_fails_leaves_the_store_free_for_the_next_time(tmp_path, monkeypatch):

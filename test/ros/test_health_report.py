@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
+from rpf3d_ros.interface import health_report
+from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN, healths_of
-from rpf3d_ros.nodes import health_report
-from rpf3d_ros.nodes.health_report import HealthReport
 
 THREADS, PARTS = 4, 200
 

@@ -13,7 +13,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.survey import GridSurvey
-from rpf3d_ros.nodes import configuration as equipment
+from rpf3d_ros.engine import configuration as equipment
 from rpf3d_ros.nodes import simulator
 
 DONE = TransitionCallbackReturn.SUCCESS

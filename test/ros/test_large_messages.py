@@ -19,8 +19,8 @@ from shape_msgs.msg import Mesh
 from rpf3d_core.live.survey import MeshSurvey
 from rpf3d_ros.engine import large_messages
 from rpf3d_ros.engine.large_messages import LargeMessages, LargeTopic
+from rpf3d_ros.interface.qos import LATCHED
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh, same_bytes
-from rpf3d_ros.nodes.qos import LATCHED
 
 MANY = 40
 """Messages of 7 MB, which would be 280 MB if they stayed."""

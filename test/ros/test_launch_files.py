@@ -12,13 +12,13 @@ import yaml
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.scene import SCENE, live_parameters
-from rpf3d_ros.nodes import recorder, scene_publisher, simulator
-from rpf3d_ros.nodes.parameters import (
+from rpf3d_ros.interface.parameters import (
     FrameParameters,
     RecorderParameters,
     ScenePublisherParameters,
     SimulatorParameters,
 )
+from rpf3d_ros.nodes import recorder, scene_publisher, simulator
 
 ROOT = Path(__file__).resolve().parents[2]
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))

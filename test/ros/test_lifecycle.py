@@ -17,9 +17,9 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import GridSurvey
+from rpf3d_ros.interface.answer_publishers import TOPICS
 from rpf3d_ros.messages.cloud_messages import cloud_of_grid
 from rpf3d_ros.messages.result_messages import facts_of
-from rpf3d_ros.nodes.answer_publishers import TOPICS
 
 NODE = "rpf3d_simulator"
 QUIET = {

@@ -15,13 +15,13 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Bool
 from visualization_msgs.msg import MarkerArray
 
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_messages import trajectory_markers
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.terrain_messages import GridSurvey
 from rpf3d_ros.recording.message_log import EVENTS_KEPT, UPDATES_SHOWN, EventNumbers, MessageLog
-from rpf3d_ros.recording.recorded_topics import TOPICS
 
 SECOND = made.SECOND
 header = made.header

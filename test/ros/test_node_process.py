@@ -11,7 +11,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES = ("simulator_node", "recorder_node", "scene_publisher_node")
-IMPORTED_EARLY = ("rclpy", "rclpy.executors", "rpf3d_ros.nodes.parameters", "rpf3d_ros.nodes.health_report")
+IMPORTED_EARLY = ("rclpy", "rclpy.executors", "rpf3d_ros.interface.parameters", "rpf3d_ros.interface.health_report")
 ENDS_WITHIN = 60.0
 """Seconds, on a busy machine."""
 

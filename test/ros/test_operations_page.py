@@ -17,7 +17,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from parameter_tables import PAGE, with_tables
 
 from rpf3d_core.live.scene import SCENE
-from rpf3d_ros.nodes.parameters import RecorderParameters, SimulatorParameters
+from rpf3d_ros.interface.parameters import RecorderParameters, SimulatorParameters
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "rpf3d_ros").rglob("*.py"))

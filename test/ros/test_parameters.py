@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.nodes.parameters import (
+from rpf3d_ros.interface.parameters import (
     RecorderParameters,
     ScenePublisherParameters,
     SimulatorParameters,

@@ -10,13 +10,13 @@ import recorded_messages as made
 from diagnostic_msgs.msg import DiagnosticArray
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.parameters import RecorderParameters
+from rpf3d_ros.interface.qos import recorded_qos
+from rpf3d_ros.interface.recorded_topics import RESULT, TOPICS, topic_called
 from rpf3d_ros.messages.health import ERROR, OK, WARN
-from rpf3d_ros.nodes.parameters import RecorderParameters
-from rpf3d_ros.nodes.qos import recorded_qos
 from rpf3d_ros.nodes.recorder import FILE, RECORDING, RecorderNode, _opened
 from rpf3d_ros.recording.incident_bag import IncidentBag
 from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED
-from rpf3d_ros.recording.recorded_topics import RESULT, TOPICS, topic_called
 
 
 class Stub(RecorderNode):

@@ -19,7 +19,7 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_ros.demo import run as demo
 from rpf3d_ros.demo.shift import EVENTS, LENGTH, Shift
 from rpf3d_ros.demo.shift_content import EDGE, with_muck
-from rpf3d_ros.demo.simulated_clock import SimulatedClock
+from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 SLACK_NS = 50_000_000
 """ns that a busy machine may take between two looks at a clock."""

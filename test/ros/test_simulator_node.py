@@ -14,6 +14,7 @@ from std_msgs.msg import Header
 
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey
 from rpf3d_core.values import STANDARD_GRAVITY
+from rpf3d_ros.interface.answer_publishers import TOPICS
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.messages.cloud_reading import columns_of_cloud
 from rpf3d_ros.messages.health import OK, WARN
@@ -22,7 +23,6 @@ from rpf3d_ros.messages.marker_reading import facets_of_markers, strips_of_marke
 from rpf3d_ros.messages.result_messages import facts_of
 from rpf3d_ros.messages.survey_terrain import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
-from rpf3d_ros.nodes.answer_publishers import TOPICS
 
 SIDE, HEIGHT = 20, 5.0
 NODE = "rpf3d_simulator"

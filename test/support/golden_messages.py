@@ -36,12 +36,12 @@ from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
 from rpf3d_core.live.standing import PreparedTerrain, stand_after, stand_on
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_ros.interface.answer_publishers import messages_of
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.alert_messages import alarm_message, alerts_message
 from rpf3d_ros.messages.area_messages import rings_of_equipment, rings_of_polygon
 from rpf3d_ros.messages.source_messages import Sources, sources_of_cloud, sources_of_point, sources_of_poses
 from rpf3d_ros.messages.terrain_messages import mesh_of_cdr, survey_of_cloud
-from rpf3d_ros.nodes.answer_publishers import messages_of
-from rpf3d_ros.nodes.parameters import SimulatorParameters
 from rpf3d_ros.recording.message_log import MessageLog
 
 SECOND = 1_000_000_000

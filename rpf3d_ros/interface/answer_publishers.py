@@ -14,15 +14,15 @@ from visualization_msgs.msg import MarkerArray
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.shown_areas import shown_areas
 from rpf3d_core.live.zones import shown_zones
+from rpf3d_ros.interface.parameters import SimulatorParameters
+from rpf3d_ros.interface.publishing import publish
+from rpf3d_ros.interface.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.messages.answer_content import content_of, warnings_of
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.hazard_messages import hazard_points, occupancy_grid
 from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
 from rpf3d_ros.messages.result_messages import ResultFacts, results_message
 from rpf3d_ros.messages.stamps import stamp_of
-from rpf3d_ros.nodes.parameters import SimulatorParameters
-from rpf3d_ros.nodes.publishing import publish
-from rpf3d_ros.nodes.qos import LATCHED, OVERRIDABLE
 
 TOPICS = {
     "trajectories": MarkerArray,

@@ -3,7 +3,7 @@
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from rpf3d_ros.recording.recorded_topics import EVENT, RESULT, STATE, TERRAIN
+from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """State: terrain as we publish it, and every result; who joins late gets the last one."""

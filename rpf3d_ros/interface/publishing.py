@@ -6,9 +6,9 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from rpf3d_ros.interface.qos import given_qos
+from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.message_classes import message_class
-from rpf3d_ros.nodes.qos import given_qos
-from rpf3d_ros.recording.recorded_topics import TOPICS
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:

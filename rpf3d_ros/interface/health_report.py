@@ -9,10 +9,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
+from rpf3d_ros.interface.publishing import publish
+from rpf3d_ros.interface.qos import EVENTS, OVERRIDABLE
 from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
 from rpf3d_ros.messages.health import ERROR, OK, Health
-from rpf3d_ros.nodes.publishing import publish
-from rpf3d_ros.nodes.qos import EVENTS, OVERRIDABLE
 
 PERIOD = 1.0
 """Seconds of the machine between repetitions, as diagnostic_aggregator expects (REP 107)."""

@@ -6,10 +6,10 @@ from std_msgs.msg import Bool, Header
 
 from rpf3d_core.alerts.evidence import Evidence
 from rpf3d_core.alerts.levels import Alert
+from rpf3d_ros.interface.publishing import publish
+from rpf3d_ros.interface.qos import LATCHED, OVERRIDABLE
 from rpf3d_ros.messages.alert_messages import alarm_message, alerts_message
 from rpf3d_ros.messages.stamps import stamp_of
-from rpf3d_ros.nodes.publishing import publish
-from rpf3d_ros.nodes.qos import LATCHED, OVERRIDABLE
 
 
 class AlertPublishers:

@@ -25,9 +25,9 @@ from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.simulation.engines import Reference
-from rpf3d_ros.engine.intake import SECOND
+from rpf3d_ros.interface.parameters import SimulatorParameters
 from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
-from rpf3d_ros.nodes.parameters import SimulatorParameters
+from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
 """Points and their distance (m) of the slope that everything is compiled over: more cells than NumPy deals with."""

@@ -15,19 +15,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rpf3d_core.errors import InputError
+from rpf3d_ros.interface.recorded_topics import TOPICS
+from rpf3d_ros.messages.stamps import SECOND
 from rpf3d_ros.nodes.leaving import unless_signalled
 from rpf3d_ros.nodes.node_process import beside_ros
 from rpf3d_ros.recording.from_bag import Raw, messages_of, topics_of
-from rpf3d_ros.recording.recorded_topics import TOPICS
 
 if TYPE_CHECKING:
     from rclpy.node import Node
     from rclpy.publisher import Publisher
 
-    from rpf3d_ros.demo.simulated_clock import SimulatedClock
-
-SECOND = 1_000_000_000
-"""Nanoseconds."""
+    from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 CLOCK_AHEAD = 0.5
 """Seconds for which /clock stands at the time of the first message before that goes out: nodes must have a time."""
@@ -101,7 +99,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
     from rclpy.node import Node
     from rclpy.signals import SignalHandlerOptions
 
-    from rpf3d_ros.nodes.publishing import publishers_of
+    from rpf3d_ros.interface.publishing import publishers_of
 
     rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -129,7 +127,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
     """A clock that stands until it is told to run."""
-    from rpf3d_ros.demo.simulated_clock import SimulatedClock
+    from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)
 
