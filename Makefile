@@ -66,12 +66,12 @@ guards: venv
 # 37 properties, ten of them of alerts; 16 kinds of files, four of them tried on a tenth; 6 kinds of messages. The report: test/properties/README.md
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
-	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/io/test_mutated_files.py
+	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/formats/test_mutated_files.py
 	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
 
 # The report: docs/never-below.md
 never-below: venv
-	$(BIN)/python test/never_below.py --rebound constant --rebound coulomb_limited
+	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
 
 # The long ones of test/ros/test_faults_*.py on a living simulator, 10,000 damaged messages and a flood of a minute
 faults: venv
@@ -116,7 +116,7 @@ $(COLCON)/.installed:
 	@touch $@
 
 # What colcon tests here: that the nodes come up and answer. Everything else is `make test`.
-COLCON_TESTS := test/test_package.py test/ros/test_launch_files.py test/ros/test_parameters.py test/ros/test_lifecycle.py \
+COLCON_TESTS := test/project/test_package.py test/ros/test_launch_files.py test/ros/test_parameters.py test/ros/test_lifecycle.py \
   test/ros/test_simulator_node.py
 
 # The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment,

@@ -77,7 +77,8 @@ the methods, and the first the programs. Events, rasters and terrains are told w
 without. (`method: {stepping: ...}` in a scene is quicker than either: it passes over steps that cannot be a contact.)
 
 Events have errors too: those of rounding. The facets that rocks met are followed again with 50 digits, impact by
-impact (`test/cost` shows the digits, and that no other facet is met in exact arithmetic). How far a difference grows
+impact (`test/accuracy` shows the digits, and that no other facet is met in exact arithmetic). How far a difference
+grows
 is the scene's matter, not that of the arithmetic: every bounce off another facet may multiply it. So the line of events
 tells how far the *map* moves where all rocks start one contact tolerance further east, which is thousands of times what
 rounding does.
@@ -87,7 +88,7 @@ READING = """## How to read it
   threshold too early, which is a multiple of it along the ground where the rock comes in flat.
 - A step so long that a rock moves further than twice the threshold lets rocks fall through the ground (*tunnelled*).
 - Where both shrink together the error goes with the step, and the price with its inverse: ten times better is ten
-  times dearer (test/cost holds the order of one). Events have no such price list: their error is that of rounding.
+  times dearer (test/accuracy holds the order of one). Events have no such price list: their error is that of rounding.
 - Of what lies between steps from Python and events, a factor of four to ten is Python's. The rest is the steps'.
 - A raster does not converge to the answer as its step shrinks; it converges to that of another terrain. A
   smaller cell need not be nearer: of a face of 70 degrees it makes stairs.

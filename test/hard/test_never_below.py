@@ -1,4 +1,4 @@
-"""No rock is ever below the ground that it was above: a small part of the campaign `test/never_below.py`."""
+"""No rock is ever below the ground that it was above: a small part of the campaign `test/support/never_below.py`."""
 
 import math
 from pathlib import Path

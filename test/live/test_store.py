@@ -175,7 +175,7 @@ while True:
 
 
 def test_a_writer_that_is_killed_at_any_moment_leaves_a_whole_file(tmp_path):
-    code = WRITER.format(root=str(ROOT), test=str(ROOT / "test"), folder=str(tmp_path))
+    code = WRITER.format(root=str(ROOT), test=str(ROOT / "test" / "support"), folder=str(tmp_path))
     expected = [grid(300, 300, seed=k).points for k in range(2)]
     writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     try:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import small_pit
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CODE = """
 import sys
 from rpf3d_core.runs.run import run_scene

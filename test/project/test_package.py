@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 ROS_TYPES = re.compile(r"[a-z_]+(_msgs|_srvs|_interfaces)")
 
 FROM_THE_SAME_PROJECT = {

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 CORE = sorted((ROOT / "rpf3d_core").rglob("*.py"))
 
 ARRAY = re.compile(r"\b(\w*Array|NDArray|ArrayLike|ndarray)\b")

@@ -7,7 +7,7 @@ import numpy as np
 
 from rpf3d_core.scene.model import Scene
 
-SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+SHARED_DATA = Path(__file__).parents[3] / "shared" / "data"
 
 SLOPE = """\
 terrain:

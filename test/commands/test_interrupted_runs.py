@@ -26,7 +26,7 @@ SCENE = f"""\
 ground: sliding
 rebound: constant
 """
-DEMO = Path(__file__).parents[1] / "config" / "scenes" / "demo.yaml"
+DEMO = Path(__file__).parents[2] / "config" / "scenes" / "demo.yaml"
 INTERRUPTED = 130
 PATIENCE = 5.0
 """Seconds within which Ctrl-C must end the flight, on a busy machine; it takes well below 1 s on an idle one."""

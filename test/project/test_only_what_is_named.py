@@ -11,7 +11,7 @@ from rpf3d_core.runs.check import check_scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.simulation import engines
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SCENE = """
 terrain: {pit: {triangles: 2000}}
 materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}

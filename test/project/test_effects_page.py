@@ -9,7 +9,7 @@ import pytest
 
 from rpf3d_core.scene.catalogue import COSTS, offers
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 import rpf3d_core
 from rpf3d_core.errors import InputError
 
-PAGE = Path(__file__).parents[1] / "docs" / "own-models.md"
+PAGE = Path(__file__).parents[2] / "docs" / "own-models.md"
 ROCKS = 12
 SCENE = """
 terrain: {pit: {triangles: 2000}}

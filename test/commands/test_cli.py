@@ -23,7 +23,7 @@ RESULTS = {
     "summary.json", "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "run.rrd",
 }  # fmt: skip
-SCENES = Path(__file__).parents[1] / "config" / "scenes"
+SCENES = Path(__file__).parents[2] / "config" / "scenes"
 
 COMMANDS = ("run", "check", "cost", "pit", "replay", "compare", "study", "audit")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rpf3d_core.scene.reading import read_scene
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_the_page_of_scene_keys_is_what_the_model_says():

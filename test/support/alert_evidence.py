@@ -14,7 +14,7 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 S = 1_000_000_000
 """ns of a second."""
 NOW = 1_800_000_000 * S
-EXAMPLE = Path(__file__).parents[1] / "config" / "site_example.yaml"
+EXAMPLE = Path(__file__).parents[2] / "config" / "site_example.yaml"
 FLOWN = 10_000
 
 EVIDENCE_TERMS = {

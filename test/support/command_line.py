@@ -10,7 +10,7 @@ import pytest
 
 from rpf3d_core import cli
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "rpf3d_core.cli"]
 LONGEST = 120.0
 """Seconds after which a command hangs: the compiled engine may have to be compiled first (10 s), on a busy machine."""

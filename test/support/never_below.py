@@ -1,8 +1,8 @@
 """The campaign of releases on vertices, edges and faces: no rock may be below the ground that it was above.
 
-    python test/never_below.py --rocks 1250000 --first 1     print a line for each family, and each fall by its seed
+    python test/support/never_below.py --rocks 1250000 --first 1    print a line for each family and the seed of each fall
 
-A case is a mesh, 250 rocks and one physics, drawn from a family and a seed (`test/random_ground.py`).
+A case is a mesh, 250 rocks and one physics, drawn from a family and a seed (`test/support/random_ground.py`).
 """
 
 import argparse

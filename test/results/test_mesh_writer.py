@@ -99,7 +99,7 @@ def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp
     path.write_text("precious")
     done = python(
         "import resource, sys; from pathlib import Path\n"
-        f"sys.path.insert(0, {str(ROOT / 'test')!r})\n"
+        f"sys.path.insert(0, {str(ROOT / 'test' / 'support')!r})\n"
         "from flights_on_a_floor import floor; from rpf3d_core.errors import InputError\n"
         "from rpf3d_core.results.mesh_writer import write_mesh\n"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, ({FULL}, {FULL}))\n"

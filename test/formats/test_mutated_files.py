@@ -14,7 +14,7 @@ MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 FEWER = MUTATIONS // 10
 """Where each reading takes a process of its own, 0.7 s."""
 LONGEST = 240.0 * max(1.0, MUTATIONS / 300)  # s; the slowest takes 10 s where nothing else runs
-FOLDERS = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+FOLDERS = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
 
 CHILD = """
 import random, sys, traceback, warnings

@@ -17,7 +17,7 @@ from rpf3d_core.setup.prepared import scene_flight
 from rpf3d_core.setup.sources import rock_of
 from rpf3d_core.values import Outcome
 
-SCENES = Path(__file__).parents[1] / "config" / "scenes"
+SCENES = Path(__file__).parents[2] / "config" / "scenes"
 SCENE = """\
 terrain:
   files:

@@ -239,7 +239,7 @@ def _vtp(path, bad):
 def test_a_bad_vertex_that_no_facet_has_does_not_move_the_terrain_nor_hang_a_flight(tmp_path, write, bad):
     path = tmp_path / f"m.{write.__name__[1:]}"
     write(path, bad)
-    folders = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+    folders = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
     done = subprocess.run(
         [sys.executable, "-c", RUN, str(path), *folders], capture_output=True, text=True, timeout=120, check=False,
     )  # fmt: skip
@@ -276,7 +276,7 @@ print(report.triangles, report.vertices, took, peak)
 def test_two_million_triangles_are_read_and_welded_in_time_and_memory(tmp_path):
     vertices, triangles = grid(LARGE, LARGE, 0.9)
     write_binary_stl(tmp_path / "large.stl", vertices[triangles])
-    folders = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]
+    folders = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
     done = subprocess.run(
         [sys.executable, "-c", CHILD, str(tmp_path / "large.stl"), *folders], capture_output=True, text=True, check=True
     )
