@@ -1,4 +1,4 @@
-"""Facets sorted into the square cells of a grid over the plan: the buckets of the compiled engine's locator."""
+"""Facets sorted into the square cells of a grid in plan: the buckets of the compiled engine's locator."""
 
 import math
 from typing import Any, NamedTuple
@@ -14,25 +14,25 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray
 
 BUCKETS_PER_FACET = 2.0
-"""Buckets at most, over facets; a terrain that fills its box has about one bucket for two facets."""
+"""Largest number of buckets per facet; a terrain that fills its box has about one bucket for two facets."""
 FEWEST_BUCKETS = 64
-"""What even a few facets may have."""
+"""Number of buckets that is allowed however few facets there are."""
 ENTRIES_PER_FACET = 16
-"""Mean number of buckets that a facet may stand in: 4 is usual, a few wide facets over narrow cells stand in many."""
+"""Largest mean number of buckets per facet: 4 is usual; a few wide facets over narrow cells stand in many buckets."""
 SAMPLE = 100_000
-"""Facets at least from which their usual size, and the box of most of them, are told."""
+"""Least number of facets in the sample that gives the usual facet size and the box of most facets."""
 FAR = 0.005
-"""Share of the facets that the box of most of them leaves out on each side."""
+"""Share of the facets that the box of most facets leaves out on each side (-)."""
 COARSER = 1.4
-"""By how much cells grow, at least, where there are too many (-)."""
+"""Least factor by which cells grow if there are too many of them (-)."""
 BAND = 64
-"""Rows of buckets that the widest cells of the slabs over them span."""
+"""Rows of buckets that the widest cells of the slabs span."""
 MARGIN = 0.1
-"""How far the grid reaches beyond that box, over its width (-)."""
+"""Distance that the grid reaches beyond the box of most facets, over the width of that box (-)."""
 
 
 class Grid(NamedTuple):
-    """Cells of a side `cell` (m), nx by ny of them, from the corner x, y (m)."""
+    """A grid of nx by ny square cells with side `cell` (m), from the corner x, y (m)."""
 
     x: float
     y: float
@@ -42,9 +42,9 @@ class Grid(NamedTuple):
 
 
 class Buckets(NamedTuple):
-    """Entries of the facets in each cell of a grid: those of cell k are ids[starts[k] : starts[k + 1]].
+    """Entries of the facets in the cells of a grid: cell k holds ids[starts[k] : starts[k + 1]].
 
-    starts : (nx ny + 1,); ids : (E,) facets; in order of number within a bucket, until a patch comes
+    starts : (nx ny + 1,); ids : (E,) numbers of facets, in ascending order within a bucket until a patch is applied
     boxes : (E,) uint32, the part of the cell that each facet may lie over (`packed_box`)
     """
 
@@ -56,8 +56,8 @@ class Buckets(NamedTuple):
 def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
     """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches.
 
-    The boxes are widened by REACH tolerances. Cells at the rim reach outwards without end. Where the arrays come from,
-    and who does the work, changes nothing in them.
+    The boxes are widened by REACH tolerances. Cells at the rim extend outwards without end. The content of the arrays
+    depends neither on where `memory` takes them from nor on how `share` divides the work.
     """
     grid, starts = _counted(facets, memory, share)
     np.cumsum(starts, out=starts)
@@ -70,22 +70,22 @@ def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = o
 
 
 def bands(rows: int) -> list[tuple[int, int]]:
-    """The rows of cells in two bands that share no cell of any size: first row, and the one after the last."""
+    """Return one or two bands of rows that share no cell of any level: first row, and row after the last."""
     middle = (rows // 2 + BAND // 2) // BAND * BAND
     return [(a, b) for a, b in ((0, middle), (middle, rows)) if a < b] if middle < rows else [(0, rows)]
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
-    """The grid for some facets, and the number of entries of bucket k at k + 1.
+    """Return the grid for some facets, and an array with the number of entries of bucket k at k + 1.
 
-    Cells are as wide as the median facet, over the whole terrain or, where that takes too many, over most facets: a
-    stray piece far off then lies in the buckets at the rim, and the cells under the rest stay small. They are wider
-    where there would still be too many, or where wide facets would stand in too many of them.
+    Cells are as wide as the median facet. The grid covers the whole terrain or, if that takes too many cells, most
+    facets. Stray facets far off then lie in the buckets at the rim, and the cells under the other facets stay small.
+    Cells are wider if there would still be too many cells, or if wide facets would stand in too many of them.
     """
     low, high = _plan_boxes(facets)
     cell = max(float(np.median((high - low).max(axis=1))), 8.0 * REACH * facets.tolerance) or 1.0
     most = max(BUCKETS_PER_FACET * len(facets.zone), FEWEST_BUCKETS)
-    # The slack keeps facets that end at a line between cells, as those of a grid do, out of the cells beyond it.
+    # The slack keeps facets that end at a line between cells, as in a raster, out of the cells beyond that line.
     begin, end = np.array(facets.low[:2]) - 2.0 * REACH * facets.tolerance, np.array(facets.high[:2])
     if _buckets(_cells(begin, end, cell)) > most:
         first, last = np.quantile(low, FAR, axis=0), np.quantile(high, 1.0 - FAR, axis=0)
@@ -102,7 +102,7 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 
 
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
-    """Count the entries of bucket k into starts[k + 1]; False if all together are too many."""
+    """Count the entries of bucket k into starts[k + 1]; return False if there are too many entries in total."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
     rows = bands(grid.ny)
     counts = share([lambda a=a, b=b: _count(facets.corners, slack, *grid, a, b, most, starts) for a, b in rows])  # type: ignore[misc]
@@ -110,31 +110,32 @@ def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Sha
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
-    """Corners (S, 2), (S, 2) m of the boxes in plan of facets that are evenly spread over the file's order."""
+    """Return low and high corners (S, 2) m of the boxes in plan of a sample of facets, spread evenly over the file."""
     step = max(len(facets.zone) // SAMPLE, 1)
     plan = np.asarray(facets.corners)[::step].reshape(-1, 3, 3)[..., :2]
     return plan.min(axis=1), plan.max(axis=1)
 
 
 def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
-    """The grid of a cell size (m) over a box in plan."""
+    """Return the grid with a cell size (m) over a box in plan."""
     nx, ny = (int(width / cell) + 1 for width in (high - low).tolist())
     return Grid(float(low[0]), float(low[1]), cell, nx, ny)
 
 
 def _buckets(grid: Grid) -> int:
+    """Return the number of cells of a grid."""
     return grid.nx * grid.ny
 
 
 @kernel
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
-    """The cell that a coordinate lies in, clamped to the grid."""
+    """Return the cell that a coordinate (m) lies in, clamped to the grid."""
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def span_of(a: float, b: float, c: float, slack: float, origin: float, cell: float, count: int) -> tuple[int, int]:
-    """First and last cell that three coordinates span, widened by the slack."""
+    """Return the first and last cell that three coordinates (m) span, widened by the slack (m)."""
     return (
         cell_index(min(a, b, c) - slack, origin, cell, count),
         cell_index(max(a, b, c) + slack, origin, cell, count),
@@ -148,7 +149,7 @@ def _count(
 ) -> int:  # fmt: skip
     """Count the entries of bucket k into starts[k + 1], in rows of cells from `first` to `end`; return their number.
 
-    No further than where they are more than most.
+    The count stops if it exceeds `most`.
     """
     entries = 0
     for f in range(corners.shape[0]):
@@ -171,7 +172,7 @@ def _fill(
     corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, first: int, end: int,
     cursor: Any, ids: Any, boxes: Any,
 ) -> None:  # fmt: skip
-    """Write the entries of rows of cells from `first` to `end`, in order of facet."""
+    """Write the entries in rows of cells from `first` to `end`, in ascending order of facets."""
     for f in range(corners.shape[0]):
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
         j0, j1 = max(j0, first), min(j1, end - 1)
@@ -188,7 +189,7 @@ def _fill(
 
 @kernel
 def box_over(corners: Any, f: int, slack: float, x: float, y: float, per_cell: float, i: int, j: int) -> int:
-    """The packed box of facet f, widened by the slack (m), over the cell in column i and row j."""
+    """Return the packed box of facet f, widened by the slack (m), over the cell in column i and row j."""
     return packed_box(
         part_of(min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack, x, per_cell, i),
         part_of(max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack, x, per_cell, i),

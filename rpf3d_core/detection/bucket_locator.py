@@ -1,7 +1,7 @@
-"""Candidates from a grid of buckets over the plan: in plan a parabola is a straight line, so walk its cells.
+"""Locator of the compiled engine: walks the cells of a bucket grid along the arc, which is a straight line in plan.
 
-The broad phase of the compiled engine. The walk goes over the widest cells whose slab the arc flies over
-(`slabs.py`); in a bucket that it does not fly over it looks at the facets that the arc may touch there (`stretch.py`).
+This is the broad phase. The walk takes the widest cells whose slab the arc flies over (`slabs.py`). In a bucket whose
+slab the arc does not fly over, the walk tests the facets that the arc may touch there (`stretch.py`).
 """
 
 import math
@@ -21,13 +21,13 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 CLEAR = 3
-"""Cells in a row that an arc flies over before wider ones are tried: most flights are over after a few."""
+"""Cells in a row that an arc flies over before wider cells are tried: most flights are over after a few cells."""
 
 
 class BucketLocator(NamedTuple):
-    """Buckets of nx by ny square cells; those at the rim reach outwards without end, so every place is in one.
+    """Buckets of nx by ny square cells; cells at the rim extend outwards without end, so every point is in a cell.
 
-    x, y, cell, nx, ny : as of a `Grid`; starts, ids, boxes : as of `Buckets`; slabs : over the cells
+    x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : over the cells
     """
 
     x: float
@@ -42,14 +42,14 @@ class BucketLocator(NamedTuple):
 
 
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
-    """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches."""
+    """Return the locator over F facets; a facet stands in every bucket that its box in plan touches."""
     grid, buckets = sorted_into_buckets(facets, memory, share)
     return BucketLocator(*grid, *buckets, slabs_of(facets, grid, memory, share))
 
 
 @kernel
 def grid_of(locator: BucketLocator) -> Grid:
-    """The grid of the buckets."""
+    """Return the grid of the buckets."""
     return Grid(locator.x, locator.y, locator.cell, locator.nx, locator.ny)
 
 
@@ -57,9 +57,9 @@ def grid_of(locator: BucketLocator) -> Grid:
 def first_contact_in_buckets(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """Walk the cells under the arc; stop as soon as the best contact lies within what was walked.
+    """Return the earliest contact: walk the cells under the arc until the best contact lies within the walked part.
 
-    The facet just left comes first: where the rock falls back onto it, the rest of the arc need not be looked at.
+    The facet just left is tested first: if the rock falls back onto it, the rest of the arc need not be searched.
     """
     best = earlier_contact(facets, left.facet, arc, left, NO_CONTACT) if left.facet >= 0 else NO_CONTACT
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
@@ -94,13 +94,13 @@ def first_contact_in_buckets(
 
 @kernel
 def _pace(v: float) -> float:
-    """Seconds a metre at a speed along an axis (m/s); inf where it is too slow to leave any cell."""
+    """Return the seconds per metre of a speed along an axis (m/s); inf if the speed is too low to leave any cell."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def _leave_time(index: int, count: int, level: int, origin: float, cell: float, x: float, pace: float) -> float:
-    """When a coordinate leaves cell `index` of a level (s); inf if it stands still or moves out at the rim."""
+    """Return when a coordinate leaves cell `index` of a level (s); inf if it does not move or moves out at the rim."""
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     edge = (index + 1 if pace > 0.0 else index) << (SHIFT * level)
@@ -109,13 +109,13 @@ def _leave_time(index: int, count: int, level: int, origin: float, cell: float, 
 
 @kernel
 def _beyond(index: int, level: int, pace: float) -> int:
-    """The first bucket, along an axis, beyond cell `index` of a level."""
+    """Return the first bucket, along an axis, beyond cell `index` of a level."""
     return (index + 1) << (SHIFT * level) if pace > 0.0 else (index << (SHIFT * level)) - 1
 
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """The bucket, along an axis, that a coordinate has reached within cell `index` of a level."""
+    """Return the bucket, along an axis, that a coordinate x (m) has reached within cell `index` of a level."""
     if level == 0:
         return index
     first, behind = index << (SHIFT * level), (index + 1) << (SHIFT * level)
@@ -127,7 +127,10 @@ def _earliest_in_bucket(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, i: int, j: int, begin: float, leave: float,
     best: Contact,
 ) -> Contact:  # fmt: skip
-    """The earlier of `best` and the contacts between two times with the facets of the bucket in column i and row j."""
+    """Return the earlier of `best` and the contacts with the facets of the bucket in column i and row j.
+
+    begin, leave : s, the times between which the arc is over the bucket
+    """
     k = j * locator.nx + i
     entry, stop = locator.starts[k], locator.starts[k + 1]
     until = min(leave, best.t)
@@ -136,7 +139,7 @@ def _earliest_in_bucket(
         entry = _next_overlapping(locator.boxes, entry, stop, stretch.probe)
         if entry >= stop:
             return best
-        f: Any = np.int64(locator.ids[np.uintp(entry)])  # a contact's facet has 64 bits, whatever the index has
+        f: Any = np.int64(locator.ids[np.uintp(entry)])  # a contact stores its facet in 64 bits
         entry += 1
         if f == left.facet or out_of_reach(facets, f, stretch):
             continue
@@ -148,9 +151,9 @@ def _earliest_in_bucket(
 
 @kernel
 def _next_overlapping(boxes: Any, entry: int, stop: int, probe: int) -> int:
-    """The first entry from `entry` on whose box overlaps a probe; `stop` if there is none.
+    """Return the first entry, from `entry` on, whose box overlaps a probe; `stop` if there is none.
 
-    An unsigned index spares compiled code the question whether it counts from the end of the array.
+    The index is unsigned, so that compiled code need not check for indices from the end of the array.
     """
     while entry < stop and not overlap(boxes[np.uintp(entry)], probe):
         entry += 1

@@ -1,8 +1,8 @@
-"""Buckets and slabs that are edited where a patch comes: facets leave, others come, all other entries stay.
+"""Update of buckets and slabs in place where a patch replaces facets; all other entries stay.
 
-The entries of the rows of cells that a patch reaches are laid out again, those behind them are moved along; the slabs
-of all sizes over them are made anew. What comes out answers as if all had been sorted anew, but for the order within a
-bucket, which nothing depends on.
+The entries in the rows of cells that the patch reaches are laid out again, and later entries are moved along. The
+slabs of all levels over the patch are computed again. The result answers as if all facets had been sorted again; only
+the order within a bucket differs, and nothing depends on that order.
 """
 
 from typing import Any, NamedTuple
@@ -21,11 +21,11 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.terrain.frame import FloatArray
 
 Plan = tuple[float, float]
-"""A place in plan (m)."""
+"""A point in plan: x, y (m)."""
 
 
 class Block(NamedTuple):
-    """Cells of columns left to right - 1 and rows bottom to top - 1."""
+    """A rectangle of cells: columns left to right - 1 and rows bottom to top - 1."""
 
     left: int
     right: int
@@ -34,9 +34,9 @@ class Block(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """What the cells of a block hold of S facets, row by row: those of cell k are ids[starts[k] : starts[k + 1]].
+    """Entries of S facets in the cells of a block, row by row: cell k holds ids[starts[k] : starts[k + 1]].
 
-    starts : (cells + 1,); ids : (E,) numbers below S
+    starts : (cells + 1,); ids : (E,) numbers of facets, below S
     """
 
     starts: NDArray[np.int64]
@@ -44,14 +44,14 @@ class Entries(NamedTuple):
 
 
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
-    """The cells that the box in plan of some facets, corners (S, 9) m, touches, widened by a slack (m)."""
+    """Return the cells that the box in plan of some facets, corners (S, 9) m, touches, widened by a slack (m)."""
     sides = np.empty(4, np.int64)
     _block(corners, slack, *grid_of(locator), sides)
     return Block(*sides.tolist())
 
 
 def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
-    """The facets (N,) that stand in the cells of a block, in ascending order."""
+    """Return the facets (N,) in the cells of a block, in ascending order."""
     rows = (row * locator.nx for row in range(block.bottom, block.top))
     parts = [locator.ids[locator.starts[row + block.left] : locator.starts[row + block.right]] for row in rows]
     ids = np.sort(np.concatenate(parts)) if parts else np.empty(0, np.int32)
@@ -61,7 +61,11 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Facets, corners (S, 9) m, sorted into the cells of a block. Raises TerrainError where they stand in too many."""
+    """Return facets, corners (S, 9) m, sorted into the cells of a block.
+
+    slack : m by which the box of a facet is widened; most : largest number of entries
+    Raises TerrainError if the facets have more entries than that.
+    """
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
     if not _count_some(corners, slack, *grid_of(locator), *block, most, starts):
         raise TerrainError("the facets of the patch are far wider than those of the ground; publish the whole terrain")
@@ -75,10 +79,12 @@ def patched_locator(
     locator: BucketLocator, facets: Facets, gone: NDArray[np.bool_], rows: NDArray[np.int32], block: Block,
     entries: Entries, memory: Kept, share: Share,
 ) -> BucketLocator:  # fmt: skip
-    """The buckets with some facets gone and others come, edited in place: `locator` must not be used any more.
+    """Return the buckets with some facets removed and others added, edited in place: do not use `locator` afterwards.
 
-    gone : (F,) by the numbers that entries have now; rows : (S,) the numbers of what comes, of which `facets` holds the
-    corners already; block : of all that goes and comes; entries : of what comes, in that block
+    gone : (F,) True for facets to remove, by their numbers in the present entries
+    rows : (S,) numbers of the new facets; `facets` already holds their corners
+    block : cells of all facets that are removed or added; entries : the new facets in the cells of that block
+    memory : holds the arrays of the locator; share : runs the work
     """
     nx, band = locator.nx, slice(block.bottom * locator.nx, block.top * locator.nx + 1)
     before = locator.starts[band]
@@ -105,18 +111,18 @@ def patched_locator(
 
 
 def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
-    """Move what lies between two places by so many, within the array; NumPy copies as `memmove` does."""
+    """Move the elements from `begin` to `end` by `shift` places within the array; NumPy copies as `memmove` does."""
     if shift:
         array[begin + shift : end + shift] = array[begin:end]
 
 
 def most_entries(facets: int) -> int:
-    """Entries that so many facets may have, as when all are sorted."""
+    """Return how many entries a number of facets may have: the same limit as for a full sort."""
     return ENTRIES_PER_FACET * facets
 
 
 def _whole_cells(block: Block, locator: BucketLocator) -> Block:
-    """The block widened to whole cells of the largest size."""
+    """Return the block widened to whole cells of the coarsest level."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
@@ -125,7 +131,7 @@ def _whole_cells(block: Block, locator: BucketLocator) -> Block:
 
 
 def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Share) -> None:
-    """Make the slabs over a block of whole cells anew, a column of the largest cells after another."""
+    """Compute the slabs over a block of whole cells again, one column of the widest cells after another."""
     slabs: Slabs = locator.slabs
     planes, slack = slabs.planes.reshape(-1, 4), REACH * facets.tolerance
     some = [(a, min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
@@ -141,7 +147,7 @@ def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Sha
 
 @loop
 def _block(corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, sides: Any) -> None:
-    """Write left, right, bottom and top of a `Block` around some facets."""
+    """Write left, right, bottom and top of the `Block` around some facets into `sides`."""
     sides[0], sides[1], sides[2], sides[3] = nx, 0, ny, 0
     for f in range(corners.shape[0]):
         i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
@@ -155,7 +161,7 @@ def _count_some(
     corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, left: int, right: int, bottom: int,
     top: int, most: int, starts: Any,
 ) -> bool:  # fmt: skip
-    """Count the entries of cell k of a block into starts[k + 1]; False, and no further, where they are too many."""
+    """Count the entries of cell k of a block into starts[k + 1]; stop and return False if they exceed `most`."""
     entries = 0
     for f in range(corners.shape[0]):
         i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
@@ -174,7 +180,7 @@ def _fill_some(
     corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, left: int, right: int, bottom: int,
     top: int, cursor: Any, ids: Any,
 ) -> None:  # fmt: skip
-    """Write those entries."""
+    """Write the facet of each entry in a block into `ids`; `cursor` holds the next free place of each cell."""
     for f in range(corners.shape[0]):
         i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
@@ -189,7 +195,7 @@ def _fill_some(
 def _count_kept(
     starts: Any, ids: Any, gone: Any, nx: int, left: int, right: int, bottom: int, top: int, come: Any, counts: Any
 ) -> None:
-    """Write how many entries each bucket of a block's rows will have, at one place further."""
+    """Count how many entries each bucket of a block's rows will have, into the place after the bucket's own."""
     for j in range(bottom, top):
         for i in range(nx):
             k, stay = j * nx + i, 0
@@ -209,7 +215,7 @@ def _lay_band(
     ny: int, left: int, right: int, bottom: int, top: int, come: Any, come_ids: Any, rows: Any, new_ids: Any,
     new_boxes: Any,
 ) -> None:  # fmt: skip
-    """Write the entries of the buckets of a block's rows: those that stay, then those that come."""
+    """Write the entries of the buckets of a block's rows: first the facets that stay, then the new facets."""
     at = 0
     for j in range(bottom, top):
         for i in range(nx):
@@ -229,7 +235,7 @@ def _lay_band(
 
 @loop
 def _add_to(array: Any, begin: int, amount: int) -> None:
-    """Add an amount to everything from a place on."""
+    """Add an amount to all elements from `begin` on."""
     for k in range(begin, len(array)):
         array[k] += amount
 
@@ -239,7 +245,7 @@ def _renew_slabs(
     corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, starts: Any, ids: Any,
     left: int, right: int, bottom: int, top: int, planes: Any, first: Any,
 ) -> None:  # fmt: skip
-    """Make the slabs over a block of whole cells anew, from the entries of its buckets."""
+    """Compute the slabs over a block of whole cells again, from the entries of its buckets."""
     clear_block(nx, left, right, bottom, top, planes, first)
     for j in range(bottom, top):
         for i in range(left, right):
@@ -257,7 +263,10 @@ def _raise_levels(
     corners: Any, f: int, slack: float, x: float, y: float, cell: float, nx: int, ny: int, i: int, j: int, planes: Any,
     first: Any,
 ) -> None:  # fmt: skip
-    """Raise the slabs over bucket i j above facet f; wider ones only where this is its first bucket in their cell."""
+    """Raise the slabs over the bucket in column i and row j above facet f.
+
+    The slab of a wider cell is raised only if this bucket is the first bucket of f in that cell.
+    """
     raise_over(corners, f, planes, slab_row(first, nx, 0, i, j))
     i0, _ = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
     j0, _ = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)

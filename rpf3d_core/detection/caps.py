@@ -1,7 +1,7 @@
-"""Where a flight falls below the ground: through a cap over a gap of the terrain (`terrain/gaps.py`).
+"""Caps over the gaps of the terrain: a flight through a cap falls below the ground (`terrain/gaps.py`).
 
-Caps are facets of their own with a locator of the engine's kind, so contacts with the ground do not know of them. An
-engine over a terrain without gaps has None instead, and compiles nothing of this.
+Caps are separate facets with a locator of the engine's kind, so contacts with the ground ignore them. An engine over a
+terrain without gaps has None in place of caps, and compiles nothing of this file.
 """
 
 import math
@@ -17,7 +17,7 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 STRAIGHT = 1e-200
-"""Gravity (m/s^2) of an arc that is a straight line; not 0, by which the reference engine's boxes would divide."""
+"""Gravity (m/s^2) of an arc that stands for a straight line; not 0, because the reference engine divides by it."""
 ON_GROUND = REACH / CRACK
 """Tolerances of caps within which a rock that meets the ground behind a cap is on the ground, not in the gap."""
 
@@ -25,9 +25,9 @@ ON_GROUND = REACH / CRACK
 class CapFacets(NamedTuple):
     """Caps over the gaps of a terrain.
 
-    facets : their `zone` is the outcome of a rock that passes through; their tolerance is CRACK times the terrain's,
-        so that no rock slips between a cap and the ground
-    layered : whether a rock that has fallen below ground may meet other ground from its free side (`terrain.gaps`)
+    facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the terrain's, so
+        that no rock slips between a cap and the ground
+    layered : True if a rock below the ground may meet other ground from its free side (`terrain.gaps`)
     """
 
     facets: Facets
@@ -35,7 +35,7 @@ class CapFacets(NamedTuple):
 
 
 class CapLocator(NamedTuple):
-    """Caps as of `CapFacets`, and the locator that finds them."""
+    """The locator of caps; facets and layered as in `CapFacets`."""
 
     locator: Any
     facets: Facets
@@ -43,7 +43,7 @@ class CapLocator(NamedTuple):
 
 
 class Loss(NamedTuple):
-    """The passage of a rock through a cap after t seconds of an arc (inf: none), and the outcome that it is."""
+    """Passage of a rock through a cap after t seconds of an arc (inf: none), and the outcome of the rock."""
 
     t: float
     outcome: int
@@ -54,35 +54,37 @@ NO_LOSS = Loss(math.inf, -1)
 
 @model_function
 def is_on_free_side(contact: object) -> bool:
-    """Return whether a contact is known to be one with the free side of the ground."""
+    """True if a contact is known to be with the free side of the ground."""
 
 
 @is_on_free_side.otherwise
 def is_not_known(contact: object) -> bool:
-    """Return False: contacts of spheres do not keep their side."""
+    """Return False: contacts of spheres do not store their side."""
     return False
 
 
 @is_on_free_side.rule(Contact)
 def is_on_free_side_of_facet(contact: Contact) -> bool:
-    """Return whether a lumped mass meets the free side."""
+    """True if a lumped mass meets the free side."""
     return contact.side > 0.0
 
 
 @model_function
 def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return the first passage of an arc through a cap from above before `end` (s), NO_LOSS if there is none.
+    """Return the first passage of an arc through a cap from above before `end` (s); NO_LOSS if there is none.
 
-    caps : a `CapLocator`, or None where the terrain has no gap
-    contact : the first with the ground. Caps and ground are one closed surface, so a rock that meets the free side of
-        ground has not fallen below it, unless the terrain is layered. Ground met within ON_GROUND
-        tolerances of path behind a cap wins: a rock on the very edge of a hole is still on the ground.
+    caps : a `CapLocator`, or None if the terrain has no gap
+    contact : the first contact with the ground
+
+    Caps and ground form one closed surface. So a rock that meets the free side of the ground has not fallen below the
+    ground, unless the terrain is layered. Ground that the rock meets within ON_GROUND tolerances of path behind a cap
+    takes precedence: a rock on the very edge of a hole is still on the ground.
     """
 
 
 @loss_on.otherwise
 def no_loss(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
-    """Return NO_LOSS: there is no gap."""
+    """Return NO_LOSS: the terrain has no gap."""
     return NO_LOSS
 
 
@@ -96,11 +98,11 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
         return NO_LOSS
     if contact.t <= time_over(arc, crossing.t, ON_GROUND * caps.facets.tolerance):
         return NO_LOSS
-    outcome: Any = np.int64(caps.facets.zone[crossing.facet])  # 64 bits, as of other states
+    outcome: Any = np.int64(caps.facets.zone[crossing.facet])  # 64 bits, as in other states
     return Loss(crossing.t, outcome)
 
 
 @kernel
 def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
-    """Return the first passage through a cap on a straight way (3,) m from x (3,) m, as a share of it for its time."""
+    """Return the first passage through a cap on a straight way (3,) m from x (3,) m; `t` is a share of the way."""
     return loss_on(caps, Arc(x, way, STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

@@ -1,4 +1,4 @@
-"""The facet closest to a point: what a fixed-step method asks at each step; one rule per index over the facets."""
+"""The facet closest to a point, for the steps of a fixed-step method; one rule per locator."""
 
 import math
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from rpf3d_core.vectors import add, dot, scale, subtract
 
 
 class Closest(NamedTuple):
-    """The facet closest to a point and its distance (m); -1 and the radius looked at where none is within it."""
+    """The facet closest to a point and its distance (m); -1 and the search radius if no facet is that close."""
 
     distance: float
     facet: int
@@ -23,12 +23,12 @@ class Closest(NamedTuple):
 
 @model_function
 def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
-    """The facet closest to x within a radius (m); which of several at one distance is the index' own choice."""
+    """Return the facet closest to x within a radius (m); each locator breaks ties in its own way."""
 
 
 @closest_facet.rule(BucketLocator)
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Look at all facets of the buckets within the radius in plan; the smaller number wins a tie."""
+    """Return the closest of all facets in the buckets within the radius in plan; the smaller number wins a tie."""
     best = Closest(radius, -1)
     i0 = cell_index(x[0] - radius, locator.x, locator.cell, locator.nx)
     i1 = cell_index(x[0] + radius, locator.x, locator.cell, locator.nx)
@@ -45,7 +45,7 @@ def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: f
 
 @kernel
 def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
-    """The closer of `best` and facet f; its plane is asked first, for most are further off than that."""
+    """Return the closer of `best` and facet f; the plane of f is tested first, because most planes are further off."""
     n, a = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -59,14 +59,14 @@ def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
 
 @kernel
 def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
-    """Distance (m) from x to the closest point of facet f, which may lie on an edge or a corner."""
+    """Return the distance (m) from x to the closest point of facet f, which may lie on an edge or a corner."""
     gap = subtract(x, closest_point(facets, f, x))
     return math.sqrt(dot(gap, gap))
 
 
 @kernel
 def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
-    """The point of facet f closest to x (m): the region of its plane that x lies over decides.
+    """Return the point of facet f closest to x (m), found from the region of the facet's plane that x lies over.
 
     Sources
     -------

@@ -1,17 +1,19 @@
-"""The narrow phase: when an arc meets a facet. Exact, without a time step, shared by both engines.
+"""Exact contact of an arc with a facet, without a time step: the narrow phase of both engines.
 
-The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where it falls through
-zero inside the facet the rock hits the free side; where it rises through zero it comes from behind.
+The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
+zero inside the facet, the rock hits the free side. Where d rises through zero, the rock comes from behind.
 
-Rounding decides nothing silently (docs/design.md, "Contact"):
+Rounding decides nothing silently (docs/design.md, "Decisions on contact"):
 
-- A facet the rock has just left is known to be at d = 0: that root is divided out, its later root is kept.
-- A rock within tolerance of another facet, or below it by a crack's width at most, and moving into it, hits it now.
-- The free side is inclusive by the tolerance, so neighbours overlap and no rock passes between them. The back is
-  exclusive by it, so a rock that skims a crest is never taken for one that comes from inside the ground.
-- A glancing arc that comes to a plane just before the facet begins meets it where it does begin (`_entry_time`).
-- A rock that would leave the terrain, or slid and would come behind it, looks again for facets a little wider
-  (`contact_or_crack`). Then a facet also carries a rock that goes along its edge, just outside of it.
+- A facet that the rock has just left is known to be at d = 0: that root is divided out, the later root is kept.
+- A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
+  if it moves into the facet.
+- The free side includes a rim as wide as the tolerance, so neighbours overlap and no rock passes between them. The
+  back excludes that rim, so a rock that skims a crest is never taken for a rock from inside the ground.
+- A glancing arc that reaches a plane just before the facet begins meets the facet where the arc comes over the facet
+  (`_entry_time`).
+- If a rock would leave the terrain, or slid and would come behind the ground, the arc is searched again with slightly
+  wider facets (`contact_or_crack`). In that search a facet also carries a rock that moves along its edge, just outside.
 """
 
 import math
@@ -37,7 +39,12 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Contact(NamedTuple):
-    """Contact after t seconds of an arc (inf: none) with a facet, from its free side (+1.0) or its back (-1.0)."""
+    """Contact of an arc with a facet.
+
+    t : s along the arc, inf if there is no contact; facet : number of the facet, -1 for none
+    side : +1.0 if the arc meets the free side of the facet, -1.0 if it meets the back
+    approach : speed into the facet (m/s); for a rock at rest, pull of gravity along the facet (m/s^2)
+    """
 
     t: float
     facet: int
@@ -46,11 +53,12 @@ class Contact(NamedTuple):
 
 
 class PreviousContact(NamedTuple):
-    """What the rock stands on, or stood on when its arc began, and the side it is on.
+    """The facets that a rock stands on, or left when its arc began, and the side of the ground that the rock is on.
 
-    facet, other : the facet, and the one that holds it in a gully with that; -1 for none
-    resting : it slid there, so its speed along the normal is nothing but rounding
-    before : the facet it slid off before that one without having moved since, -1 if there is none
+    facet, other : the facet, and the second facet if both hold the rock in a gully; -1 for none
+    side : +1.0 for the free side, -1.0 for the back
+    resting : True if the rock slid there, so its speed along the normal is only rounding
+    before : the facet that the rock slid off before `facet` without moving since, -1 if there is none
     """
 
     facet: int
@@ -65,66 +73,67 @@ GRAZING = 1e-9
 GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
-"""Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
+"""Vertical component of a unit normal below which a facet counts as a wall: its plan is too narrow to decide in."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = PreviousContact(-1, -1, 1.0, False, -1)
 
 
 @model_function
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """The earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
+    """Return the earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
 
-    A locator decides only which facets are looked at and in what order; the answer does not depend on either.
+    A locator decides only which facets are tested and in what order. The result depends on neither.
     """
 
 
 @model_function
 def radius_of(locator: object) -> float:
-    """Radius (m) of what the locator finds contacts of; a lumped mass has none."""
+    """Return the radius (m) of the body that a locator finds contacts of; 0 for a lumped mass."""
 
 
 @radius_of.otherwise
 def of_a_point(locator: object) -> float:
-    """None."""
+    """Return 0 m: a lumped mass has no radius."""
     return 0.0
 
 
 @model_function
 def plain_locator(locator: object) -> Any:
-    """The locator for points."""
+    """Return the locator for points that a locator uses."""
 
 
 @plain_locator.otherwise
 def plain_already(locator: object) -> Any:
-    """It is one."""
+    """Return the locator itself: it is a locator for points."""
     return locator
 
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """Return whether a rock that slid on one side of the ground meets the ground from the other side."""
+    """True if a rock that slid on one side of the ground meets the ground from the other side."""
 
 
 @comes_behind.otherwise
 def not_known_to(contact: object, left: PreviousContact) -> bool:
-    """Return False: contacts of spheres do not keep their side."""
+    """Return False: contacts of spheres do not store their side."""
     return False
 
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """Return whether the sides differ: on ground without holes the rock has fallen through it."""
+    """True if the rock slid and the sides differ: on ground without holes the rock has fallen through."""
     return left.resting and contact.side != left.side
 
 
 @kernel
 def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """The earliest contact of an arc before `end` (s); one that finds none looks again for facets a little wider.
+    """Return the earliest contact of an arc before `end` (s); without one, search again with slightly wider facets.
 
-    What is a hole to the tolerance may be a crack to anyone else: the sliver between an edge and a vertex that lies on
-    it but for rounding (a T-junction), or the few tolerances that a rock has drifted on its way from facet to facet.
-    Only rocks that would leave the terrain, or come behind it, look twice, so all others meet the facets as they are.
-    What they pay for it is a rim that is CRACK tolerances wider.
+    A gap that is wider than the tolerance may still be a crack and no hole. Examples: the sliver between an edge and a
+    vertex that lies on the edge but for rounding (a T-junction), or the few tolerances that a rock has drifted on its
+    way from facet to facet. The second search runs only for rocks that would leave the terrain or come behind the
+    ground, so all other rocks meet the facets at their true size. In the second search the rim of a facet is CRACK
+    tolerances wide.
     """
     looked, again = facets, False
     while True:  # a loop, so that the search is compiled once
@@ -136,17 +145,17 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: PreviousCo
 
 @kernel
 def _widened(facets: Facets) -> Facets:
-    """The same facets for a second look."""
+    """Return the facets with the crack width as their tolerance, for the second search."""
     crack = facets.crack
     return Facets(facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack)
 
 
 @kernel
 def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
-    """The earlier of `best` and the arc's first contact with facet f.
+    """Return the earlier of `best` and the arc's first contact with facet f.
 
-    Across a crack the next facet may lie higher than the place where the rock sets out. So down to NEAR cracks below a
-    facet the rock is on its free side; otherwise it would meet the facet from behind and be sent into the ground.
+    Across a crack the next facet may lie higher than the start of the arc. So a rock at most NEAR crack widths below a
+    facet counts as on its free side. Otherwise the rock would meet the facet from behind and be sent into the ground.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -164,9 +173,9 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """When c + b t + a t^2 falls through zero at t >= 0; inf if it never does.
+    """Return when c + b t + a t^2 falls through zero at t >= 0; inf if it never does.
 
-    The root with 2 a t + b < 0, in the form without cancellation between b and the square root.
+    The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
     """
     if c < 0.0 and a >= 0.0:  # from below it can only rise through zero
         return math.inf
@@ -184,20 +193,22 @@ def falling_time(c: float, b: float, a: float) -> float:
 
 @kernel
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
-    """When the rock comes back to a facet that it has just bounced off: its root at t = 0 divided out."""
+    """Return when a rock returns to the facet that it has just bounced off: its root at t = 0 is divided out."""
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
 
 
 @kernel
 def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: float, b: float, a: float) -> float:
-    """When a rock within tolerance of a plane meets it: now, unless it leaves the plane faster than rounding.
+    """Return when a rock within tolerance of a plane meets the plane: at once, unless it leaves faster than rounding.
 
-    c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
-    A rock that rises through the plane from below, as across a crack, meets it where it falls back onto it.
-    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0). A rock that slides into the
-    corner under an overhang meets the overhang, though gravity would pull it away: it cannot fall through the floor.
-    In a second look that goes for every facet, or it would fall beside a face that is nearly a wall before it meets it.
+    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) away from the plane, on the rock's side
+
+    A rock that rises through the plane from below, as across a crack, meets the plane where the rock falls back onto
+    it. A rock that moves along the plane meets the plane if gravity presses the rock on (a < 0). A rock that slides
+    into the corner under an overhang meets the overhang, though gravity pulls the rock away: the rock cannot fall
+    through the floor. In a second search this holds for every facet; otherwise the rock would fall past a face that is
+    nearly a wall.
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
@@ -211,10 +222,10 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 
 @kernel
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """Whether a rock that moves along the plane of f is carried by f: one that slides there leads onto it.
+    """True if facet f carries a rock that moves along the plane of f: a sliding rock must move onto f.
 
-    The facet it has just slid off takes it back only along an edge. At rest it may go on over any other (`_approach`
-    prefers the right one).
+    The facet that the rock has just slid off takes the rock back only along an edge. A rock at rest may go on over any
+    other facet (`_approach` prefers the right one).
     """
     if not left.resting:
         return True
@@ -225,10 +236,10 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
 @kernel
 def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """Whether a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
+    """True if a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
 
-    It does where the two form a convex edge and it moves away from f: the plane of f lies above its path there, f
-    itself does not.
+    The rock misses f if the two facets form a convex edge and the rock moves away from f: the plane of f lies above the
+    rock's path there, f itself does not.
     """
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     highest, lowest = -math.inf, math.inf
@@ -242,10 +253,10 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """Whether a sliding rock at the rim of f, towards the plane of f, is on its way over other ground than f, or none.
+    """True if a sliding rock at the rim of f, towards the plane of f, moves over other ground or off the terrain.
 
-    Whichever way the rock goes, it comes over one of the facets that face upwards and meet where it is. To the others
-    only its tolerance ties it; beyond the rim of the terrain there is none.
+    In any direction the rock comes over one of the upward facets that meet at its position. The rock is connected to
+    the other facets only by the tolerance. Beyond the rim of the terrain there is no facet.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
@@ -256,12 +267,12 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
 
 @kernel
 def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """Whether the way of a rock at the rim of f leads over f.
+    """True if the motion of a rock at the rim of f leads over f.
 
-    Above facets that face upwards this is decided in plan, where the facets that meet at a vertex lie around it without
-    gap or overlap: the way leads over one of them, whichever it is. Projected squarely on each facet in turn, the same
-    way may lead over none, and the rock would fall between them. A wall has no plan; there that projection counts.
-    A rock at rest, or one that goes straight into f, does not leave it.
+    For facets that face upwards this is decided in plan. There the facets around a vertex have no gap and no overlap,
+    so every direction leads over one of them. Projected at right angles onto each facet in turn, the same
+    direction may lead over none, and the rock would fall between the facets. A wall has no plan; there that projection
+    counts. A rock at rest, or a rock that moves straight into f, does not leave f.
     """
     way = _way_over(facets, f, arc.v, side)
     length = norm(way)
@@ -272,17 +283,20 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
-    """The velocity v brought into the plane of f: in plan where f faces upwards, squarely where it is a wall."""
+    """Return the velocity v brought into the plane of f.
+
+    Where f faces upwards, v keeps its components in plan; where f is a wall, v loses its component along the normal.
+    """
     n = stored_normal(facets, f)
     return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
 
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """Whether, in a second look, the way of a rock runs along an edge of f, no further outside f than a crack.
+    """True if, in a second search, a rock moves along an edge of f, outside f by at most a crack's width.
 
-    A rock that goes along the line where two facets meet may leave each of them by rounding, and lead onto neither:
-    where the line is a T-junction's, or the foot of a wall. One of them must carry it on.
+    A rock that moves along the line between two facets may leave both by rounding and lead onto neither: at a
+    T-junction, or at the foot of a wall. One of the facets must carry the rock on.
     """
     if facets.tolerance < facets.crack:
         return False
@@ -291,9 +305,10 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """How fast the rock meets the plane of f (m/s); for a rock at rest on several, how fast f would carry it away.
+    """Return the speed (m/s) at which a rock meets the plane of f; for a rock at rest, the pull along f (m/s^2).
 
-    That is the pull of gravity along f (m/s^2) where the way down leads onto f, so the steepest way down wins.
+    The pull of gravity along f counts only if the direction of descent leads onto f. So of several facets under a rock
+    at rest the facet with the steepest way down wins.
     """
     if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
         down = gravity_along(n, arc.gravity)
@@ -305,9 +320,9 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
-    """Contact at time t with facet f if it is inside the facet and before `best`.
+    """Return the contact at time t with facet f if the contact is inside the facet and before `best`; else `best`.
 
-    A contact now, at t = 0, is one within tolerance in every direction, along the facet as across it.
+    A contact at t = 0 may be NEAR tolerances off in every direction, along the facet as well as across it.
     """
     if t > best.t or t == math.inf:
         return best
@@ -329,11 +344,11 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: float) -> float:
-    """When an arc that passed the plane of f beside f, at time t, comes over f; inf if it has sunk by then.
+    """Return when an arc that passed the plane of f outside f, at time t, comes over f; inf if it has sunk by then.
 
-    Two facets that share an edge are known to rounding, so a glancing arc may come to the plane of one of them just
-    before that facet begins and to that of the other just after that one ends: it would slip between them. It meets the
-    facet where it comes over it, unless it is more than NEAR tolerances below the plane by then.
+    The planes of two facets with a common edge are known only to rounding. A glancing arc may reach the plane of one
+    facet just before that facet begins, and the plane of the other just after that facet ends: the arc would slip
+    between them. The arc meets f where it comes over f, unless it is more than NEAR tolerances below the plane by then.
     """
     p, v = position(arc, t), velocity(arc, t)
     later = 0.0
@@ -350,12 +365,12 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: fl
 
 @kernel
 def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
-    """When an arc has left the box around the terrain, sideways or downwards (s); it cannot hit anything later.
+    """Return when an arc has left the box around the terrain (s), sideways or downwards; later it can hit nothing.
 
     radius : m, by which the box is wider for a sphere; 0 for a lumped mass
 
-    Downwards it is followed for NEAR CRACK tolerances: a rock that began, or came over a facet, as much below its plane
-    is still to hit it.
+    Downwards the box is NEAR CRACK tolerances larger: a rock that starts, or comes over a facet, that far below the
+    facet's plane can still hit the facet.
     """
     slack = facets.tolerance
     end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + NEAR * CRACK * slack + radius, 0.0), arc.gravity)

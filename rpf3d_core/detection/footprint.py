@@ -1,4 +1,4 @@
-"""Which facets of the ground a patch touches in plan, and what stands beside them: asked of the buckets."""
+"""Facets of the ground that a patch touches in plan, and the facets next to them, found through the buckets."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.terrain.frame import FloatArray
 
 STAYS, GOES = 0, 2
-"""Marks of facets."""
+"""Marks of facets: kept, or removed by the patch."""
 _SEEN = 1
 
 
@@ -21,9 +21,10 @@ def touched(
     corners: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float,
     marks: NDArray[np.uint8],
 ) -> NDArray[np.int32]:  # fmt: skip
-    """The facets, in order of number, that come within a slack (m) of a patch in plan; marks (F,) says GOES of them.
+    """Return the facets (N,), in ascending order, that come within a slack (m) of a patch in plan, and mark them GOES.
 
-    corners : (F, 9) m of the ground; patch : (S, 9) m, whose entries in a block are given; marks : STAYS before
+    corners : (F, 9) m of the ground; patch : (S, 9) m, `entries` are its facets in the cells of `block`
+    marks : (F,) STAYS before the call
     """
     count = _mark(corners, locator.starts, locator.ids, locator.nx, patch, *block, *entries, slack, marks)
     found = np.empty(count, np.int32)
@@ -35,7 +36,10 @@ def touched(
 def beside_what_stays(
     edges: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """(E,) whether a facet that stays has the edge, of E pairs (E, 2) of vertices (V, 3) m; triangles : (F, 3)."""
+    """Return (E,) True for each edge that belongs to a facet marked STAYS.
+
+    edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
+    """
     out = np.zeros(len(edges), np.bool_)
     _beside(edges, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
     return out
@@ -44,7 +48,10 @@ def beside_what_stays(
 def used_by_what_stays(
     some: NDArray[np.int64], vertices: FloatArray, triangles: Any, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """(N,) whether a facet that stays has the vertex, of N of the vertices (V, 3) m; triangles : (F, 3)."""
+    """Return (N,) True for each vertex that belongs to a facet marked STAYS.
+
+    some : (N,) numbers of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
+    """
     out = np.zeros(len(some), np.bool_)
     _used(some, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
     return out
@@ -53,7 +60,11 @@ def used_by_what_stays(
 def near_patch(
     thin: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float
 ) -> NDArray[np.bool_]:
-    """(N,) whether triangles (N, 9) m, which may be thin as a line or a point, come within a slack (m) of the patch."""
+    """Return (N,) True for each triangle that comes within a slack (m) of a patch in plan.
+
+    thin : (N, 9) m, triangles that may be as thin as a line or a point
+    patch : (S, 9) m, `entries` are its facets in the cells of `block`
+    """
     out = np.zeros(len(thin), np.bool_)
     _near(thin, *grid_of(locator), patch, *block, *entries, slack, out)
     return out
@@ -62,7 +73,10 @@ def near_patch(
 def over_what_goes(
     points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """(N,) whether places (N, 2) m lie in plan over a facet that goes."""
+    """Return (N,) True for each point (N, 2) m that lies in plan over a facet marked GOES.
+
+    corners : (F, 9) m of the ground; marks : (F,)
+    """
     out = np.zeros(len(points), np.bool_)
     _over(points, corners, *grid_of(locator), locator.starts, locator.ids, marks, out)
     return out
@@ -73,7 +87,7 @@ def _mark(
     corners: Any, starts: Any, ids: Any, nx: int, patch: Any, left: int, right: int, bottom: int, top: int, come: Any,
     come_ids: Any, slack: float, marks: Any,
 ) -> int:  # fmt: skip
-    """Mark the facets of the ground that touch one of the patch in any cell; how many."""
+    """Mark as _SEEN the facets of the ground that touch a facet of the patch in any cell; return their number."""
     count = 0
     for j in range(bottom, top):
         for i in range(left, right):
@@ -90,7 +104,7 @@ def _mark(
 def _collect(
     starts: Any, ids: Any, nx: int, left: int, right: int, bottom: int, top: int, marks: Any, found: Any
 ) -> None:
-    """Write the facets that have been marked."""
+    """Write the facets marked _SEEN into `found`, and mark them GOES."""
     count = 0
     for j in range(bottom, top):
         for i in range(left, right):
@@ -107,7 +121,7 @@ def _near(
     thin: Any, x: float, y: float, cell: float, nx: int, ny: int, patch: Any, left: int, right: int, bottom: int,
     top: int, come: Any, come_ids: Any, slack: float, out: Any,
 ) -> None:  # fmt: skip
-    """Write whether each of some triangles touches the patch."""
+    """Write True for each triangle that touches the patch."""
     for f in range(len(thin)):
         i0, i1 = span_of(thin[f, 0], thin[f, 3], thin[f, 6], slack, x, cell, nx)
         j0, j1 = span_of(thin[f, 1], thin[f, 4], thin[f, 7], slack, y, cell, ny)
@@ -123,7 +137,7 @@ def _beside(
     edges: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
     ids: Any, marks: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Write whether a facet that stays has each edge."""
+    """Write True for each edge that belongs to a facet marked STAYS."""
     for e in range(len(edges)):
         a, b = edges[e, 0], edges[e, 1]
         k = cell_index(vertices[a, 1], y, cell, ny) * nx + cell_index(vertices[a, 0], x, cell, nx)
@@ -138,7 +152,7 @@ def _used(
     some: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
     ids: Any, marks: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Write whether a facet that stays has each vertex."""
+    """Write True for each vertex that belongs to a facet marked STAYS."""
     for n in range(len(some)):
         v = some[n]
         k = cell_index(vertices[v, 1], y, cell, ny) * nx + cell_index(vertices[v, 0], x, cell, nx)
@@ -153,7 +167,7 @@ def _over(
     points: Any, corners: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any, ids: Any, marks: Any,
     out: Any,
 ) -> None:  # fmt: skip
-    """Write whether each place lies over a facet that goes."""
+    """Write True for each point that lies over a facet marked GOES."""
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
         k = cell_index(py, y, cell, ny) * nx + cell_index(px, x, cell, nx)
@@ -165,12 +179,13 @@ def _over(
 
 @kernel
 def _has(triangles: Any, f: int, v: int) -> bool:
+    """True if facet f has vertex v."""
     return bool(triangles[f, 0] == v or triangles[f, 1] == v or triangles[f, 2] == v)
 
 
 @kernel
 def _holds(corners: Any, f: int, px: float, py: float) -> bool:
-    """Whether a place lies in facet f in plan, whichever way that is wound, its rim included."""
+    """True if a point lies in facet f in plan, rim included, whichever way the facet is wound."""
     left, right = False, False
     for k in range(3):
         ax, ay = corners[f, 3 * k], corners[f, 3 * k + 1]
@@ -182,7 +197,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 @kernel
 def _any_touches(corners: Any, f: int, patch: Any, ids: Any, begin: int, end: int, slack: float) -> bool:
-    """Whether a facet comes within the slack of one of the patch, of the entries from `begin` to `end`."""
+    """True if facet f comes within the slack (m) of a facet of the patch among the entries from `begin` to `end`."""
     for entry in range(begin, end):  # noqa: SIM110  (any() of a generator does not compile)
         if _touch(corners, f, patch, ids[entry], slack):
             return True
@@ -191,9 +206,9 @@ def _any_touches(corners: Any, f: int, patch: Any, ids: Any, begin: int, end: in
 
 @kernel
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """Whether two triangles come within the slack (m) in plan: no side of either parts them.
+    """True if two triangles come within the slack (m) of each other in plan: no side of either separates them.
 
-    Triangles without an area in plan count as near where only their ends are apart.
+    For triangles without area in plan the sides do not test a gap beyond their ends; only the boxes along x and y do.
     """
     for axis in range(2):
         if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \
@@ -206,7 +221,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """Whether the line along a side of facet f has all of facet g beyond f, by more than the slack."""
+    """True if all of facet g lies outside facet f across the line of one side of f, by more than the slack (m)."""
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
         ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay

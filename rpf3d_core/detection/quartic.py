@@ -1,8 +1,9 @@
-"""Where a polynomial of order four falls through zero: its critical points first, then brackets between them.
+"""The fall of a quartic polynomial through zero: first its critical points, then brackets between them.
 
-The squared distance of a parabola from a line or a point is such a polynomial. Its second derivative is a quadratic;
-between the roots of that the first derivative is monotone, and between the roots of the first the polynomial is. So
-every root has a bracket of its own, none is missed, and plus, times and roots alone find it: the same bits everywhere.
+The squared distance of a parabola from a line or a point is a quartic. The second derivative is a quadratic. Between
+the roots of the second derivative the first derivative is monotone, and between the roots of the first derivative the
+quartic is monotone. So every root has a bracket of its own, and no root is missed. The search uses only basic
+arithmetic and square roots, so every machine finds the same bits.
 """
 
 import math
@@ -11,11 +12,11 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
-"""Steps within a bracket: bisection alone takes 64 in one scale, false position about ten."""
+"""Largest number of steps within a bracket: bisection alone takes 64 in one scale, false position about ten."""
 
 
 class Quartic(NamedTuple):
-    """c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4."""
+    """The polynomial c0 + c1 t + c2 t^2 + c3 t^3 + c4 t^4."""
 
     c0: float
     c1: float
@@ -26,21 +27,21 @@ class Quartic(NamedTuple):
 
 @kernel
 def value_at(q: Quartic, t: float) -> float:
-    """q(t)."""
+    """Return q(t)."""
     return q.c0 + t * (q.c1 + t * (q.c2 + t * (q.c3 + t * q.c4)))
 
 
 @kernel
 def slope_of(q: Quartic) -> Quartic:
-    """The derivative."""
+    """Return the derivative of q."""
     return Quartic(q.c1, 2.0 * q.c2, 3.0 * q.c3, 4.0 * q.c4, 0.0)
 
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """The first t in (begin, end] by which q has fallen through zero, from above it to at most zero; inf if never.
+    """Return the first t in (begin, end] by which q has fallen from above zero to at most zero; inf if it never does.
 
-    begin, end : finite; a q that is zero at the beginning has not fallen there
+    begin, end : finite; a q that is zero at `begin` has not fallen there
     """
     slope = slope_of(q)
     one, other = _bends(slope_of(slope))
@@ -62,7 +63,7 @@ def first_fall(q: Quartic, begin: float, end: float) -> float:
 
 @kernel
 def _bends(q: Quartic) -> tuple[float, float]:
-    """The roots of a quadratic in rising order; inf for those that there are not."""
+    """Return the two roots of a quadratic in ascending order; inf in place of a missing root."""
     a, b, c = q.c2, q.c1, q.c0
     discriminant = b * b - 4.0 * a * c
     if not discriminant > 0.0:
@@ -75,7 +76,10 @@ def _bends(q: Quartic) -> tuple[float, float]:
 
 @kernel
 def _sign_change(q: Quartic, low: float, high: float) -> float:
-    """Where q, of one sign at low and of the other (or zero) at high, changes it (Illinois method): the upper end."""
+    """Return where q changes its sign between low and high, by the Illinois method: the upper end of the last bracket.
+
+    q has one sign at low, and the other sign or zero at high.
+    """
     q_low, q_high = value_at(q, low), value_at(q, high)
     positive, kept = q_low > 0.0 or (q_low == 0.0 and q_high < 0.0), 0
     for _ in range(ROOT_STEPS):

@@ -1,12 +1,12 @@
-"""What lies under the arc, cell by cell: planes that all facets of a cell lie below, for cells of several sizes.
+"""Slabs: for each cell a plane that all its facets lie below, for cells of several sizes.
 
-A slab is a plane of unit normal n, n_z >= 0, and the largest height h of the cell's facets above it through the
-origin: n . p <= h for all their points p. Along an arc n . x is concave, for gravity only ever bends it downwards; so
-an arc that is above the slab at both ends of a stretch is above it in between, and meets no facet of the cell there.
-A slab that leans with the ground leaves an arc that follows a steep face out of reach of most of it.
+A slab is a plane of unit normal n, n_z >= 0, at the largest height h of the cell's facets along n, measured from the
+origin: n . p <= h for all points p of the facets. Along an arc n . x is concave, because gravity only bends the arc
+downwards. So an arc above the slab at both ends of a stretch is above the slab in between, and meets no facet of the
+cell there. A slab leans with the ground, so an arc that follows a steep face stays above most slabs.
 
-Level 0 are the buckets themselves; a cell of each level is 4 by 4 of those of the level below. Where nothing is near,
-a flight crosses one large cell instead of many small ones.
+Cells of level 0 are the buckets. A cell of each higher level covers 4 by 4 cells of the level below. Where no ground
+is near, a flight crosses one large cell instead of many small cells.
 """
 
 import math
@@ -23,9 +23,9 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot
 
 SHIFT = 2
-"""A coarse cell is 2^SHIFT cells of the level below wide."""
+"""A cell is 2^SHIFT cells of the level below wide."""
 LEVELS = 4
-"""Sizes of cells: the widest are 64 buckets wide."""
+"""Number of cell sizes: the widest cells are 64 buckets wide."""
 
 
 class Slabs(NamedTuple):
@@ -40,7 +40,7 @@ class Slabs(NamedTuple):
 
 
 def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
-    """The slabs over the facets that stand in the buckets of a grid."""
+    """Return the slabs over the facets in the buckets of a grid."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     planes = memory("planes", 4 * int(first[-1]), np.float64).reshape(-1, 4)
@@ -58,26 +58,29 @@ def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = 
 
 @kernel
 def width_of(count: int, level: int) -> int:
-    """Cells of a level along a side of so many buckets."""
+    """Return the number of cells of a level along a side of `count` buckets."""
     return ((count - 1) >> (SHIFT * level)) + 1
 
 
 @kernel
 def slab_row(first: Any, nx: int, level: int, i: int, j: int) -> int:
-    """Row of the slab of a level's cell in column i and row j of that level, over nx columns of buckets."""
+    """Return the row of the slab of a level's cell in column i and row j of that level, over nx columns of buckets."""
     row: int = first[level] + j * width_of(nx, level) + i
     return row
 
 
 @loop
 def _clear(nx: int, ny: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """No sums, and no height, in the cells of all levels over the rows of buckets from `begin` to `end`."""
+    """Reset the slabs of all levels over the rows of buckets from `begin` to `end`: no sum of normals and no height."""
     clear_block(nx, 0, nx, begin, end, planes, first)
 
 
 @kernel
 def clear_block(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """The same over a block of buckets, columns from `left` to `right`."""
+    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height.
+
+    The block has the columns from `left` to `right` - 1 and the rows from `begin` to `end` - 1.
+    """
     for level in range(LEVELS):
         shift = SHIFT * level
         for j in range(begin >> shift, ((end - 1) >> shift) + 1):
@@ -93,7 +96,7 @@ def _sum_normals(
 ) -> None:  # fmt: skip
     """Add up the normals of the facets in each bucket of the rows from `begin` to `end`.
 
-    Facet by facet: what is looked at lies side by side then.
+    The loop goes facet by facet, so that it reads memory in order.
     """
     for f in range(corners.shape[0]):
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
@@ -108,22 +111,22 @@ def _sum_normals(
 
 @kernel
 def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
-    """Add the normal of one facet to the sum of one bucket."""
+    """Add the normal of facet f to the sum of one bucket."""
     for axis in range(3):
         planes[row, axis] += normals[f, axis]
 
 
 @loop
 def _lean(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """Turn the sums over a block of buckets into unit normals of slabs, at all levels."""
+    """Turn the sums of normals over a block of buckets into unit normals of slabs, at all levels."""
     lean_upwards(nx, left, right, begin, end, planes, first)
 
 
 @kernel
 def lean_upwards(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """Add up the sums of a block's buckets over the levels, and scale all to length 1.
+    """Add up the sums of a block's buckets over the levels, and scale all sums to length 1.
 
-    Where they cancel out, or point downwards, the slab is level.
+    Where the normals cancel out, or their sum points downwards, the slab is level.
     """
     for j in range(begin, end):
         for i in range(left, right):
@@ -140,6 +143,7 @@ def lean_upwards(nx: int, left: int, right: int, begin: int, end: int, planes: A
 
 @kernel
 def _lean_one(planes: Any, row: int) -> None:
+    """Scale the normal of one slab to length 1; make it vertical if it is too short or points downwards."""
     x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
     length = math.sqrt(x * x + y * y + z * z)
     if z >= 0.0 and length > 0.5:
@@ -153,7 +157,7 @@ def _raise_over_facets(
     corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
     planes: Any, first: Any,
 ) -> None:  # fmt: skip
-    """Raise the slab of each cell of all levels, over the rows from `begin` to `end`, above its facets' corners."""
+    """Raise the slabs of all levels, over rows of buckets from `begin` to `end`, above the corners of their facets."""
     for f in range(corners.shape[0]):
         j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
         j0, j1 = max(j0, begin), min(j1, end - 1)
@@ -169,7 +173,7 @@ def _raise_over_facets(
 
 @kernel
 def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
-    """Raise one slab above the corners of one facet."""
+    """Raise one slab above the corners of facet f."""
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):
         high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])
@@ -178,10 +182,10 @@ def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
 
 @kernel
 def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -> bool:
-    """Whether an arc from p to q (m) stays above the slab of a level's cell k by more than the slack (m).
+    """True if an arc from p to q (m) stays above the slab of a level's cell k by more than the slack (m).
 
-    The slack covers rounding: of both heights, and of where cells end.
+    The slack covers rounding of both heights and of the borders of cells.
     """
-    at = np.uintp(4 * (slabs.first[level] + k))  # unsigned: it never counts from the end of the array
+    at = np.uintp(4 * (slabs.first[level] + k))  # unsigned: never an index from the end of the array
     n = slabs.planes[at], slabs.planes[at + np.uintp(1)], slabs.planes[at + np.uintp(2)]
     return bool(min(dot(n, p), dot(n, q)) > slabs.planes[at + np.uintp(3)] + slack)

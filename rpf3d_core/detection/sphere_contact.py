@@ -1,16 +1,18 @@
-"""The narrow phase of a sphere: when its centre, on a parabola, comes within its radius of a facet.
+"""Exact contact of a sphere with a facet: the narrow phase for spheres whose centre follows a parabola.
 
-A facet is touched on its face, on an edge or on a corner. The distance from the plane is a quadratic in time, the
-squared distance from an edge's line or from a corner a quartic (`quartic.py`); the sphere touches where the distance
-falls through R and the foot of the centre lies on the feature. The normal of the contact is the direction from that
-foot to the centre: with it roughness is felt by small spheres and ridden over by large ones.
+A sphere touches a facet on its face, on an edge or on a corner. The distance from the plane is a quadratic in time.
+The squared distance from the line of an edge, or from a corner, is a quartic (`quartic.py`). The sphere touches the
+feature where the distance falls through R and the foot of the centre lies on the feature. The normal of the contact
+points from that foot to the centre. So small spheres feel roughness, and large spheres ride over it.
 
-What lies within tolerance at the start, or is overlapped by the sphere, is not looked at as a root:
+A feature within tolerance at the start, or overlapped by the sphere, is not treated as a root:
 
-- approaching it, the sphere hits it now; moving along it, too, where the acceleration presses the sphere on;
-- receding from it, that root is divided out: the sphere hits it when it comes back to the same distance.
+- If the sphere approaches the feature, it hits the feature at once. So does a sphere that moves along the feature if
+  the acceleration presses the sphere on.
+- If the sphere recedes from the feature, that root is divided out: the sphere hits the feature when it returns to the
+  same distance.
 
-Nothing of it depends on which facet the sphere has left, nor on the order in which facets are looked at.
+The result depends neither on the facet that the sphere has left nor on the order in which facets are tested.
 """
 
 import math
@@ -26,9 +28,9 @@ from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 
 
 class Course(NamedTuple):
-    """A centre at x (3,) m with v (3,) m/s under a constant acceleration a (3,) m/s^2.
+    """Motion of a sphere's centre from x (3,) m with velocity v (3,) m/s under a constant acceleration a (3,) m/s^2.
 
-    radius : of the sphere (m); gravity : m/s^2, that accelerations are told from rounding by
+    radius : of the sphere (m); gravity : m/s^2, the scale that separates accelerations from rounding
     """
 
     x: Vec
@@ -39,10 +41,10 @@ class Course(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """Contact of a sphere after t seconds (inf: none) with a facet, at a speed (m/s) into it.
+    """Contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
-    n : (3,) unit, from the point of contact to the centre; along : (3,) unit, of the edge that is touched, else zero
-    face : whether it is the facet's face, and no edge or corner, that is touched
+    n : (3,) unit, from the point of contact to the centre; along : (3,) unit, of the touched edge, else zero
+    face : True if the sphere touches the face of the facet, False for an edge or a corner
     """
 
     t: float
@@ -57,33 +59,33 @@ NO_TOUCH = Touch(math.inf, -1, 0.0, (0.0, 0.0, 1.0), ZERO, False)
 RIM = 2.0
 """Tolerances by which edges and corners lie deeper than faces.
 
-A sphere that rolls over a plane touches, of the edges in it, those that its foot is on, and within tolerance those
-that it is only near: s from its foot their distance is R + s^2 / 2R. None is there to it until it would sink.
+A sphere that rolls over a plane touches the edges in the plane under its foot. Edges near the foot are within
+tolerance as well: at s from the foot their distance is R + s^2 / 2R. No such edge counts until the sphere would sink.
 """
 ON_RIM = 0.75 * RIM
-"""Tolerances below R within which an edge or a corner is touched already: a quarter of RIM is left for rounding."""
+"""Tolerances below R at which an edge or a corner counts as touched; a quarter of RIM is left for rounding."""
 POLISHED = 1e3
-"""Tolerances by which the last step of Newton may move a contact; more is asked for by grazing ones alone."""
+"""Tolerances by which the last Newton step may move a contact; only grazing contacts would need more."""
 
 
 @kernel
 def course_position(course: Course, t: float) -> Vec:
-    """Where the centre is after t seconds (m)."""
+    """Return the position of the centre after t seconds (m)."""
     return add(course.x, scale(t, add(course.v, scale(0.5 * t, course.a))))
 
 
 @kernel
 def course_velocity(course: Course, t: float) -> Vec:
-    """How fast it is after t seconds (m/s)."""
+    """Return the velocity of the centre after t seconds (m/s)."""
     return add(course.v, scale(t, course.a))
 
 
 @kernel
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """The earlier of `best` and the first contact with facet f.
+    """Return the earlier of `best` and the first contact of a course with facet f.
 
-    end : s, finite, of the whole course: roots are looked for up to there, so that they have the same bits whatever was
-        looked at before; before : s, contacts after which are not asked for
+    end : s, finite, of the whole course: roots are searched up to there, so that they have the same bits whatever was
+        tested before; before : s, contacts later than this are not needed
     """
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -96,7 +98,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
     reach = course.radius + NEAR * facets.tolerance + 0.125 * abs(a) * until * until
     if min(begin, stop) > reach:
         return best
-    for turned in (side, -side):  # one that begins beyond the plane, beside the facet, may come down on either side
+    for turned in (side, -side):  # beyond the plane, outside the facet, the sphere may come down on either side
         best = _earlier_on_face(facets, f, course, scale(turned, n), turned * c, best)
     for k in range(6):
         best = _earlier_on_rim(facets, f, k, course, end, before, best)
@@ -105,7 +107,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
 
 @kernel
 def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, best: Touch) -> Touch:
-    """The earlier of `best` and the contact with the face, c (m) from the centre at the start on the side of n."""
+    """Return the earlier of `best` and the contact with the face; the centre starts c (m) above it, along n."""
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
     near = NEAR * facets.tolerance
     if c >= 0.0 and gap <= near and contains(facets, f, course.x, False, facets.tolerance):
@@ -123,9 +125,9 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _time_from_touch(b: float, a: float, course: Course) -> float:
-    """When a sphere that touches a plane meets it: now, when it comes back, or never.
+    """Return when a sphere that touches a plane meets the plane: at once, when the sphere returns, or never (inf).
 
-    b, a : its speed and acceleration away from the plane
+    b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
     """
     speed2, pull = dot(course.v, course.v), course.gravity
     if b * b <= GRAZING * GRAZING * speed2:
@@ -137,9 +139,11 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """Whether a foot at p (m) of the face of f, with velocity v and acceleration a, does not leave it across an edge.
+    """True if a foot at p (m) on the face of f does not leave the face across an edge.
 
-    On the rim of a face it may be that an edge is all that is touched, and that the sphere goes around it, or flies.
+    v, a : velocity (m/s) and acceleration (m/s^2) of the foot
+
+    On the rim of a face the sphere may touch only the edge, and go around the edge or fly off.
     """
     n, slack = stored_normal(facets, f), facets.tolerance
     speed, pull = GRAZING * norm(without(v, n)), GRAZING * norm(without(a, n))
@@ -156,7 +160,7 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 @kernel
 def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch) -> Touch:
-    """The earlier of `best` and the contact with edge k (0, 1, 2) or corner k - 3 of facet f."""
+    """Return the earlier of `best` and the contact with edge k (0, 1, 2) or corner k - 3 of facet f."""
     at, length, along = corner(facets, f, k % 3), 0.0, ZERO
     if k < 3:
         edge = subtract(corner(facets, f, (k + 1) % 3), at)
@@ -191,9 +195,10 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Quartic, until: float) -> float:
-    """When a sphere that touches an edge or a corner meets it: now, when it comes back, or never.
+    """Return when a sphere that touches an edge or a corner meets it: at once, when the sphere returns, or never (inf).
 
-    p, v, a : offset from the line or corner and its derivatives; distance : |p|
+    p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
+    q : squared distance minus squared radius over time; until : s, end of the search
     """
     speed2, pull = dot(course.v, course.v), course.gravity
     rate = dot(p, v) / distance
@@ -212,7 +217,10 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 def _time_on_rim(
     facets: Facets, course: Course, at: Vec, along: Vec, length: float, q: Quartic, until: float
 ) -> float:  # fmt: skip
-    """When a sphere that does not touch a feature comes to touch it: of at most two falls the first on the feature."""
+    """Return when a sphere first touches an edge or a corner: at the first of two falls of q on it; inf if never.
+
+    at : corner, or first end of the edge (m); along : (3,) unit, of the edge, else zero; length : of the edge (m)
+    """
     begin = 0.0
     for _ in range(2):
         t = first_fall(q, begin, until)
@@ -228,7 +236,7 @@ def _time_on_rim(
 
 @kernel
 def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> float:
-    """The time of a contact after a step of Newton from positions: the polynomial has lost digits to its size."""
+    """Return the time of a contact after a Newton step from positions: a large polynomial has lost digits."""
     gap, v = without(subtract(course_position(course, t), at), along), course_velocity(course, t)
     distance = norm(gap)
     rate = dot(gap, v) / distance if distance > 0.0 else 0.0
@@ -241,7 +249,7 @@ def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> 
 
 @kernel
 def _sooner(best: Touch, other: Touch) -> Touch:
-    """The sooner of two contacts; of two at one instant the one met most head-on, then by normal, then by number."""
+    """Return the earlier of two contacts; ties go to the more head-on contact, then by normal, then by facet number."""
     if other.t != best.t:
         return other if other.t < best.t else best
     if other.approach != best.approach:

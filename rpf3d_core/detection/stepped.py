@@ -1,8 +1,9 @@
-"""Contacts found in fixed time steps, as the thesis and most programs find them: a third way of finding contacts.
+"""Contacts found in fixed time steps, as in the thesis and in most programs: a third method, for comparison.
 
-Not a second physics: rebound, materials, the end of bouncing and outcomes are those of every other run. The rock is
-put at the exact parabola at each step, so what is wrong with the answer is wrong with finding contacts alone. It may
-tunnel through the ground, bounce in the air above it, or off a neighbour: that is what it is here to show.
+Only the search for contacts differs. Rebound, materials, the end of bouncing and outcomes are the same as in every
+other run. At each step the rock is on the exact parabola, so all errors of the result come from the search for
+contacts. The rock may tunnel through the ground, bounce in the air above the ground, or bounce off a neighbouring
+facet: the method exists to show these errors.
 """
 
 import math
@@ -17,17 +18,20 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""How far around a rock facets are looked for, over the size of a facet (m): beyond that, steps are taken unseen."""
+"""Distance beyond the threshold within which facets are searched, over the size of a facet (-).
+
+Where no facet is that close, steps are skipped.
+"""
 
 
 class Stepped(NamedTuple):
-    """A fixed-step method over an index that tells the closest facet.
+    """A fixed-step method over a locator that finds the closest facet.
 
-    locator : the index; dt : s; threshold : m, the distance below which the rock is in contact
-    look : m, the radius within which facets are looked for
-    every_step : whether each step is looked at, as the thesis does, or only those that could be a contact: a rock
-        further off than the threshold is still so while its path is shorter than the difference. The answer is the
-        same to the last bit; only the time it takes is not.
+    locator : rule of `closest_facet`; dt : s; threshold : m, the distance below which the rock is in contact
+    look : m, the radius within which facets are searched
+    every_step : True to test each step, as the thesis does; False to test only steps that could be a contact. A rock
+        further off than the threshold stays so while its path is shorter than the difference. The result is the same to
+        the last bit; only the time to compute it differs.
     """
 
     locator: Any
@@ -40,13 +44,14 @@ class Stepped(NamedTuple):
 def stepped(
     locator: Any, size: float, dt: float, threshold: float, squared: bool = False, every_step: bool = False
 ) -> Stepped:
-    """The fixed-step method over an index.
+    """Return the fixed-step method over a locator.
 
     Parameters
     ----------
     size : of a facet (m)
     dt : s; threshold : m
-    squared : the thesis' literal comparison of the *squared* distance with the threshold: 0.05 means 0.22 m
+    squared : True for the thesis' literal comparison of the *squared* distance with the threshold: 0.05 means 0.22 m
+    every_step : as in `Stepped`
     """
     distance = math.sqrt(threshold) if squared else threshold
     return Stepped(locator, dt, distance, distance + LOOK * size, every_step)
@@ -54,10 +59,10 @@ def stepped(
 
 @first_contact.rule(Stepped)
 def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """The first step at which the closest facet is nearer than the threshold and the rock moves into it.
+    """Return the contact at the first step where the closest facet is within the threshold and the rock moves into it.
 
-    Moving into it is told by the normal towards its free side, wherever the rock is: one that has stepped through by
-    less than the threshold is turned back.
+    The normal towards the free side decides whether the rock moves into the facet, wherever the rock is. So a rock that
+    has stepped through the facet by less than the threshold is turned back.
     """
     step = 1.0
     while step * method.dt < end:
@@ -75,6 +80,6 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
-    """The first step at which a rock `distance` (m) off all facets at time t could be within the threshold."""
+    """Return the first step at which a rock `distance` (m) off all facets at time t may be within the threshold."""
     clear = distance - method.threshold
     return math.floor(time_over(arc, t, clear) / method.dt) if clear > 0.0 else 0.0

@@ -1,7 +1,7 @@
-"""Contacts on a raster of heights, found in fixed time steps: what most fast programs do.
+"""Contacts on a raster of heights, found in fixed time steps, as in most fast programs.
 
-The rock is in contact at the first step at which it is below the ground of its cell, wherever it went through. It has
-no vertical faces and no overhangs, for a raster has none. As in `stepped`, only finding contacts differs from events.
+The contact is at the first step at which the rock is below the ground of its cell, wherever the rock passed through the
+ground. A raster has no vertical faces and no overhangs. As in `stepped`, only the search for contacts is different.
 """
 
 import math
@@ -19,8 +19,8 @@ from rpf3d_core.vectors import dot, subtract
 class SteppedRaster(NamedTuple):
     """A fixed-step method over squares of two facets each.
 
-    x, y : m, the corner of the first square; cell : m, their side; nx, ny : squares eastwards, northwards
-    facet : (nx ny,) the first facet of each square, that south-east of its diagonal, -1 for a hole; the other is next
+    x, y : m, corner of the first square; cell : m, side of a square; nx, ny : squares eastwards and northwards
+    facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet is the next
     dt : s
     """
 
@@ -37,7 +37,7 @@ class SteppedRaster(NamedTuple):
 def first_contact_below_cells(
     method: SteppedRaster, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """The first step at which the rock is below the facet of its cell and moves into it."""
+    """Return the contact at the first step where the rock is below the facet of its cell and moves into the facet."""
     step = 1.0
     while step * method.dt < end:
         t = step * method.dt
@@ -53,7 +53,7 @@ def first_contact_below_cells(
 
 @kernel
 def facet_over(method: SteppedRaster, x: float, y: float) -> int:
-    """The facet that a point in plan (m) lies over; -1 beside the raster or over a hole."""
+    """Return the facet that a point in plan (m) lies over; -1 outside the raster or over a hole."""
     u, v = (x - method.x) / method.cell, (y - method.y) / method.cell
     if not (0.0 <= u < method.nx and 0.0 <= v < method.ny):
         return -1
@@ -64,4 +64,5 @@ def facet_over(method: SteppedRaster, x: float, y: float) -> int:
 
 @kernel
 def _below(facets: Facets, f: int, x: Vec) -> bool:
+    """True if x (m) is below the plane of facet f."""
     return dot(stored_normal(facets, f), subtract(x, corner(facets, f, 0))) < 0.0

@@ -1,7 +1,7 @@
-"""A stretch of an arc over one bucket, and which facets it cannot touch: cheap tests ahead of the exact one.
+"""A stretch of an arc over one bucket, and cheap tests that rule out facets ahead of the exact test.
 
-Contacts before and after the stretch do not count: they belong to other buckets. A facet is passed over only if it is
-out of reach by REACH tolerances, which is far more than rounding and than the slack of a contact.
+Contacts before and after the stretch belong to other buckets and do not count. A facet is ruled out only if it is out
+of reach by REACH tolerances, which is far more than rounding and the slack of a contact.
 """
 
 from typing import NamedTuple
@@ -16,14 +16,14 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
 SLOWEST = 1e-100
-"""Speed (m/s) in plan below which an arc counts as vertical: with less, inverses and products might not fit a float."""
+"""Speed in plan (m/s) below which an arc counts as vertical: inverses and products of less might not fit a float."""
 
 
 class Stretch(NamedTuple):
-    """An arc between two times: from p to q (m), never further than `bend` (m) above its chord.
+    """Part of an arc between two times: from p to q (m), at most `bend` (m) above its chord.
 
-    v : (3,) m/s at the start of the arc; its direction in plan, free of the rounding of a short q - p
-    probe : its box in plan, to hold against those of a bucket's facets (`plan_boxes.overlap`)
+    v : (3,) m/s at the start of the arc; gives the direction in plan without the rounding of a short q - p
+    probe : box of the stretch in plan, to compare with the boxes of a bucket's facets (`plan_boxes.overlap`)
     """
 
     p: Vec
@@ -35,14 +35,14 @@ class Stretch(NamedTuple):
 
 @kernel
 def stretch_of(grid: Grid, i: int, j: int, arc: Arc, begin: float, end: float) -> Stretch:
-    """The stretch of an arc between two times (s) over the cell in column i and row j."""
+    """Return the stretch of an arc between two times (s) over the cell in column i and row j."""
     p, q, lasts = position(arc, begin), position(arc, end), end - begin
     return Stretch(p, q, arc.v, 0.125 * arc.gravity * lasts * lasts, probe_of(grid, i, j, p, q))
 
 
 @kernel
 def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
-    """The box in plan between p and q (m) over the cell in column i and row j, to hold against those of facets."""
+    """Return the packed probe of the box in plan between p and q (m), over the cell in column i and row j."""
     per_cell = 1.0 / grid.cell
     return packed_probe(
         part_of(min(p[0], q[0]), grid.x, per_cell, i), part_of(max(p[0], q[0]), grid.x, per_cell, i),
@@ -52,14 +52,14 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 
 @kernel
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
-    """Whether a stretch cannot touch facet f: it passes beside it in plan, or stays on one side of its plane."""
+    """True if a stretch cannot touch facet f: it passes outside f in plan, or stays on one side of the plane of f."""
     slack = REACH * facets.tolerance
     return _beside(facets, f, stretch, slack) or _on_one_side(facets, f, stretch, slack)
 
 
 @kernel
 def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """Whether all corners lie on one side of the stretch's line in plan."""
+    """True if all corners of f lie on one side of the stretch's line in plan, by more than the slack (m)."""
     p, v = stretch.p, stretch.v
     a = _left_of(v, p, corner(facets, f, 0))
     b = _left_of(v, p, corner(facets, f, 1))
@@ -70,13 +70,13 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
 
 @kernel
 def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
-    """How far a corner lies to the left of the line through p along v, in plan, times the speed in plan (m^2/s)."""
+    """Return how far a corner lies left of the line through p along v in plan, times the speed in plan (m^2/s)."""
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 
 
 @kernel
 def _on_one_side(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """Whether the stretch stays on one side of the plane of f: both ends do, and it bends no further than to it."""
+    """True if the stretch stays on one side of the plane of f: both ends do, and the bend does not reach the plane."""
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     begin, end = dot(n, subtract(stretch.p, origin)), dot(n, subtract(stretch.q, origin))
     bend = n[2] * stretch.bend

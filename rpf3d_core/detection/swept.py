@@ -1,4 +1,4 @@
-"""Contacts of a sphere that flies: any locator, with the sphere's radius, boxes along the arc widened by it."""
+"""Contacts of a flying sphere: a locator for points with the sphere's radius, which widens the boxes along the arc."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,11 +19,11 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm
 
 WIDEST = 2.0
-"""Cells of a level, over the length of a stretch: a stretch is asked on the level whose cells are as long as it."""
+"""Length of a stretch over the width of a cell (-) up to which slabs are tested on that cell's level."""
 
 
 class Swept(NamedTuple):
-    """A locator for a sphere of some radius (m)."""
+    """A locator for a sphere: a locator for points, and the radius of the sphere (m)."""
 
     locator: Any
     radius: float
@@ -31,31 +31,31 @@ class Swept(NamedTuple):
 
 @radius_of.rule(Swept)
 def swept_radius(locator: Swept) -> float:
-    """The sphere's."""
+    """Return the radius of the sphere (m)."""
     return locator.radius
 
 
 @plain_locator.rule(Swept)
 def swept_locator(locator: Swept) -> Any:
-    """Without the sphere."""
+    """Return the locator for points, without the sphere."""
     return locator.locator
 
 
 @model_function
 def swept_contact(locator: object, facets: Facets, course: Course, end: float) -> Touch:
-    """The first contact of a sphere on a course that gravity alone bends, before `end` (s); one rule per locator."""
+    """Return the first contact of a sphere on a course under gravity alone before `end` (s); one rule per locator."""
 
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """The first contact; what the sphere has left is told by where it is (`sphere_contact`)."""
+    """Return the first contact of a sphere; the position shows which facets the sphere has left (`sphere_contact`)."""
     course = Course(arc.x, arc.v, (0.0, 0.0, -arc.gravity), locator.radius, arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
 
 
 @kernel
 def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
-    """A time (s) by which the centre has gone no further than `length` (m) from `begin` on; no later than `end`."""
+    """Return a time (s) by which the centre has moved at most `length` (m) since `begin`; no later than `end`."""
     speed, pull = norm(course_velocity(course, begin)), norm(course.a)
     pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
     leave = begin + 2.0 * length / pace if pace > 0.0 else end
@@ -64,7 +64,7 @@ def stretch_end(course: Course, begin: float, length: float, end: float) -> floa
 
 @kernel
 def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec, Vec]:
-    """Corners (3,) m of a box around all that the sphere sweeps between two times."""
+    """Return the corners (3,) m of a box around all that the sphere sweeps between two times, widened by the slack."""
     p, q, lasts = course_position(course, begin), course_position(course, end), end - begin
     a, wide = course.a, course.radius + slack
     sag = (0.125 * lasts * lasts * abs(a[0]), 0.125 * lasts * lasts * abs(a[1]), 0.125 * lasts * lasts * abs(a[2]))
@@ -79,7 +79,7 @@ def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec,
 
 @swept_contact.rule(BucketLocator)
 def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """Stretch by stretch, each twice as long as the one before while the sphere flies over the slabs below it."""
+    """Return the first contact, stretch by stretch; stretches double while the sphere flies over the slabs below."""
     base = max(locator.cell, course.radius)
     best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance
     while True:
@@ -102,7 +102,7 @@ def _sweeps_over(
     locator: BucketLocator, course: Course, begin: float, leave: float, length: float, low: Vec, high: Vec,
     slack: float,
 ) -> bool:  # fmt: skip
-    """Whether the sphere flies over the slabs of all cells below a stretch."""
+    """True if the sphere flies over the slabs of all cells below a stretch."""
     level, width = 0, locator.cell
     while level < LEVELS - 1 and width * WIDEST < length:
         level, width = level + 1, width * (1 << SHIFT)
@@ -119,7 +119,7 @@ def _sweeps_over(
 
 @scan.rule(BucketLocator)
 def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Ask the facets of all buckets under the box, each in the first bucket that it shares with the box."""
+    """Test the facets of all buckets under the box, each facet in the first bucket that it shares with the box."""
     i0 = cell_index(low[0], locator.x, locator.cell, locator.nx)
     i1 = cell_index(high[0], locator.x, locator.cell, locator.nx)
     j0 = cell_index(low[1], locator.y, locator.cell, locator.ny)
@@ -138,7 +138,7 @@ def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, qu
 def _first_shared(
     locator: BucketLocator, facets: Facets, f: int, low: Vec, high: Vec, i: int, i0: int, j: int, j0: int
 ) -> bool:
-    """Whether facet f reaches into the box, and column i and row j are the first that it shares with it."""
+    """True if facet f reaches into the box, and column i and row j are the first cell that f shares with the box."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     for k in range(3):
         if min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]:

@@ -1,6 +1,6 @@
-"""Which of several facets takes a contact that all of them meet at the same instant.
+"""Tie-breaking among facets that an arc meets at the same instant.
 
-Speeds, normals and places decide, so that the order of the facets in the file does not.
+Speeds, normals and positions decide, so the order of the facets in the file does not.
 """
 
 from rpf3d_core.arc import Arc, gravity_along, position, velocity
@@ -13,9 +13,10 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """Whether of facets f and g, both met after t seconds of an arc, f takes the contact.
+    """True if, of facets f and g, both met after t seconds of an arc, facet f takes the contact.
 
-    It does if it is met more head-on (approach, other: m/s), else by the components of its normal, else `_lies_first`.
+    The facet that is met more head-on wins (approach for f, other for g: m/s), then the larger components of the
+    normal, then `_lies_first`.
     """
     if approach != other:
         return approach > other
@@ -28,10 +29,10 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
 
 @kernel
 def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> bool:
-    """Whether of two facets of one plane f lies further left of the rock's way, or further ahead; else by number.
+    """True if, of two facets in one plane, f lies further left of the rock's motion, or further ahead; else by number.
 
-    Of what is told by the way nothing depends on the axes either. A rock that goes straight into the plane has none
-    there, nor will it have one: only the number that is told for its facet hangs on the file then.
+    A comparison along the rock's motion does not depend on the axes either. A rock that moves straight into the plane
+    has no motion along the plane, and gets none. Only then does the reported facet depend on the order in the file.
     """
     p, v = position(arc, t), velocity(arc, t)
     way = without(v, n) if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 else gravity_along(n, arc.gravity)
@@ -45,7 +46,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """How far the corners of facet f lie from p (m) along an axis, in its length, the furthest first."""
+    """Return how far the corners of facet f lie from p (m) along an axis times its length, furthest first."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

@@ -1,4 +1,4 @@
-"""What a sphere that lies on the ground touches: which contact stands most against a direction."""
+"""Searches among the facets around a sphere: first contact, contact most against a vector, nearest feature."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
-    """Asks for the first contact of a course that ends after `end` (s), of those in its first `before` seconds."""
+    """Search for the first contact of a course, which ends after `end` (s), within its first `before` seconds."""
 
     course: Course
     end: float
@@ -22,10 +22,12 @@ class Sweep(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Asks which of the contacts of a sphere, about a centre x (3,) m, stands most against a vector `way` (3,).
+    """Search for the contact of a sphere with centre x (3,) m that stands most against a vector `way` (3,).
 
-    v, down : (3,) m/s and m/s^2: contacts that the sphere moves off are none, and a face is one only where it leads on
-    radius : of the sphere (m); noise : of the way, in its unit
+    v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
+    radius : of the sphere (m); noise : rounding of the way, in its unit
+
+    Contacts that the sphere moves away from do not count. A face counts only if the sphere stays on the face.
     """
 
     x: Vec
@@ -37,30 +39,33 @@ class Against(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """Asks for the feature nearest to x (3,) m; `Touch.t` is its distance (m)."""
+    """Search for the feature nearest to x (3,) m; `Touch.t` is its distance (m)."""
 
     x: Vec
 
 
 @model_function
 def looked_at(quest: object, facets: Facets, f: int, best: Touch) -> Touch:
-    """The better answer to a question of `best` and facet f; the order in which facets are asked decides nothing."""
+    """Return the better answer to a search, of `best` and facet f; the order of the facets does not matter."""
 
 
 @model_function
 def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, best: Touch) -> Touch:
-    """Ask all facets that reach into a box between two corners (3,) m; one rule per locator."""
+    """Return the best answer to a search among the facets in a box between two corners (3,) m; one rule per locator."""
 
 
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
-    """The earlier contact."""
+    """Return the earlier contact, of `best` and the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """The nearer one; of a facet that x lies on, its normal upwards stands for the way there."""
+    """Return the nearer feature, of `best` and facet f.
+
+    If x lies on f, the direction from f to x is the normal of f turned upwards.
+    """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -74,10 +79,10 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Against)
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
-    """The contact that stands more against the way: `Touch.t` is the part of the way along its normal, below zero.
+    """Return the contact that stands more against the way; `Touch.t` is the way along its normal, below zero.
 
-    A face on which the sphere stands counts before an edge that stands against the way as much, but for the angle
-    under which an edge within tolerance of the sphere may be seen from it.
+    A face that the sphere stands on takes precedence over an edge that stands against the way as much. The margin is
+    the angle at which an edge within tolerance of the sphere may appear.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -106,7 +111,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 
 @kernel
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
-    """Whether a sphere that goes straight on its way passes an edge or corner that it is only near to (`RIM`)."""
+    """True if a sphere that moves straight along its way passes an edge or corner that is only near to it (`RIM`)."""
     way = without(quest.way, along)
     toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance
     return (distance * distance - clear * clear) * dot(way, way) > toward * toward
@@ -114,14 +119,14 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """Whether p (m) lies on the face of f, and the sphere does not move, or roll, off it across an edge."""
+    """True if p (m) lies on the face of f, and the sphere neither moves nor rolls off the face across an edge."""
     off = without(subtract(quest.x, p), stored_normal(facets, f))
     return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
 
 
 @kernel
 def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
-    """Direction (3,) unit of the edge of f that p (m) lies on; zero at a corner."""
+    """Return the direction (3,) unit of the edge of f that p (m) lies on; zero at a corner."""
     for k in range(3):
         begin = corner(facets, f, k)
         if norm(subtract(p, begin)) <= facets.tolerance:
@@ -136,7 +141,7 @@ def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
 
 @kernel
 def lesser(best: Touch, other: Touch) -> Touch:
-    """The answer of smaller `t`; of two alike the one of larger normal, then of smaller number."""
+    """Return the answer with the smaller `t`; ties go to the larger normal, then to the smaller facet number."""
     if best.facet < 0 or other.t != best.t:
         return other if best.facet < 0 or other.t < best.t else best
     for k in range(3):

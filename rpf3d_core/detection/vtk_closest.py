@@ -1,4 +1,4 @@
-"""The facet closest to a point as the thesis asks for it: by VTK's own search (section 3.4)."""
+"""The facet closest to a point by VTK's own search, as in the thesis (section 3.4)."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from rpf3d_core.values import Vec
 
 @closest_facet.rule(VtkLocator)
 def closest_by_vtk(locator: VtkLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """`FindClosestPointWithinRadius` of VTK's static cell locator; it says nothing beyond the radius (m)."""
+    """Return the result of VTK's `FindClosestPointWithinRadius`: no facet (-1) beyond the radius (m)."""
     facet: Any = reference(-1)
     squared: Any = reference(0.0)
     search: Any = locator.locator.FindClosestPointWithinRadius

@@ -1,7 +1,7 @@
-"""Candidates from VTK's static cell locator, in boxes along the arc: the broad phase of the reference engine.
+"""Locator of the reference engine: VTK's static cell locator finds the facets in boxes along the arc.
 
-vtkStaticCellLocator answers with a superset of the cells within a box, quickly on meshes of millions of triangles;
-the narrow phase (`contact.py`) is the same as the compiled engine's. VTK comes from the thesis, section 3.4.
+This is the broad phase. vtkStaticCellLocator returns a superset of the cells within a box, quickly on meshes of
+millions of triangles. Both engines share the narrow phase (`contact.py`). The thesis uses VTK too (section 3.4).
 """
 
 import math
@@ -17,19 +17,19 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 FIRST_BOX = 2.0
-"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the one before."""
+"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the box before it."""
 CELLS_PER_BUCKET = 1
-"""VTK answers with whole buckets: at its default of 10 the narrow phase sees four times as many facets."""
+"""Facets per bucket of VTK. VTK returns whole buckets: its default of 10 gives four times as many facets to test."""
 LONGEST_BOX = 16.0
-"""Boxes grow no longer than this, in median facet sizes."""
+"""Length of the longest box along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
-"""A terrain's diagonal counts as no more than this in facet sizes, so that the boxes along an arc stay few."""
+"""Largest diagonal of a terrain in facet sizes: the size is at least diagonal / MOST_SIZES, so that boxes stay few."""
 SAMPLE = 100_000
-"""Facets at least from which their usual size is told."""
+"""Least number of facets in the sample that gives the usual facet size."""
 
 
 class VtkLocator:
-    """A VTK locator over F facets, with its scratch list; for one thread."""
+    """A VTK locator over F facets, with its scratch list; only one thread may use it."""
 
     def __init__(self, facets: Facets) -> None:
         self._points = np.ascontiguousarray(np.asarray(facets.corners).reshape(-1, 3))
@@ -43,13 +43,13 @@ class VtkLocator:
 
 
 def _median_size(points: np.ndarray) -> float:
-    """Side (m) of a square as large as two facets of the median area, from their corners (3 F, 3)."""
+    """Return the side (m) of a square as large as two facets of the median area, from corners `points` (3 F, 3) m."""
     a, b, c = points.reshape(-1, 3, 3)[:: max(len(points) // (3 * SAMPLE), 1)].transpose(1, 0, 2)
     return float(np.sqrt(np.median(np.linalg.norm(np.cross(b - a, c - a), axis=1))))
 
 
 def _triangle_cells(count: int) -> np.ndarray:
-    """Cell connectivity of `count` triangles with corners of their own: (4 count,)."""
+    """Return the cell connectivity (4 count,) of `count` triangles that share no corners."""
     cells = np.empty((count, 4), dtype=np.int64)
     cells[:, 0] = 3
     cells[:, 1:] = np.arange(3 * count).reshape(-1, 3)
@@ -57,7 +57,7 @@ def _triangle_cells(count: int) -> np.ndarray:
 
 
 def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
-    """The facets as VTK sees them, sharing memory with `points` (3 F, 3)."""
+    """Return the facets as VTK polygons that share memory with the corners `points` (3 F, 3) m."""
     vtk_points = vtkPoints()
     vtk_points.SetData(numpy_to_vtk(points))
     triangles = vtkCellArray()
@@ -70,7 +70,7 @@ def _polydata(points: np.ndarray, cells: np.ndarray) -> vtkPolyData:
 
 @first_contact.rule(VtkLocator)
 def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Look at the facets in one box after another along the arc until the best contact lies within the boxes."""
+    """Return the earliest contact: test box after box along the arc until the best contact lies within the boxes."""
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
         leave = min(time_over(arc, begin, length * locator.size), end)
@@ -85,7 +85,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:
-    """Box around the arc between two times, widened by the slack: x, x, y, y, z, z (m)."""
+    """Return a box around the arc between two times (s), widened by the slack: low and high x, y, z (m)."""
     p, q = position(arc, begin), position(arc, end)
     apex = arc.v[2] / arc.gravity
     top = max(p[2], q[2])

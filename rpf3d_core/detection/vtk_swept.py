@@ -1,4 +1,4 @@
-"""Contacts of a sphere with VTK's locator: the broad phase of the reference engine."""
+"""Contacts of a flying sphere with VTK's locator: the broad phase of the reference engine."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from rpf3d_core.values import Vec
 
 @scan.rule(VtkLocator)
 def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Ask the facets that VTK finds in the box."""
+    """Return the best answer among the facets that VTK finds in the box."""
     box = [low[0], high[0], low[1], high[1], low[2], high[2]]
     locator.locator.FindCellsWithinBounds(box, locator.found)
     for k in range(locator.found.GetNumberOfIds()):
@@ -23,7 +23,7 @@ def scan_cells(locator: VtkLocator, facets: Facets, low: Vec, high: Vec, quest: 
 
 @swept_contact.rule(VtkLocator)
 def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """One box after another along the arc until the best contact lies within the boxes."""
+    """Return the first contact: search box after box along the arc until the best contact lies within the boxes."""
     best: Touch = NO_TOUCH
     begin, length = 0.0, FIRST_BOX
     while True:
