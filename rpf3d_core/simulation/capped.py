@@ -1,4 +1,4 @@
-"""Engines over whole terrains: with the caps that end rocks where they fall below the ground."""
+"""Engines over whole terrains, with the caps that end rocks where they fall below the ground."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from rpf3d_core.terrain.gaps import Caps, caps_over
 from rpf3d_core.terrain.mesh.border import border_of
 
 FEWEST = 2
-"""Facets of caps: the corners of a single one lie in memory as no others do, and would be compiled for again."""
+"""Least number of cap facets: the corners of a single facet lie in memory differently and would be compiled again."""
 
 
 def engine_over(name: str, terrain: Terrain, facets: Facets | None = None) -> Engine:
-    """Return the engine of a name over a terrain, with its index built and the gaps of the terrain capped.
+    """Return the engine with a name over a terrain, with its index built and the gaps of the terrain capped.
 
-    facets : of the terrain, where they are known already. Raises ValueError as `engine_of`.
+    facets : of the terrain, if known already. Raises ValueError as `engine_of`.
     """
     facets = facets or facets_of(terrain)
     return engine_of(name, facets, gap_facets(terrain, facets.tolerance))
 
 
 def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
-    """Return the caps over the gaps of a terrain as facets, None where it has no gap.
+    """Return the caps over the gaps of a terrain as facets; None if the terrain has no gap.
 
     tolerance : of the terrain's contacts (m)
     """
@@ -32,7 +32,7 @@ def gap_facets(terrain: Terrain, tolerance: float) -> CapFacets | None:
 
 
 def caps_within(border: FloatArray, tolerance: float) -> CapFacets:
-    """Return the caps within the border (B, 3, 3) m of a terrain as facets; where it has no gap, none can be touched.
+    """Return the caps within the border (B, 3, 3) m of a terrain as facets; without a gap, facets that no rock touches.
 
     tolerance : of the terrain's contacts (m)
     """
@@ -50,5 +50,5 @@ def _facets_of_caps(caps: Caps, tolerance: float) -> CapFacets:
 
 
 def _any_corner(corners: FloatArray) -> FloatArray:
-    """Return one corner (3,) of some triangles; the origin where there are none."""
+    """Return one corner (3,) m of some triangles; the origin if there are no triangles."""
     return corners[0, 0] if len(corners) else np.zeros(3)

@@ -24,23 +24,24 @@ from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
 
 FINAL_COLUMNS = ("t", "x", "y", "z", "path", "max_speed", "max_height", "ground_speed")
-"""The height is told by who looks at the paths, and NaN until then."""
+"""Columns of a rock's final numbers; max_height is NaN until the paths are evaluated."""
 SPIN_FINALS = ("max_rotational_energy", "max_total_energy")
-"""Columns that follow where rocks spin, J, from the same paths; NaN where none were written down."""
+"""Additional columns where rocks spin, J, from the same paths; NaN where no path was written."""
 COUNT_COLUMNS = ("outcome", "facet", "impacts", "pieces")
 
 SAMPLE = 100_000
-"""Facets at least from which their usual size is told."""
+"""Least number of facets in the sample that gives the usual facet size."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
 class Models(NamedTuple):
-    """The models that a scene names: parameters of a rebound and of a ground model, and of its effects.
+    """The models that a scene names: parameters of a rebound model, of a ground model and of the effects.
 
-    A class of parameters says `asks_rock = True` if its rules ask for mass and radius, `draws = True` if they draw.
-    That of a rebound says `spins = True` if its rules change the spin: rotational energy is written down then.
+    A class of parameters has `asks_rock = True` if its rules need mass and radius, and `draws = True` if its rules draw
+    random numbers. The class of a rebound has `spins = True` if its rules change the spin; then rotational energy is
+    written.
     """
 
     rebound: Any
@@ -49,12 +50,12 @@ class Models(NamedTuple):
 
 
 def spins_of(models: Models) -> bool:
-    """Return whether rocks spin: whether the rebound's class says `spins = True`."""
+    """True if rocks spin: the class of the rebound has `spins = True`."""
     return bool(getattr(models.rebound, "spins", False))
 
 
 class Starts(NamedTuple):
-    """R rocks about to fall: x (R, 3) m, v (R, 3) m/s; source, rock (R,), what tells their draws apart.
+    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,), the numbers that their draws depend on.
 
     mass : (R,) kg; radius : (R,) m
     """
@@ -68,16 +69,18 @@ class Starts(NamedTuple):
 
 
 class Reference:
-    """Plain Python, one rock after another, candidates from VTK: slow, simple, the oracle of the other.
+    """The reference engine: plain Python, one rock after another, candidates from VTK.
 
-    method : what finds the contacts of flights: the locator, which meets every event, or steps (`stepping`)
-    caps : what finds passages through the caps over the gaps of the terrain; None where none are given
+    This engine is slow and simple, and serves as the oracle of the compiled engine.
+
+    method : finds the contacts of flights: the locator, which finds every event, or fixed steps (`stepping`)
+    caps : finds passages through the caps over the gaps of the terrain; None if no caps are given
     """
 
     name = "reference"
 
     def __init__(self, facets: Facets, caps: CapFacets | None = None) -> None:
-        from rpf3d_core.detection.vtk_locator import VtkLocator  # VTK is needed by this engine only
+        from rpf3d_core.detection.vtk_locator import VtkLocator  # only this engine needs VTK
 
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
@@ -88,12 +91,12 @@ class Reference:
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
         begin: int, finals: Floats, counts: Integers,
     ) -> int:  # fmt: skip
-        """Follow rocks from number `begin` on, of R that start.
+        """Follow rocks from number `begin` on, of R rocks that start.
 
         finals (R, 8), counts (R, 4) : filled in, FINAL_COLUMNS and COUNT_COLUMNS
-        record : where to write impacts and pieces
-        first : (R + 1, 2) the first row of each rock in either; that of `begin` is given, the others are filled in
-        Returns the number of the first rock that found no room in the record, R if all did.
+        record : holds the rows for impacts and path segments
+        first : (R + 1, 2) first row of each rock in either; the row of `begin` is given, the others are filled in
+        Returns the number of the first rock that found no room in the record, R if all rocks did.
         """
         listed = Starts(*(column.tolist() for column in starts))
         ground = (self.method, self.facets, plain(materials), settings)
@@ -102,16 +105,18 @@ class Reference:
         return int(done)
 
     def ground_below(self, x: Floats) -> Floats:
-        """Height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
+        """Return the height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
         out = np.empty((len(x), 3))
         _ground_below_all.py_func(self.locator, self.facets, x.tolist(), out)  # type: ignore[attr-defined]
         return out
 
 
 class Compiled:
-    """The same functions through numba, candidates from a bucket grid; may be called from several threads at once.
+    """The compiled engine: the same functions through numba, candidates from a bucket grid.
 
-    method, caps : as of `Reference`; locator : the buckets over the facets, sorted here where they are not given
+    Several threads may call the engine at once.
+
+    method, caps : as in `Reference`; locator : the buckets over the facets, built here if not given
     """
 
     name = "compiled"
@@ -128,14 +133,14 @@ class Compiled:
         self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
         begin: int, finals: Floats, counts: Integers,
     ) -> int:  # fmt: skip
-        """As `Reference.follow`."""
+        """Follow rocks as `Reference.follow` does."""
         ground = (self.method, self.facets, materials, settings)
         rocks = (starts.x, starts.v, *asked_for(models, materials, settings, starts))
         follow_all: Any = _follow_all
         return int(follow_all(*models, *ground, *rocks, self.caps, record, first, begin, finals, counts))
 
     def ground_below(self, x: Floats) -> Floats:
-        """As `Reference.ground_below`."""
+        """Return heights, facets and sides (R, 3) as `Reference.ground_below` does."""
         out = np.empty((len(x), 3))
         _ground_below_all(self.locator, self.facets, np.ascontiguousarray(x), out)
         return out
@@ -147,7 +152,7 @@ Engine = Reference | Compiled
 def asked_for(
     models: Models, materials: Any, settings: Settings, starts: Starts
 ) -> tuple[RockColumns | None, RockKeys | None]:
-    """The columns of R rocks that a scene's models and materials ask for; None for what nobody does."""
+    """Return the columns and the keys of R rocks, each None if no model and no material of the scene asks for it."""
     parts = (models.rebound, models.ground, *links_of(models.effects))
     asked = any(getattr(part, "asks_rock", False) for part in parts)
     drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
@@ -156,7 +161,7 @@ def asked_for(
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
-    """The engine of a name ("reference" or "compiled"), with its index over the facets built.
+    """Return the engine with a name ("reference" or "compiled"), with its index over the facets built.
 
     caps : over the gaps of the terrain (`capped.gap_facets`); None for a terrain without gaps
 
@@ -174,25 +179,27 @@ def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engin
 
 
 def stepping(engine: Engine, dt: float, threshold: float, squared: bool = False, every_step: bool = False) -> Engine:
-    """The same engine with contacts found in fixed steps (`detection.stepped`); heights above ground stay exact.
+    """Return a copy of the engine that finds contacts in fixed steps (`detection.stepped`).
 
-    dt : s; threshold : m, or m2 where the squared distance is compared with it; every_step : as of `Stepped`
+    Heights above ground stay exact.
+
+    dt : s; threshold : m, or m2 where the squared distance is compared with it; squared, every_step : as in `stepped`
     """
     other = copy(engine)
     if isinstance(engine, Reference):
-        from rpf3d_core.detection import vtk_closest  # noqa: F401  (its rule is needed by this engine only)
+        from rpf3d_core.detection import vtk_closest  # noqa: F401  (only this engine needs its rule)
     other.method = stepped(engine.locator, facet_size(engine.facets), dt, threshold, squared, every_step)
     return other
 
 
 def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there: Any, dt: float) -> Engine:
-    """The same engine with contacts found in fixed steps below a raster's cells (`detection.stepped_raster`).
+    """Return a copy of the engine that finds contacts in fixed steps on a raster (`detection.stepped_raster`).
 
     engine : over the raster's facets, two for each square that is `there` (ny, nx), row by row
     x, y : corner of the first square, m; cell : m; dt : s
 
-    A rock is found below the ground only after it went through, which on the lowest ground is below the terrain's box:
-    it is followed for as far again as the box is large.
+    Steps find a rock below the ground only after it went through. On the lowest ground that is below the terrain's box.
+    So the box of the copy reaches further down, by the diagonal of the terrain's box.
     """
     ny, nx = there.shape
     first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
@@ -204,14 +211,14 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
 
 
 def facet_size(facets: Facets) -> float:
-    """Side (m) of a square as large as two facets of the mean area of some of them; above 0."""
+    """Return the side (m) of a square as large as two facets of the mean area of a sample of facets; above 0."""
     corners = np.asarray(facets.corners)[:: max(len(facets.zone) // SAMPLE, 1)]
     u, w = corners[:, 3:6] - corners[:, :3], corners[:, 6:9] - corners[:, :3]
     return math.sqrt(float(np.linalg.norm(np.cross(u, w), axis=1).mean())) or 1.0
 
 
 def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
-    """Compile what a run of these models needs; returns the seconds it took."""
+    """Compile all functions that a run of these models needs; return the seconds it took."""
     began = time.perf_counter()
     warm_flights(engine, models, materials, settings)
     if isinstance(engine, Compiled):
@@ -220,7 +227,7 @@ def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> 
 
 
 def warm_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
-    """Compile what flights need and nothing else does; returns the seconds it took."""
+    """Compile the functions that only flights need; return the seconds it took."""
     began = time.perf_counter()
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
@@ -232,9 +239,9 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
 
 
 def precompile_index() -> Compiled:
-    """Build the index over two facets: that compiles what building it over any terrain needs.
+    """Build the index over two facets: that compiles all functions that build an index over any terrain.
 
-    Two, for the corners of a single one lie in memory as no others do: they would be of another type.
+    There are two facets, because the corners of a single facet lie in memory differently and have another type.
     """
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     triangles, zone = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32), np.zeros(2, dtype=np.int32)
@@ -242,7 +249,7 @@ def precompile_index() -> Compiled:
 
 
 def precompile_ground_below() -> None:
-    """Ask for the ground below nothing, over two facets: that compiles what asking over any terrain needs."""
+    """Compile the search for the ground below points: search for no points, over two facets."""
     precompile_index().ground_below(np.empty((0, 3)))
 
 
@@ -251,9 +258,9 @@ def _follow_all(
     model: Any, ground: Any, effects: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any,
     v: Any, rocks: Any, keys: Any, caps: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
 ) -> int:  # fmt: skip
-    """The batch loop: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
+    """Follow a batch: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
 
-    Ends before the first rock that the record has no room for; returns its number.
+    The loop ends at the first rock that the record has no room for; returns the number of that rock, else of all rocks.
     """
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
@@ -274,7 +281,7 @@ def _follow_all(
 
 @loop
 def _ground_below_all(locator: Any, facets: Facets, x: Any, out: Any) -> None:
-    """Height above the ground, facet and side for each point."""
+    """Write the height above the ground (m), the facet and the side of each point into `out`."""
     for i in range(len(out)):
         height, contact = ground_below(locator, facets, (x[i][0], x[i][1], x[i][2]))
         out[i, 0], out[i, 1], out[i, 2] = height, contact.facet, contact.side

@@ -1,4 +1,4 @@
-"""The one loop: from event to event until the rock has an outcome. Both engines run it."""
+"""The simulation loop of both engines: from event to event until the rock has an outcome."""
 
 import math
 from typing import Any
@@ -31,10 +31,10 @@ from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
 from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
 
 SETTLED = 1e-6
-"""Share of smallest_bounce below which bounces end wherever they are: in a corner they never fit on one facet."""
+"""Share of smallest_bounce below which bouncing ends anywhere (-): in a corner bounces never fit on one facet."""
 
 STRETCHES = 10_000
-"""Stretches of flight, beside two pieces of path for each contact, that a rock may take whatever max_impacts says."""
+"""Flight segments, beyond two path segments per contact, that a rock may take however small max_impacts is."""
 
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
@@ -43,31 +43,35 @@ FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 
 @model_function
 def locator_for(model: object, locator: Any, falling: RockContext) -> Any:
-    """The locator that finds the contacts of a rock: as it is, but for rebound models of bodies with a size."""
+    """Return the locator that finds the contacts of a rock; it depends on the rebound model.
+
+    Models of bodies with a size have a rule of their own; for all others it is `locator` itself.
+    """
 
 
 @locator_for.otherwise
 def locator_of_points(model: object, locator: Any, falling: RockContext) -> Any:
-    """As it is."""
+    """Return the locator itself: the rock is a point."""
     return locator
 
 
 @model_function
 def set_down(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """The motion that a rock is released with, from what its source says."""
+    """Return the motion with which a rock is released, made from the motion that its source gives."""
 
 
 @set_down.otherwise
 def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Motion:
-    """The same."""
+    """Return the motion of the source unchanged."""
     return motion
 
 
 @kernel
 def follow(physics: Physics, locator: Any, motion: Motion, falling: RockContext, record: Record) -> State:
-    """Follow a rock from its release to its outcome.
+    """Follow a rock from its release to its outcome; return its last state.
 
-    locator : of either engine; falling : what the models may ask of the rock; record : where to write
+    locator : of either engine; falling : data of the rock that models may need
+    record : holds the rows for impacts and path segments
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
@@ -77,13 +81,13 @@ def follow(physics: Physics, locator: Any, motion: Motion, falling: RockContext,
 
 
 def no_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
-    """What `next_event` gives in Python where its arithmetic fails: the rock has failed where it is."""
+    """Return the failed state at the rock's position: the Python result of `next_event` if its arithmetic fails."""
     return ended(state, FAILED)
 
 
 @guarded(no_event)
 def next_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
-    """The state after the next event of a rock on its way."""
+    """Return the state after the next event of a moving rock."""
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
@@ -93,9 +97,9 @@ def next_event(physics: Physics, locator: Any, state: State, falling: RockContex
 
 @kernel
 def checked(before: State, after: State) -> State:
-    """The state after an event; if anything in it is no finite number, the rock has failed where it was before.
+    """Return the state after an event; if a number in it is not finite, the rock has failed before the event.
 
-    What the event wrote down is written over by the end of the path, and by the rocks that follow.
+    The end of the path and the rocks that follow overwrite the rows of the failed event.
     """
     t, x, v, w = after.motion
     moving = t + x[0] + x[1] + x[2] + v[0] + v[1] + v[2] + w[0] + w[1] + w[2]
@@ -106,7 +110,7 @@ def checked(before: State, after: State) -> State:
 
 @kernel
 def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
-    """Fly to the next contact or obstacle and deal with it; or out of the terrain, into a gap, or until time is up."""
+    """Return the state after a flight to the next contact, obstacle, gap or rim of the terrain, or until max_time."""
     who, gravity = as_it_is(falling, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, who)
     start, t = flown.start, flown.t
@@ -131,22 +135,22 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, r
 
 @kernel
 def _hovers(max_impacts: int, tally: RockTally) -> bool:
-    """Whether a rock has flown so many stretches that its outcome is none but a matter of patience.
+    """True if a rock has flown so many segments that following it to its outcome would only take patience.
 
-    A light rock in a strong drag layer sinks by centimetres a second, in stretches of a millisecond.
+    A light rock in a strong drag layer sinks by centimetres a second, in segments of a millisecond.
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
 
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
-    """What a rock has left when it goes on in mid-air: no facet, but it is still on the same side of the ground."""
+    """Return the previous contact of a rock that goes on in mid-air: no facet, on the same side of the ground."""
     return PreviousContact(-1, -1, left.side, False, -1)
 
 
 @kernel
 def _meet(effects: Any, state: State, meeting: Meeting, falling: RockContext, record: Record) -> State:
-    """An obstacle: it changes the motion, or ends it."""
+    """Return the state after an obstacle, which changes the motion or ends it."""
     before = state.motion
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, as_it_is(falling, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
@@ -156,12 +160,12 @@ def _meet(effects: Any, state: State, meeting: Meeting, falling: RockContext, re
 
 @model_function
 def land(contact: object, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
-    """The state after a contact; one rule per class of contacts, which is its locator's."""
+    """Return the state after a contact; one rule per class of contacts, which the locator determines."""
 
 
 @land.rule(Contact)
 def land_point(contact: Contact, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
-    """A contact of a lumped mass: sliding goes on over it if it is slight, otherwise it is an impact."""
+    """Return the state of a lumped mass after a contact: it slides on if the contact is slight, else it rebounds."""
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
     released_on_ground = state.left.facet < 0 and contact.t == 0.0
@@ -183,10 +187,12 @@ def land_point(contact: Contact, physics: Physics, state: State, falling: RockCo
 
 @kernel
 def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
-    """The motion of a rock that meets facet f, put back on its plane from below; n (3,) is turned towards the rock.
+    """Return the motion of a rock that meets facet f, moved up to the plane of f if the rock is below the plane.
+
+    n : (3,) normal of f turned towards the rock
 
     Across a crack a rock may lie below the facet that takes it (`detection.contact`). Such depths would add up from
-    facet to facet until no facet takes the rock. Contacts found in steps lie far deeper, and stay where they are.
+    facet to facet until no facet takes the rock. Contacts found in fixed steps lie far deeper and are not moved.
     """
     depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
     if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
@@ -196,11 +202,11 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
 
 @kernel
 def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: RockContext) -> Motion:
-    """The motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
+    """Return the motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
-    An effect's normal that the rock would not hit, or that would send it into the ground, is none: it then hits the
-    ground as it is. Where even that would send it into the ground, its speed into the ground is dropped. A rock that
-    only touches the facet, on its way off it, has no impulse to take.
+    An effect may change the normal that the rock feels. The facet's own normal counts instead if the rock would not hit
+    a surface of the felt normal, or would be sent into the ground. If the rock is sent into the ground even so, its
+    speed into the ground is dropped. A rock that only touches the facet while moving off it receives no impulse.
     """
     if dot(motion.v, n) > 0.0:
         return motion
@@ -220,14 +226,17 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Roc
 
 @kernel
 def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """The motion after an impact on a surface whose normal is n, which effects may let the rock enter first."""
+    """Return the motion after an impact on a surface of normal n; an effect may let the rock enter the ground first."""
     entering = in_ground(physics.effects, zone, surface, motion, n, falling)
     return rebound(physics.rebound, surface, entering, n, falling)  # type: ignore[no-any-return]
 
 
 @kernel
 def _stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
-    """Enter sustained contact with velocity v: the position is put back on the plane, or line, that holds the rock."""
+    """Return the state at the start of sustained contact with velocity v.
+
+    The position is put back on the plane, or the line, that holds the rock.
+    """
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
         x = on_line(facets, held.facet, held.other, x)
@@ -238,15 +247,15 @@ def _stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State
 
 @kernel
 def _settle(physics: Physics, state: State, n: Vec, falling: RockContext, record: Record) -> State:
-    """After an impact: sum up the rest of the bounces if they are small and stay on the facet.
+    """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
 
-    Otherwise, or where an obstacle stands on the way, the rock flies on. Needs a facet that gravity presses the rock
-    against. Where each impact draws its ground, the rest of the bounces has that of the next.
+    Otherwise, or if an obstacle stands on the way, the rock flies on. Gravity must press the rock onto the facet. If
+    each impact draws its ground, all remaining bounces have the ground of the next impact.
     """
     facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
     g_n = settings.gravity * n[2]
     rise2 = _rising2(physics, state, n, as_it_is(falling, state))
-    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # a rise that is no number is for `checked`
+    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
         return state
     surface = ground_of(physics, f, falling, state)
     rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, as_it_is(falling, state))
@@ -267,10 +276,10 @@ def _settle(physics: Physics, state: State, n: Vec, falling: RockContext, record
 
 @kernel
 def _rising2(physics: Physics, state: State, n: Vec, falling: RockContext) -> float:
-    """Squared speed (m^2/s^2) that a bounce off a facet of normal n, or those that follow it, may rise with.
+    """Return the squared speed (m^2/s^2) with which a bounce off a facet of normal n, or a later bounce, may rise.
 
-    That off the facet, unless the next impact feels another normal than n: then bounces do not die as on a plane, for
-    that impact may turn all of the speed upwards.
+    This is the speed off the facet, unless the next impact feels a normal other than n. That impact may turn all of the
+    speed upwards, so bounces do not die out as they do on a plane.
     """
     v = state.motion.v
     off = dot(v, n)
@@ -282,15 +291,16 @@ def _rising2(physics: Physics, state: State, n: Vec, falling: RockContext) -> fl
 
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, falling: RockContext) -> bool:
-    """Whether no obstacle stands on a straight way from x (3,) m, which a rock goes in small bounces."""
+    """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
     return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, falling).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel
 def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
-    """Whether bounces that add up to two displacements stay within facet f.
+    """True if bounces that add up to two displacements (m) stay within facet f.
 
-    Partial sums grow monotonically in both, so every bounce lies in the parallelogram; a facet is convex.
+    Partial sums grow monotonically in both displacements, so every bounce lies in their parallelogram; a facet is
+    convex.
     """
     corners = (add(x, along), add(x, down), add(x, add(along, down)))
     inside = True

@@ -1,4 +1,4 @@
-"""The parabola that a rock flies next: to a contact, obstacle, gap or the rim, or as far as the air lets it stand."""
+"""The next parabola of a rock: to a contact, obstacle, gap or rim of the terrain, or as long as the air allows."""
 
 import math
 from typing import Any, NamedTuple
@@ -22,14 +22,14 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
 
 AGAIN = 1.5
-"""Stretch of a flight that is flown again, over its time: a little longer, for the rock may take a little longer."""
+"""Length of a repeated flight segment, over its flight time (-); the repeated flight may take a little longer."""
 
 
 class FlightSegment(NamedTuple):
     """A parabola that a rock has flown for t seconds.
 
-    start : the motion that it begins with; longest : s for which it may stand for the flight
-    left : s until time was up; contact, meeting, loss : the first of each, after t or more seconds
+    start : the motion at its beginning; longest : s for which the parabola may stand for the flight through the air
+    left : s from its beginning until max_time; contact, meeting, loss : the first of each, after t or more seconds
     """
 
     start: Motion
@@ -43,10 +43,11 @@ class FlightSegment(NamedTuple):
 
 @kernel
 def next_parabola(physics: Physics, locator: Any, state: State, falling: RockContext) -> FlightSegment:
-    """The parabola that a rock flies next.
+    """Return the parabola that a rock flies next.
 
-    Where the air acts and the flight ends in the first half of a stretch, the air has acted for longer than the flight
-    lasts. Taking that back would give the rock energy, so it flies again, with a stretch of its flight's length.
+    If the air acts and the flight ends in the first half of a segment, the air has acted for longer than the flight
+    lasts. Taking that back would give the rock energy. So the rock flies again, with a segment about as long as its
+    flight.
     """
     facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
     longest, height = longest_flight(effects, motion, falling), _height(physics, locator, motion.x)
@@ -60,17 +61,17 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: RockCon
         t = min(t, loss.t)
         meeting = first_obstacle(effects, arc, state.passed, t, falling)
         t = min(t, meeting.t)
-        if longest == math.inf or not t < 0.5 * longest:  # a time that is no number is for `checked`
+        if longest == math.inf or not t < 0.5 * longest:  # `checked` handles a time that is NaN
             return FlightSegment(start, t, longest, left, contact, meeting, loss)
         longest = AGAIN * t
 
 
 @kernel
 def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: RockContext) -> Motion:
-    """The motion with which a rock begins a stretch of `longest` seconds, after the air has acted for half of it.
+    """Return the motion at the start of a segment of `longest` seconds, after the air has acted for half of that time.
 
-    The air acts before and after a parabola (`effects.air`), so that contacts are found as exactly as without it.
-    Infinite stretches are those of a flight that no air disturbs.
+    The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. An
+    infinite segment belongs to a flight that no air disturbs.
     """
     if longest == math.inf:
         return motion
@@ -81,7 +82,7 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, fallin
 def out_of_air(
     physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: RockContext
 ) -> Motion:  # fmt: skip
-    """The motion with which it ends it after t seconds: with what the air has not done yet."""
+    """Return the motion at the end of a segment, after t seconds, with the action of the air that is still missing."""
     if longest == math.inf:
         return motion
     height = _height(physics, locator, motion.x)
@@ -90,7 +91,7 @@ def out_of_air(
 
 @kernel
 def _height(physics: Physics, locator: Any, x: Vec) -> float:
-    """Height above the ground (m) if an effect asks for it, else 0.0; without end over a hole."""
+    """Return the height above the ground (m) if an effect asks for it, else 0.0; inf over a hole."""
     if not asks_height(physics.effects):
         return 0.0
     height, contact = ground_below(plain_locator(locator), physics.facets, x)
@@ -99,9 +100,9 @@ def _height(physics: Physics, locator: Any, x: Vec) -> float:
 
 @kernel
 def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
-    """Height of x above the terrain straight below it (m), and the contact there; 0.0 and no contact over a hole.
+    """Return the height of x above the terrain below (m), and the contact there; 0.0 and no contact over a hole.
 
-    A stone is dropped: looking down and falling are the same question.
+    The search drops a stone from x: the fall of the stone meets the ground below.
     """
     drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
     contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0))

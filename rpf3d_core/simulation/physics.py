@@ -1,4 +1,4 @@
-"""What governs the flights of all rocks of an ensemble, as one value."""
+"""The models, ground and settings that govern the flights of all rocks of an ensemble, as one value."""
 
 from typing import Any, NamedTuple
 
@@ -11,11 +11,11 @@ from rpf3d_core.terrain.facets import Facets
 
 
 class Physics(NamedTuple):
-    """Models, ground and settings.
+    """Models, ground and settings of a simulation.
 
-    rebound, ground : parameters of a rebound and of a ground model; effects : a `Chain`, or None
-    materials : of either kind; facets : the terrain
-    caps : a `CapLocator` over the gaps of the terrain; None where it has none
+    rebound, ground : parameters of a rebound model and of a ground model; effects : a `Chain`, or None
+    materials : `Materials` or `DrawnMaterials`; facets : the terrain
+    caps : a `CapLocator` over the gaps of the terrain; None if the terrain has no gap
     """
 
     rebound: Any
@@ -29,11 +29,11 @@ class Physics(NamedTuple):
 
 @kernel
 def as_it_is(falling: RockContext, state: State) -> RockContext:
-    """The rock that falls, with the impacts that it has had so far."""
+    """Return the data of a falling rock, with the number of its impacts so far."""
     return RockContext(falling.rock, falling.key, state.tally.impacts)
 
 
 @kernel
 def ground_of(physics: Physics, facet: int, falling: RockContext, state: State) -> Surface:
-    """The ground of a facet as the rock finds it."""
+    """Return the surface of a facet as the rock finds it at its present impact."""
     return surface_of(physics.materials, physics.facets.zone[facet], as_it_is(falling, state))  # type: ignore[no-any-return]

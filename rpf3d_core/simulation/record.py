@@ -1,8 +1,8 @@
-"""Writing down impacts and paths while flying, into room of a fixed size.
+"""Record of impacts and paths, written during the flight into memory of a fixed size.
 
-A rock that finds no room left flies on without being written down, and flies again once there is room. Whether to
-write at all is asked while running, not by compiling the loop twice: that would double the seconds of the first call
-for less than 1 % of a flight.
+A rock that finds no room left flies on without being written, and flies again once there is room. Whether to write is
+decided at run time. Compiling the loop twice instead would double the time of the first call, to save less than 1 % of
+a flight.
 """
 
 from typing import Any, NamedTuple
@@ -15,22 +15,22 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 FIRST_OBSTACLE = -2
-"""What stands for a facet in the row of a meeting with obstacle 0; those after it go down from there."""
+"""Number in place of a facet in the row of a meeting with obstacle 0; later obstacles have lower numbers."""
 
 IMPACT_COLUMNS, PIECE_COLUMNS, SPIN_COLUMNS = 9, 10, 2
-"""Of rows of impacts and pieces, and how many more they have where rocks spin."""
+"""Columns in rows of impacts and of path segments, and additional columns of each where rocks spin."""
 
 
 class Record(NamedTuple):
     """Rows to write to: impacts (I, 9) and facets (I,) from row `first_impact`, pieces (S, 10) from `first_piece`.
 
-    Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a row among the impacts, and
-    instead of a facet `FIRST_OBSTACLE` minus the obstacle's number.
+    A piece is a path segment. Without rows for pieces nothing is written (`writes`). A meeting with an obstacle has a
+    row among the impacts, with `FIRST_OBSTACLE` minus the obstacle's number in place of a facet.
 
     impacts : t, x, y, z, n_x, n_y, n_z, speed in, speed out
     pieces : t, x, y, z, v_x, v_y, v_z at the start, v_x, v_y, v_z at the end; modes (S,) : `values.Mode`
-    spins : None, or True where rocks spin: impacts have two more columns then, the spin (rad/s) before and after, and
-        pieces, at the start and the end
+    spins : None, or True where rocks spin: impacts then have two more columns, the spin (rad/s) before and after the
+        impact; pieces have the spin at the start and at the end
     """
 
     impacts: Any
@@ -43,7 +43,7 @@ class Record(NamedTuple):
 
 
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
-    """A record with room for so many impacts and pieces, and for spins where rocks have some."""
+    """Return a record with room for a number of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
     return Record(
         np.empty((impacts, IMPACT_COLUMNS + more)), np.empty(impacts, dtype=np.int64),
@@ -53,21 +53,21 @@ def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
 
 @kernel
 def writes(record: Record) -> bool:
-    """Whether anything is to be written down."""
+    """True if the record has rows, so that flights are written."""
     return len(record.modes) > 0
 
 
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
-    """The record as rock i writes to it, from row first[i, 0] of the impacts and first[i, 1] of the pieces."""
+    """Return the record for rock i, which writes from row first[i, 0] of the impacts and first[i, 1] of the pieces."""
     return Record(record.impacts, record.facets, record.pieces, record.modes, first[i, 0], first[i, 1], record.spins)
 
 
 @kernel
 def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
-    """Set where the rock after rock i writes to; False where rock i, now at its end, did not find room.
+    """Set the first rows of the rock after rock i; return False if rock i, at its end, did not find room.
 
-    A path has one row more than pieces: its end.
+    A path has one row more than segments: its end.
     """
     if not writes(record):
         return True
@@ -78,14 +78,14 @@ def close_rock(record: Record, tally: RockTally, first: Any, i: int) -> bool:
 
 @kernel
 def against(v: Vec) -> Vec:
-    """What stands for the normal of an obstacle that a rock meets with velocity v: against it; upwards if it is 0."""
+    """Return the direction in place of an obstacle's normal: against the velocity v of the rock; upwards if v is 0."""
     speed = norm(v)
     return scale(-1.0 / speed, v) if speed > 0.0 else (0.0, 0.0, 1.0)
 
 
 @kernel
 def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion, facet: int, n: Vec) -> None:
-    """Write down the impact, or the meeting, that comes next in the tally."""
+    """Write the rock's next impact, or meeting with an obstacle, into the row that the tally gives."""
     i = record.first_impact + tally.impacts + tally.meetings
     if i >= len(record.facets):
         return
@@ -99,7 +99,7 @@ def note_impact(record: Record, tally: RockTally, before: Motion, after: Motion,
 
 @kernel
 def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode: int) -> None:
-    """Write down the piece of path that comes next in the tally."""
+    """Write the rock's next path segment into the row that the tally gives."""
     i = record.first_piece + tally.pieces
     if i >= len(record.modes):
         return
@@ -113,7 +113,7 @@ def note_piece(record: Record, tally: RockTally, start: Motion, v_end: Vec, mode
 
 @kernel
 def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
-    """Write down two spins (rad/s) from a column of a row on; nothing where rocks have none (None)."""
+    """Write two spins (rad/s) into a row, from `column` on; nothing if rocks do not spin (None)."""
     if spins is None:
         return
     row[column], row[column + 1] = norm(begin), norm(end)
@@ -121,7 +121,7 @@ def note_spins(spins: Any, row: Any, column: int, begin: Vec, end: Vec) -> None:
 
 @kernel
 def note_piece_spins(record: Record, tally: RockTally, begin: Vec, end: Vec) -> None:
-    """Write down the spins (rad/s) at the ends of the piece of path that comes next in the tally."""
+    """Write the spins (rad/s) at the ends of the rock's next path segment into the row that the tally gives."""
     i = record.first_piece + tally.pieces
     if i < len(record.modes):
         note_spins(record.spins, record.pieces[i], PIECE_COLUMNS, begin, end)

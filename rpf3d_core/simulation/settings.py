@@ -6,12 +6,12 @@ from rpf3d_core.values import STANDARD_GRAVITY
 
 
 class Settings(NamedTuple):
-    """How rocks are followed.
+    """Settings of a simulation.
 
     gravity : m/s^2
-    smallest_bounce : m; a bounce that would rise less is summed up with all that follow it, or merges into sliding
-    max_time : s; max_impacts : impacts and slides over facets, together; also of stretches of flight in air
-    seed : of all draws
+    smallest_bounce : m; a bounce that would rise less is summed up with all later bounces, or merges into sliding
+    max_time : s; max_impacts : impacts and slides over facets, together; also limits flight segments in air
+    seed : of all random draws
     """
 
     gravity: float = STANDARD_GRAVITY

@@ -1,9 +1,9 @@
-"""A rigid sphere in the one loop: what its contacts do to it, and how it goes on where it lies on the ground.
+"""Motion of a rigid sphere on the ground: the sphere's rules in the simulation loop.
 
-`Motion.x` is the centre, in flight and on the ground. On the ground the sphere is held by its contacts
-(`sphere_hold`), and goes on piece by piece under a constant acceleration (`kinetics.sphere_ground`). A piece ends where
-the centre comes over the end of a face, where another contact is met (found as exactly as in flight), and on edges and
-corners before the normal has turned by CURVE; then the centre is put back to its distance from the ground.
+`Motion.x` is the centre, in flight and on the ground. On the ground its contacts hold the sphere (`sphere_hold`), and
+it moves in segments of constant acceleration (`kinetics.sphere_ground`). A segment ends where the centre comes over
+the end of a face, or where the sphere meets another contact (found as exactly as in flight). On edges and corners a
+segment ends before the normal has turned by CURVE. Then the centre is put back to its distance from the ground.
 """
 
 import math
@@ -50,20 +50,20 @@ from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 CURVE = 1.0 / 32.0
-"""Length of a piece on an edge or a corner at most, over R: the normal turns by 1.8 degrees."""
+"""Largest length of a segment on an edge or a corner, over R (-): the normal turns by 1.8 degrees."""
 BENDS = 1e-4
-"""Length of a piece, over R, above which one that only bends is no contact."""
+"""Length of a segment, over R (-), above which a segment that only bends does not count as a contact."""
 WALL = 0.01
-"""Share of gravity that a contact counts as pressed with at least, where it is told whether an impact is slight.
+"""Least share of gravity taken to press on a contact, for the decision whether an impact is slight (-).
 
-What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm): gravity does not press it on
-the wall itself, but along the floor, so its bounces would die out without an end.
+A sphere that rolls against a wall slower than 14 mm/s stays there (at a smallest bounce of 1 mm). Gravity does not
+press the sphere on the wall itself but along the floor, so its bounces off the wall would die out without an end.
 """
 
 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
-    """Fly off the ground."""
+    """Return the state of a sphere that flies off the ground."""
     return State(motion, state.left, False, state.tally, MOVING, state.passed)
 
 
@@ -74,7 +74,7 @@ def _take_off(state: State, motion: Motion) -> State:
 def roll_on(
     ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: RockContext, record: Record
 ) -> State:
-    """The next piece on the ground, or an impact with what the sphere has come to, or its take-off."""
+    """Return the state after the next segment on the ground, or after an impact with new ground, or at take-off."""
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
@@ -108,7 +108,7 @@ def roll_on(
 
 @kernel
 def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
-    """Whether what is left of a slip that turns is taken out at once: else it would turn ever faster as it fades."""
+    """True if a small remaining slip that turns is removed at once; otherwise it would turn ever faster as it fades."""
     slips = norm(slip)
     if slips > CRAWL or slips == 0.0 or STICKS * norm(g_t) > friction:
         return False
@@ -117,13 +117,13 @@ def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
 
 @kernel
 def _at_rest(state: State, motion: Motion) -> State:
-    """The state of a sphere that has stopped."""
+    """Return the state of a sphere that has stopped."""
     return State(Motion(motion.t, motion.x, ZERO, ZERO), state.left, True, state.tally, state.outcome, state.passed)
 
 
 @kernel
 def _lift(held: Held, v: Vec, radius: float) -> float:
-    """What the way around an edge or a corner takes off the push (m/s^2): v^2 / R."""
+    """Return the part of the push that motion around an edge or a corner takes up (m/s^2): v^2 / R; 0 on a face."""
     if held.contacts != 1 or held.first.face:
         return 0.0
     across = without(v, held.first.along)
@@ -132,7 +132,7 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 @kernel
 def _surface_of(physics: Physics, held: Held, falling: RockContext, state: State) -> Surface:
-    """The ground that the sphere lies on: the mean of two, by their pushes, where two hold it."""
+    """Return the surface under the sphere; two contacts have the mean of their friction, weighted by their pushes."""
     first = ground_of(physics, held.first.facet, falling, state)
     if held.contacts == 1:
         return first
@@ -145,7 +145,7 @@ def _surface_of(physics: Physics, held: Held, falling: RockContext, state: State
 
 @kernel
 def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
-    """Slip (3,) m/s against what holds the sphere; between two contacts the part along their line alone counts."""
+    """Return the slip (3,) m/s against the contacts; between two contacts only the component along their line."""
     slip = slip_of(motion.v, motion.w, n, radius)
     if held.contacts == 1:
         return slip
@@ -155,7 +155,7 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
 
 
 class Span(NamedTuple):
-    """How long a piece lasts (s), and whether the sphere goes around an edge or a corner."""
+    """Duration of a segment (s), and whether the sphere moves around an edge or a corner."""
 
     t: float
     curved: bool
@@ -163,7 +163,10 @@ class Span(NamedTuple):
 
 @kernel
 def _span(facets: Facets, held: Held, course: Course, t: float) -> Span:
-    """Until the centre comes over the end of a face, or has gone as far around an edge or a corner as one piece may."""
+    """Return the time until the centre comes over the end of a face, but at most t (s).
+
+    Around an edge or a corner the segment also ends after the largest length that one segment may have.
+    """
     faces = held.first.face and (held.contacts == 1 or held.second.face)
     if held.first.face:
         t = min(t, _face_end(facets, held.first, course))
@@ -176,7 +179,7 @@ def _span(facets: Facets, held: Held, course: Course, t: float) -> Span:
 
 @kernel
 def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
-    """When the centre comes over the end of the face that it touches (s); inf if it never does."""
+    """Return when the centre comes over the end of the face that it touches (s); inf if it never does."""
     f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
     foot = add(course.x, scale(-course.radius, touch.n))
     for k in range(3):
@@ -198,7 +201,7 @@ def _follow_piece(
     physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
     falling: RockContext, record: Record,
 ) -> State:  # fmt: skip
-    """Go along a piece to its end, or to what the sphere meets on it, ground or obstacle."""
+    """Return the state at the end of a segment, or where the sphere meets ground, a gap or an obstacle on it."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     left = physics.settings.max_time - motion.t
     course = Course(motion.x, piece.v, piece.a, radius, gravity)
@@ -238,7 +241,7 @@ def _follow_piece(
 
 @kernel
 def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: Loss, record: Record) -> State:
-    """The state of a sphere whose centre has gone through a cap on a piece of path, where it did."""
+    """Return the state of a sphere whose centre has passed through a cap on a segment, at the point of passage."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
     return State(at, state.left, False, tally, loss.outcome, state.passed)
@@ -246,23 +249,24 @@ def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: L
 
 @kernel
 def _between(n: Vec, n_end: Vec, share: float) -> Vec:
-    """The normal (3,) unit after a share of a piece that begins with n and ends with n_end."""
+    """Return the normal (3,) unit after a share of a segment that begins with the normal n and ends with n_end."""
     both = add(scale(1.0 - share, n), scale(share, n_end))
     return scale(1.0 / norm(both), both)
 
 
 @kernel
 def _length(v: Vec, v_end: Vec, t: float) -> float:
-    """Length (m) of a piece between two velocities: Simpson's rule, exact for one that is straight."""
+    """Return the length (m) of a segment between two velocities, by Simpson's rule: exact for a straight segment."""
     middle = norm(scale(0.5, add(v, v_end)))
     return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0
 
 
 @kernel
 def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
-    """The centre at its distance from the ground again, and the normal there.
+    """Return the centre, put back to its distance from the ground, and the normal there.
 
-    A piece of some length (m) around an edge or a corner comes off it by length^2 / 2R at most; off a face by rounding.
+    Around an edge or a corner, a segment of some length (m) leaves the ground by at most length^2 / 2R; on a face only
+    by rounding.
     """
     near = NEAR * facets.tolerance
     gap = near + length * length / (2.0 * locator.radius)
@@ -277,7 +281,7 @@ def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, tur
 
 @kernel
 def _turned_to(v: Vec, n: Vec) -> Vec:
-    """A velocity turned into the plane of n, its speed kept."""
+    """Return a velocity turned into the plane of n, with its speed kept."""
     flat = without(v, n)
     speed = norm(flat)
     return scale(norm(v) / speed, flat) if speed > 0.0 else flat
@@ -285,5 +289,5 @@ def _turned_to(v: Vec, n: Vec) -> Vec:
 
 @kernel
 def _rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Spin (3,) rad/s of a sphere that rolls with v over a ground of normal n; what it spins about n stays."""
+    """Return the spin (3,) rad/s of a sphere that rolls with v over ground of normal n; its spin about n is kept."""
     return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))

@@ -1,8 +1,8 @@
-"""What holds a sphere that lies on the ground: up to three contacts, and what they leave of a vector.
+"""Contacts that hold a sphere on the ground: up to three, and the remainder of a vector that they allow.
 
-A vector of speed, or of acceleration, is projected on the cone of what no contact forbids: along one plane, along the
-line between two, or to nothing between three. The sphere rests on the centre's offset surface: faces raised by R,
-cylinders around edges, balls around corners.
+A velocity or an acceleration is projected onto the cone of directions that no contact forbids: along one plane, along
+the line between two contacts, or to zero between three. The sphere rests on the offset surface of its centre: faces
+raised by R, cylinders around edges, balls around corners.
 """
 
 from typing import Any, NamedTuple
@@ -16,16 +16,19 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TRIES = 8
-"""Contacts that are looked at in turn; on a sound mesh three are enough."""
+"""Largest number of contacts that are tried in turn; on a sound mesh three are enough."""
 LEADING = 5e-10
-"""Share of a vector that is rounding: half of GRAZING, so that what a sweep meets at once is seen here, too."""
+"""Share of a vector that counts as rounding (-).
+
+It is half of GRAZING, so that contacts that a sweep meets at once are found here too.
+"""
 
 
 class Held(NamedTuple):
-    """The contacts that hold a sphere, and what they leave of a vector.
+    """The contacts that hold a sphere, and the remainder of a vector that they allow.
 
-    contacts : 0 to 3; first, second : of them, where there are; pushes : of each (the vector's unit)
-    way : (3,) what is left
+    contacts : 0 to 3; first, second : the contacts, if there are so many; pushes : of each, in the unit of the vector
+    way : (3,) remainder of the vector
     """
 
     contacts: int
@@ -39,7 +42,7 @@ class Held(NamedTuple):
 def most_against(
     locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec, noise: float
 ) -> Touch:
-    """The contact of a sphere about x that stands most against a way; no facet (-1) where none does."""
+    """Return the contact of a sphere around x that stands most against a way; facet -1 if no contact does."""
     reach = radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
@@ -48,7 +51,10 @@ def most_against(
 
 @kernel
 def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec) -> Held:
-    """What the contacts leave of `way`, of those that a sphere of velocity v does not move off."""
+    """Return the contacts that hold a sphere against `way`, and the remainder of `way` that they allow.
+
+    Contacts that the sphere moves off with velocity v do not count.
+    """
     noise = LEADING * norm(way)
     held = Held(0, NO_TOUCH, NO_TOUCH, (0.0, 0.0), way)
     for _ in range(TRIES):
@@ -66,13 +72,13 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
-    """Along one plane."""
+    """Return the remainder along the plane of one contact."""
     return Held(1, touch, NO_TOUCH, (-dot(way, touch.n), 0.0), without(way, touch.n))
 
 
 @kernel
 def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
-    """Along the line between two, or along one of them if the other does not push."""
+    """Return the remainder along the line between two contacts, or along one of them if the other does not push."""
     line = cross(first.n, second.n)
     sine = norm(line)
     if sine <= PARALLEL:
@@ -89,7 +95,7 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
 
 @kernel
 def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
-    """By the third alone, or with one of the other two, where that leaves a way that the rest allows; else nothing."""
+    """Return the remainder of three contacts: by the third alone, or with one other, if all allow it; else none."""
     alone = _by_one(third, way)
     if dot(alone.way, held.first.n) >= -noise and dot(alone.way, held.second.n) >= -noise:
         return alone
@@ -104,12 +110,12 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
-    """Held fast."""
+    """Return three contacts that hold the sphere fast, with a remainder of zero."""
     return Held(3, first, second, (0.0, 0.0), ZERO)
 
 
 @kernel
 def resultant(held: Held) -> tuple[Vec, float]:
-    """Direction (3,) unit of what the contacts push with together, and the sum of their pushes."""
+    """Return the direction (3,) unit of the contacts' common push, and the sum of their pushes."""
     both = add(scale(held.pushes[0], held.first.n), scale(held.pushes[1], held.second.n))
     return scale(1.0 / norm(both), both), held.pushes[0] + held.pushes[1]

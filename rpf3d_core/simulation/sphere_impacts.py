@@ -21,21 +21,21 @@ from rpf3d_core.values import MOVING, Motion, Vec
 from rpf3d_core.vectors import add, along, dot, norm
 
 LIFTS = 64
-"""Steps by which a sphere that overlaps the ground is lifted off it at most."""
+"""Largest number of steps that lift a sphere off ground that it overlaps."""
 
 
 @locator_for.rule(CoulombSphere)
 def locator_of_sphere(model: CoulombSphere, locator: Any, falling: RockContext) -> Swept:
-    """For a sphere of the rock's own radius."""
-    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # it asks for the rock
+    """Return the locator for a sphere of the rock's own radius."""
+    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # the model asks for the rock
 
 
 @set_down.rule(CoulombSphere)
 def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion: Motion) -> Motion:
-    """A sphere released overlapping the ground is lifted straight up until it touches it.
+    """Return the motion of a sphere at its release, lifted straight up until it no longer overlaps the ground.
 
-    Until it would only touch the point of the ground that is nearest to it, which is never too far: so it comes to
-    touch from below. Where it never does, under an overhang, it is left as far up as that brought it.
+    Each step lifts the sphere until it would only touch its nearest point of the ground. That is never too far, so the
+    sphere comes to touch the ground from below. Under an overhang it may never do so, and stays where the steps end.
     """
     x, radius = motion.x, locator.radius
     for _ in range(LIFTS):
@@ -48,7 +48,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
 
 @kernel
 def _lift_off(touch: Touch, radius: float) -> float:
-    """How far up (m) a centre is a radius away from the point that it is nearest to; below that, by their overlap."""
+    """Return how far up (m) the centre is one radius off its nearest point; if that point is above, their overlap."""
     up = touch.t * touch.n[2]
     if up < 0.0:
         return radius - touch.t
@@ -57,7 +57,7 @@ def _lift_off(touch: Touch, radius: float) -> float:
 
 @kernel
 def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
-    """The feature nearest to x, of those in a box that reaches so far (m)."""
+    """Return the feature nearest to x, among the features in a box that reaches `reach` (m) around x."""
     wide = (reach, reach, reach)
     low = x[0] - reach, x[1] - reach, x[2] - reach
     return scan(locator, facets, low, add(x, wide), Nearest(x), NO_TOUCH)  # type: ignore[no-any-return]
@@ -65,9 +65,9 @@ def nearest_to(locator: Any, facets: Facets, x: Vec, reach: float) -> Touch:
 
 @kernel
 def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
-    """Whether a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
+    """True if a speed (m/s) along n would carry a sphere less than smallest_bounce off a contact.
 
-    least : share of gravity that the contact counts as pressed with at least
+    least : least share of gravity taken to press on the contact (-)
     """
     pressed = physics.settings.gravity * max(n[2], least)
     return pressed > 0.0 and speed * speed < 2.0 * pressed * physics.settings.smallest_bounce
@@ -75,7 +75,7 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 @land.rule(Touch)
 def land_sphere(contact: Touch, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
-    """A contact after a flight: the sphere lies down where it only grazes, otherwise it is an impact."""
+    """Return the state after a contact in flight: a sphere that only grazes lies down, otherwise it has an impact."""
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
     grazes = into <= GRAZING * norm(motion.v)
@@ -88,7 +88,7 @@ def land_sphere(contact: Touch, physics: Physics, state: State, falling: RockCon
 
 @kernel
 def strike(physics: Physics, state: State, contact: Touch, falling: RockContext, record: Record) -> State:
-    """An impact; where the bounce that follows it is small, the sphere stays on the ground."""
+    """Return the state after an impact; if the bounce that follows is small, the sphere stays on the ground."""
     n, who = contact.n, as_it_is(falling, state)
     after = rebounded(physics, state.motion, contact.facet, n, who)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
@@ -106,13 +106,13 @@ def strike(physics: Physics, state: State, contact: Touch, falling: RockContext,
 
 @kernel
 def lie(state: State, facet: int, motion: Motion) -> State:
-    """Lie on a facet with a motion along it."""
+    """Return the state of a sphere that lies on a facet with a motion along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
     return State(motion, PreviousContact(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
 
 
 @kernel
 def wedged(physics: Physics, motion: Motion) -> int:
-    """The outcome of a sphere that gets nowhere: stopped if it could not rise by smallest_bounce any more."""
+    """Return the outcome of a sphere without progress: stopped if it could no longer rise by smallest_bounce."""
     slow = dot(motion.v, motion.v) <= 2.0 * physics.settings.gravity * physics.settings.smallest_bounce
     return STOPPED if slow else UNRESOLVED

@@ -1,4 +1,4 @@
-"""The state of one rock between two events, and what has been tallied on its way."""
+"""The state of one rock between two events, and the tally of its path so far."""
 
 import math
 from typing import NamedTuple
@@ -9,17 +9,17 @@ from rpf3d_core.values import MOVING, Motion
 from rpf3d_core.vectors import dot
 
 NONE_PASSED = -1
-"""Stands for the number of an obstacle where a rock has met none since its last impact."""
+"""Number in place of an obstacle's for a rock that has met no obstacle since its last impact."""
 
 
 class RockTally(NamedTuple):
-    """What a rock has gathered so far.
+    """Totals of a rock so far.
 
-    path : m; impacts : on the ground; meetings : with obstacles; pieces : of path: flights, settlings, slides
-    contacts : impacts, meetings and slides
+    path : length, m; impacts : on the ground; meetings : with obstacles
+    pieces : path segments: flights, settlings, slides; contacts : impacts, meetings and slides
     speed2 : largest squared speed (m^2/s^2)
-    ground_speed : speed at its first sustained contact (m/s), NaN before; facet : of its last contact, -1 before
-    idle : pieces of path in a row without getting anywhere
+    ground_speed : speed at the first sustained contact (m/s), NaN before it; facet : of the last contact, -1 before it
+    idle : path segments in a row without progress
     """
 
     path: float
@@ -36,7 +36,8 @@ class RockTally(NamedTuple):
 class State(NamedTuple):
     """A rock between two events: it flies, or `stands` in sustained contact with the facets of `left`.
 
-    passed : number of the obstacle that it has met last and is past, until its next impact elsewhere; else NONE_PASSED
+    passed : number of the obstacle that the rock met last and has passed, until its next impact elsewhere; else
+        NONE_PASSED
     """
 
     motion: Motion
@@ -49,22 +50,22 @@ class State(NamedTuple):
 
 @kernel
 def released(motion: Motion) -> State:
-    """The state of a rock at its release."""
+    """Return the state of a rock at its release."""
     tally = RockTally(0.0, 0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
     return State(motion, NOTHING_LEFT, False, tally, MOVING, NONE_PASSED)
 
 
 @kernel
 def ended(state: State, outcome: int) -> State:
-    """The state of a rock that ends where it is."""
+    """Return the state of a rock that ends at its position with an outcome."""
     return State(state.motion, state.left, state.stands, state.tally, outcome, state.passed)
 
 
 @kernel
 def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float) -> RockTally:
-    """The tally after a piece of path of some length (m) that ended with `motion`.
+    """Return the tally after a path segment of some length (m) that ended with `motion`.
 
-    A piece no longer than the tolerance has got nowhere.
+    A segment no longer than the tolerance (m) is no progress.
     """
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
@@ -76,7 +77,7 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
 
 @kernel
 def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
-    """The tally after an impact on a facet, which left the rock with `motion`."""
+    """Return the tally after an impact on a facet, after which the rock moves with `motion`."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
         tally.path, tally.impacts + 1, tally.meetings, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed,
@@ -86,9 +87,9 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
 
 @kernel
 def with_meeting(tally: RockTally, facet: int) -> RockTally:
-    """The tally after an obstacle. It counts as a contact, so that no rock goes back and forth for ever.
+    """Return the tally after an obstacle, which counts as a contact, so that no rock goes back and forth for ever.
 
-    facet : on which the rock lies if it ends there, else -1
+    facet : that the rock lies on if it ends there, else -1
     """
     return RockTally(
         tally.path, tally.impacts, tally.meetings + 1, tally.pieces, tally.contacts + 1, tally.speed2,
@@ -98,14 +99,14 @@ def with_meeting(tally: RockTally, facet: int) -> RockTally:
 
 @kernel
 def past(motion: Motion, number: int) -> int:
-    """The obstacle that a rock has passed which left it with `motion`: none if it has been brought to rest there."""
+    """Return the number of the obstacle that a rock has passed; NONE_PASSED if its speed after the obstacle is zero."""
     v = motion.v
     return NONE_PASSED if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 else number
 
 
 @kernel
 def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
-    """The tally when the rock enters sustained contact with a facet at some speed (m/s)."""
+    """Return the tally of a rock that enters sustained contact with a facet at some speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
         tally.path, tally.impacts, tally.meetings, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
@@ -114,9 +115,9 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
 
 @kernel
 def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float, bends: bool) -> RockTally:
-    """The tally after a piece of a slide of some length (m) that ended with `motion`.
+    """Return the tally after a segment of sliding of some length (m) that ended with `motion`.
 
-    Where the slide only bends it goes on: that is no contact, and no sign that the rock gets nowhere.
+    A segment that only bends is no contact, and no sign that the rock makes no progress: the same slide goes on.
     """
     after = with_piece(tally, length, motion, tolerance)
     contacts, idle = tally.contacts + 1, after.idle

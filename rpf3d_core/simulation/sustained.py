@@ -1,4 +1,4 @@
-"""Sustained contact: when it begins, and how each ground model carries on from there."""
+"""Sustained contact: when it begins, and how each ground model continues from there."""
 
 import math
 from typing import Any, NamedTuple
@@ -40,26 +40,29 @@ SLIDING = int(Mode.SLIDING)
 STOPPED, MAX_TIME, UNRESOLVED = int(Outcome.STOPPED), int(Outcome.MAX_TIME), int(Outcome.UNRESOLVED_CONTACT)
 
 WEDGED = 64
-"""Pieces of path in a row that got nowhere after which a rock is taken to be wedged between facets.
+"""Path segments in a row without progress after which a rock counts as wedged between facets.
 
-Around a vertex of six facets each can be tried in turn five times over, with a flight of no length in between.
+Around a vertex of six facets this is enough to try each facet five times, with a flight of zero length in between.
 """
 
 
 STUCK = 16
-"""Pieces of path in a row that got nowhere after which a rock may slide along an edge up to a crack outside a facet, as
-two facets may hand it to each other without end; or has stopped, if it is slower than STILL."""
+"""Path segments in a row without progress after which a rock is treated as stuck.
+
+A stuck rock may slide along an edge up to a crack's width outside a facet, because two facets may hand the rock to each
+other without end. A stuck rock slower than STILL has stopped.
+"""
 STILL = 1e-12
-"""m/s: without friction a rock in a gully goes back and forth in ever smaller steps."""
+"""Speed (m/s) below which a stuck rock has stopped: without friction, a rock in a gully moves in ever smaller steps."""
 
 
 @model_function
 def carry_on(
     ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
-    """The next state of a rock in sustained contact; one rule per ground model.
+    """Return the next state of a rock in sustained contact; one rule per ground model.
 
-    locator : of what the rock may meet meanwhile, for models that look
+    locator : finds what the rock may meet on the way, for models that search for it
     """
 
 
@@ -67,7 +70,10 @@ def carry_on(
 def stop_or_give_up(
     ground: NoGround, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
-    """The thesis' stop (section 3.5): below stop_speed the rock has stopped; above it nothing says what follows."""
+    """Return the state after the thesis' stop (section 3.5): stopped below stop_speed, else unresolved.
+
+    Above stop_speed the thesis has no rule for the motion that follows.
+    """
     surface = ground_of(physics, state.left.facet, falling, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
@@ -76,16 +82,17 @@ def stop_or_give_up(
 def slide_on(
     ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
 ) -> State:
-    """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
+    """Return the state after one segment of sliding or rolling, on a facet or in a gully.
 
-    So do all ground models that have a `Law`.
+    At its end the rock stops, turns, or flies off the facet that it has left. This is the rule of all ground models
+    that have a `Law`.
     """
     return along_piece(physics, state, _slide(physics, state, falling), falling, record)
 
 
 @kernel
 def along_piece(physics: Physics, state: State, piece: SlideSegment, falling: RockContext, record: Record) -> State:
-    """The state after a piece of path on the ground, or at the first obstacle on it."""
+    """Return the state after a path segment on the ground, or at the first obstacle on the segment."""
     meeting = obstacle_on(physics.effects, state, piece, falling)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
@@ -101,7 +108,7 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, falling: Ro
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, falling: RockContext) -> Meeting:
-    """The first obstacle on the chord of a piece of path on the ground, as a share of its length for its time."""
+    """Return the first obstacle on the chord of a path segment on the ground; its time is a share of the chord (-)."""
     way = subtract(piece.motion.x, state.motion.x)
     return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, as_it_is(falling, state))  # type: ignore[no-any-return]
 
@@ -110,9 +117,10 @@ def obstacle_on(effects: Any, state: State, piece: SlideSegment, falling: RockCo
 def at_obstacle_on(
     physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, falling: RockContext, record: Record
 ) -> State:
-    """The state of a rock that meets an obstacle on a piece of path: it stands on, lies against it, or is caught.
+    """Return the state of a rock that meets an obstacle on a path segment: it stands, lies against it, or is caught.
 
-    What is left of its velocity is what lies across n (3,), the normal that it lies on, or along the line of its gully.
+    Of its velocity after the obstacle the rock keeps the component along the ground, whose normal is n (3,), or along
+    the line of its gully.
     """
     before = on_piece(state.motion, piece.motion, meeting.t)
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
@@ -131,9 +139,10 @@ def at_obstacle_on(
 
 @kernel
 def on_piece(start: Motion, end: Motion, share: float) -> Motion:
-    """The motion after a share of the chord of a piece on the ground: along it the square of the speed grows evenly.
+    """Return the motion after a share of the chord of a segment on the ground; the squared speed grows evenly along it.
 
-    So its energy lies between those at the ends, and the motion at either end is that of the piece, to rounding.
+    So the energy lies between the energies at the ends, and the motion at either end is that of the segment, to
+    rounding.
     """
     begin2, end2 = dot(start.v, start.v), dot(end.v, end.v)
     speed = math.sqrt(max(begin2 + share * (end2 - begin2), 0.0))
@@ -150,16 +159,17 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
 
 @kernel
 def along_line(v: Vec, line: Vec) -> Vec:
-    """The part of v along the direction of another vector; zero where that is zero."""
+    """Return the component of v along the direction of another vector; zero if that vector is zero."""
     square = dot(line, line)
     return scale(dot(v, line) / square, line) if square > 0.0 else ZERO
 
 
 @kernel
 def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
-    """How a piece of sliding ended for the rock; one that goes round in a corner has stopped if it is slow.
+    """Return the outcome after a segment of sliding, or MOVING.
 
-    Slow: it could not rise by smallest_bounce any more.
+    A rock that goes round in a corner has stopped if it is slow, which means that it could no longer rise by
+    smallest_bounce; else its contact is unresolved.
     """
     if piece.late:
         return MAX_TIME
@@ -175,7 +185,7 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 
 @kernel
 def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment:
-    """One piece of sliding from where the rock stands."""
+    """Return one segment of sliding from the position of the rock."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
     first = ground_of(physics, left.facet, falling, state)
     time_left = settings.max_time - motion.t
@@ -195,13 +205,13 @@ def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment
 
 @kernel
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
-    """The facet that the rock has just slid off, and the one before if this led nowhere."""
+    """Return the facet that the rock has just slid off, and the facet before it if the segment had no length."""
     facet = left.facet if piece.left_first else left.other
     return PreviousContact(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
 
 
 class Hold(NamedTuple):
-    """What holds a rock in sustained contact (`left.facet` -1: nothing), and the velocity that this leaves it."""
+    """The facets that hold a rock in sustained contact (`left.facet` -1: none), and the velocity that they leave it."""
 
     left: PreviousContact
     v: Vec
@@ -209,10 +219,12 @@ class Hold(NamedTuple):
 
 @kernel
 def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec) -> Hold:
-    """What holds a rock that slid, or was released, onto a facet: that facet, a gully with the last one, or nothing.
+    """Return the hold on a rock that slid, or was released, onto a facet: this facet, a gully with the last, or none.
 
-    A contact whose excursion from the ground is below smallest_bounce is no impact: sliding over the slight kinks of
-    a mesh would otherwise cost speed at every facet. `n` is the facet's normal turned towards the rock.
+    n : (3,) normal of the facet, turned towards the rock
+
+    A contact that lifts the rock by less than smallest_bounce is no impact: otherwise sliding over the slight kinks of
+    a mesh would cost speed at every facet.
     """
     v, last = state.motion.v, state.left.facet
     into, g_n = -dot(v, n), settings.gravity * n[2]
@@ -224,16 +236,17 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
             return Hold(PreviousContact(contact.facet, last, contact.side, True, before), kept)
-        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends here; no underside carries
+        return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; undersides carry no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 
 
 @kernel
 def _held_line(facets: Facets, settings: Settings, state: State, contact: Contact, n: Vec, slight: bool) -> Vec:
-    """Direction of the line between the contact's facet (normal n) and the one slid off last, if they hold the rock.
+    """Return the direction of the line between the contact's facet (normal n) and the last facet if they hold the rock.
 
-    Both must push, and the rock must climb neither by smallest_bounce. Facets as good as one plane hold it only if it
-    goes back and forth between them without getting anywhere. Zero if they do not hold it.
+    Both facets must push, and the rock must climb neither facet by smallest_bounce. Facets that are almost one plane
+    hold the rock only if it goes back and forth between them without progress. Returns zero if the facets do not hold
+    the rock.
     """
     last, x, v = state.left.facet, state.motion.x, state.motion.v
     if last < 0 or last == contact.facet or not state.left.resting or contact.side != state.left.side:
