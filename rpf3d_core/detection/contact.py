@@ -177,7 +177,7 @@ def falling_time(c: float, b: float, a: float) -> float:
 
     The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
     """
-    if c < 0.0 and a >= 0.0:  # from below it can only rise through zero
+    if c < 0.0 and a >= 0.0:  # from below, the height can only rise through zero
         return math.inf
     discriminant = b * b - 4.0 * a * c
     if discriminant < 0.0:

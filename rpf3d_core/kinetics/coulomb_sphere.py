@@ -1,19 +1,20 @@
-"""The impact of a rigid sphere that spins: restitution along the normal, Coulomb friction and rolling moment across it.
+"""Impact of a spinning rigid sphere: normal restitution, with Coulomb friction and rolling moment along the ground.
 
 With v_c = v_t + w x (-R n) the slip of the contact point, v_n the speed into the ground and per unit of mass:
     normal impulse      P = (1 + e) v_n
     tangential impulse  at most mu P, against the slip
     angular impulse     at most mu_r R P, against the spin, mu_r the material's rolling friction
-Both are found together (`rolling_moment`). Without rolling friction the tangential impulse is
-min((1 + e_t) 2/7 |v_c|, mu P): the first sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere), the second slips.
+The two limited impulses are found together (`rolling_moment`). Without rolling friction the tangential impulse is
+min((1 + e_t) 2/7 |v_c|, mu P). With the first value the contact sticks (2/7 = 1 / (1 + m R^2 / I) of a solid sphere),
+with the second it slips.
 
-e_t turns part of the slip and spin round that an impact takes: 0 leaves the sphere rolling, 1 with enough friction and
-no rolling friction is the super-ball. The impulses are 1 + e_t times those of e_t = 0 with mu P / (1 + e_t) and
+e_t reverses part of the slip and spin that an impact takes. 0 leaves the sphere rolling; 1 with enough friction and no
+rolling friction is the super-ball. The impulses are 1 + e_t times the impulses for e_t = 0 with mu P / (1 + e_t) and
 mu_r P / (1 + e_t). Kinetic energy is quadratic in that factor and smallest at a factor of at least 1, so
 v^2 + 2/5 (R w)^2 never rises for e and e_t in [0, 1].
 
-A loss that follows the impulse has a limit as impacts multiply: in sustained contact P adds up to N t, and the sphere
-is braked by 5/7 mu_r N, as `sphere_ground` has it.
+A loss that is proportional to the impulse has a limit as impacts multiply: in sustained contact P adds up to N t, and
+the sphere is braked by 5/7 mu_r N, as in `sphere_ground`.
 
 Derived from rigid-body mechanics (physics reference 2.3); e_t = 0 for rock: Leine et al. 2014, Multibody Syst. Dyn.
 32:241-271, doi 10.1007/s11044-013-9393-4.
@@ -30,11 +31,11 @@ from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 MATERIALS_OWN = -1.0
-"""Stands for an impact friction that is the material's: the tangent of its friction angle."""
+"""Impact friction that stands for the material's own: the tangent of its friction angle."""
 
 
 class CoulombSphere(NamedTuple):
-    """A rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t plays no part.
+    """A rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t is not used.
 
     impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
     """
@@ -44,24 +45,24 @@ class CoulombSphere(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for the radius."""
+        """True: the rules need the radius."""
         return True
 
     @property
     def spins(self) -> bool:
-        """Its rules change the spin."""
+        """True: the rules change the spin."""
         return True
 
 
 @kernel
 def slip_of(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Velocity (m/s) of the point of a sphere that touches a ground of unit normal n, along the ground."""
+    """Return the velocity (m/s), along a ground of unit normal n, of the point of a sphere that touches the ground."""
     return without(add(v, scale(-radius, cross(w, n))), n)
 
 
 @kernel
 def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion:
-    """The motion after an impulse k (m/s, per mass) against a slip (3,) m/s of some speed, at the contact."""
+    """Return the motion after an impulse k (m/s, per mass) at the contact, against a slip (3,) m/s."""
     speed = norm(slip)
     if speed == 0.0 or k == 0.0:
         return motion
@@ -74,7 +75,7 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
     """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
     rock = falling.rock
-    radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # it asks for the rock
+    radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
     push, e_t = (1.0 + surface.R_n) * into, model.tangential_restitution
     if surface.mu_r > 0.0:
@@ -88,7 +89,7 @@ def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: float, e_t: float) -> Motion:
-    """The motion after at most an impulse and a moment (m/s, per mass and radius) along the ground."""
+    """Return the motion after at most an impulse and a moment (m/s, per mass and radius) along the ground."""
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)
     turn = scale(2.5 / radius * factor, cross(n, subtract(given.moment, given.push)))
@@ -99,6 +100,6 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 def sphere_rest(
     model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """They end where they are, below `smallest_bounce`: on average dying bounces push like a sphere that lies there."""
+    """Return a rest that ends at once: on average, dying bounces push like a sphere that lies on the ground."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))
     return Rest(ZERO, ZERO, v, 0.0, surface.R_n < 1.0)

@@ -1,7 +1,7 @@
-"""What follows when the bouncing has died out: the scene's ground model.
+"""Ground models: the motion of a rock along the ground after its bouncing has died out.
 
-A rock that stays on the ground moves by dv/dt = A g_t - k v / |v|, with g_t the gravity along the ground. What A is,
-what the deceleration k comes from, and when the rock has stopped, is the ground model's (`Law`); the rest is one.
+A rock that stays on the ground moves by dv/dt = A g_t - k v / |v|, with g_t the gravity along the ground. The ground
+model sets A, the deceleration k and the condition for a stop (`Law`). All else is the same for all ground models.
 """
 
 from typing import NamedTuple
@@ -11,18 +11,18 @@ from rpf3d_core.materials.library import Surface
 
 
 class NoGround(NamedTuple):
-    """The thesis: a rock slower than stop_speed has stopped; a faster one is left unresolved."""
+    """The thesis' rule: a rock slower than stop_speed has stopped; a faster rock is left unresolved."""
 
 
 class Sliding(NamedTuple):
-    """Coulomb sliding with the friction angle of the material, from facet to facet."""
+    """Coulomb sliding from facet to facet, with the friction angle of the material."""
 
 
 class Law(NamedTuple):
-    """How a rock moves along the ground where it is.
+    """Law of motion of a rock along the ground at its position.
 
-    share : A, of gravity along the ground that speeds the rock up (-); friction : k (m/s^2)
-    stop_speed : m/s below which it has stopped; anywhere : also where friction does not hold it
+    share : A, share of the gravity along the ground that speeds the rock up (-); friction : k (m/s^2)
+    stop_speed : m/s below which the rock has stopped; anywhere : True if also where friction does not hold the rock
     """
 
     share: float
@@ -33,17 +33,17 @@ class Law(NamedTuple):
 
 @model_function
 def law_on_facet(ground: object, surface: Surface, n_z: float, gravity: float) -> Law:
-    """The law on a facet whose unit normal has the vertical part n_z > 0."""
+    """Return the law on a facet whose unit normal has the vertical component n_z > 0."""
 
 
 @model_function
 def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float) -> Law:
-    """The law between two facets that each push the rock (m/s^2, at least 0)."""
+    """Return the law between two facets that each push the rock (m/s^2, at least 0)."""
 
 
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
-    """Coulomb friction: k = mu g_n."""
+    """Return the law of Coulomb friction: k = mu g_n."""
     return Law(1.0, surface.mu * gravity * n_z, surface.stop_speed, False)
 
 
@@ -51,17 +51,17 @@ def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: flo
 def coulomb_in_gully(
     ground: Sliding, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """Coulomb friction on either facet, by its own push."""
+    """Return the law of Coulomb friction on each facet, by the facet's own push."""
     friction = first.mu * pushes[0] + second.mu * pushes[1]
     return Law(1.0, friction, max(first.stop_speed, second.stop_speed), False)
 
 
 @kernel
 def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
-    """The mean of a coefficient of two facets, weighted with how they push."""
+    """Return the mean of a coefficient of two facets, weighted by their pushes; without pushes the larger value."""
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)
 
 
 GROUND_MODELS = {"none": NoGround(), "sliding": Sliding()}
-"""Ground models by the name that a scene gives them."""
+"""Ground models by their names in a scene."""

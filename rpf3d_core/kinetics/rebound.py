@@ -1,7 +1,7 @@
-"""What an impact does to a rock's motion: one rule per model, the constant model here, all others in `rebounds/`.
+"""Effect of an impact on a rock's motion: one rule per model, the constant model here, all others in `rebounds/`.
 
-Convention of the thesis (equations 3-1 to 3-3), restated as vectors: with n the unit normal of the facet turned
-against the velocity, v_n = (v . n) n and v_t = v - v_n, the rock leaves with v' = -R_n v_n + R_t v_t.
+Convention of the thesis (equations 3-1 to 3-3), written as vectors: n is the unit normal of the facet turned against
+the velocity, v_n = (v . n) n and v_t = v - v_n. The rock leaves with v' = -R_n v_n + R_t v_t.
 """
 
 from typing import NamedTuple
@@ -15,16 +15,16 @@ from rpf3d_core.vectors import add, dot, scale, without
 
 
 class ConstantRestitution(NamedTuple):
-    """R_n and R_t of the material, whatever the speed and the angle."""
+    """Rebound with R_n and R_t of the material, whatever the speed and the angle."""
 
 
 class Rest(NamedTuple):
     """The rest of the bouncing on one plane, summed to its end.
 
-    along : (3,) m, displacement owed to the speed along the facet; down : (3,) m, that owed to gravity
-    v : (3,) m/s at the end, along the facet; t : s it takes
-    ends : False where the bouncing never dies out, or cannot be summed: every bounce is then flown, down to a
-        millionth of `smallest_bounce`
+    along : (3,) m, displacement by the speed along the facet; down : (3,) m, displacement by gravity
+    v : (3,) m/s at the end, along the facet; t : s until the end
+    ends : False if the bouncing never dies out, or cannot be summed: every bounce is then flown, down to a millionth of
+        `smallest_bounce`
     """
 
     along: Vec
@@ -36,27 +36,30 @@ class Rest(NamedTuple):
 
 @model_function
 def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """Motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
+    """Return the motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
 
 
 @model_function
 def rest_of_bounces(
     model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """Where the infinitely many bounces after `motion`, which has just left the plane of normal n, come to an end."""
+    """Return the end of the infinitely many bounces after `motion`, which has just left the plane of normal n."""
 
 
 @rebound.rule(ConstantRestitution)
 def constant_restitution(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: RockContext
 ) -> Motion:
-    """Constant restitution of a lumped mass (thesis, equations 3-1 to 3-3; physics reference 1.1)."""
+    """Return the rebound of a lumped mass with constant restitution.
+
+    Source: thesis, equations 3-1 to 3-3; physics reference 1.1.
+    """
     return lumped(surface.R_n, surface.R_t, motion, n)
 
 
 @kernel
 def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """The rebound of a lumped mass with the coefficients (-) of this impact; its spin is kept as it is."""
+    """Return the rebound of a lumped mass with the coefficients (-) of this impact; the spin is unchanged."""
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
     return Motion(motion.t, motion.x, v, motion.w)
@@ -66,18 +69,18 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def constant_rest(
     model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """The geometric series of bounces on a plane."""
+    """Return the geometric series of bounces on a plane."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
 
 
 @kernel
 def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -> Rest:
-    """The geometric series of bounces on a plane (validation reference 2.2) with R_n = r and R_t = q, as vectors.
+    """Return the geometric series of bounces on a plane (validation reference 2.2), with R_n = r and R_t = q.
 
-    The k-th bounce takes T_k = T_0 R_n^k; the speed along the facet goes u_{k+1} = R_t (u_k + g_t T_k). Summed:
-    x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))],
-    which, unlike the form with R_t - R_n below the line, holds for R_t = R_n. At R_n = 0 there is no further bounce:
-    the rock keeps the speed along the facet that its one impact left it.
+    The k-th bounce takes T_k = T_0 R_n^k. The speed along the facet follows u_{k+1} = R_t (u_k + g_t T_k). The sum is
+    x = u_0 T_0 / (1 - R_n R_t) + g_t T_0^2 [R_n R_t / ((1 - R_n R_t)(1 - R_n^2)) + 1 / (2 (1 - R_n^2))].
+    Unlike the form with R_t - R_n in the denominator, this form holds for R_t = R_n. At R_n = 0 there is no further
+    bounce: the rock keeps the speed along the facet that its one impact has left.
     """
     if r >= 1.0:
         return endless(motion)
@@ -95,17 +98,17 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
 
 @kernel
 def endless(motion: Motion) -> Rest:
-    """Bounces that are not summed up: each is flown."""
+    """Return a rest of bounces that is not summed up: each bounce is flown."""
     return Rest(ZERO, ZERO, motion.v, 0.0, False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> Rest:
-    """Bounces that end where they are: the rock stays on the ground with its speed along it."""
+    """Return a rest of bounces that ends at once: the rock stays on the ground with its speed along the ground."""
     return Rest(ZERO, ZERO, without(motion.v, n), 0.0, True)
 
 
 @rest_of_bounces.otherwise
 def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
-    """Of a model for which no closed form is known: the bouncing ends where it is, below `smallest_bounce`."""
+    """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the model."""
     return at_once(motion, n)

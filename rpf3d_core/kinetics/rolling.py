@@ -1,8 +1,8 @@
 """A sphere that rolls without slipping, against a resistance proportional to the push of the ground.
 
-v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s down a slope of angle b, with A = m / (m + I / R^2): 5/7 for a sphere,
-whose rotation takes its share of what gravity gives; v is the speed of its centre. As a vector along the ground
-dv/dt = A (g_t - mu_r g_n v / |v|).
+v^2(s) = v_0^2 + 2 A g cos(b) (tan(b) - mu_r) s down a slope of angle b, with v the speed of the sphere's centre and
+A = m / (m + I / R^2). A is 5/7 for a sphere, because rotation takes its share of the energy from gravity. As a vector
+along the ground dv/dt = A (g_t - mu_r g_n v / |v|).
 
 Source: Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709-724, as implemented publicly (physics reference 2.2).
 """
@@ -22,7 +22,7 @@ class Rolling(NamedTuple):
 
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
-    """k = A mu_r g_n."""
+    """Return the law with k = A mu_r g_n."""
     return Law(ROLLING_SHARE, ROLLING_SHARE * surface.mu_r * gravity * n_z, surface.stop_speed, False)
 
 
@@ -30,6 +30,9 @@ def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: flo
 def rolling_in_gully(
     ground: Rolling, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """The resistance of either facet, by its own push; A stays as it is, though a groove would make it smaller."""
+    """Return the law with the resistance of each facet by its own push.
+
+    A stays the same, though a groove would make it smaller.
+    """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
     return Law(ROLLING_SHARE, friction, max(first.stop_speed, second.stop_speed), False)

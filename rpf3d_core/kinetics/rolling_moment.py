@@ -1,21 +1,21 @@
-"""Friction and rolling moment of one impact of a solid sphere, as one problem.
+"""Friction and rolling moment of one impact of a solid sphere, solved as one problem.
 
 Per unit of mass, with u the speed of the centre along the ground, s = R w x n that of the spin, c = u - s the slip of
 the contact point and P the normal impulse, an impact gives
     a tangential impulse p, |p| <= mu P                     u' = u + p
     an angular impulse M = R n x m, |m| <= mu_r P           s' = s + 5/2 (m - p)
-Friction opposes the slip that is left, p = -mu P c'/|c'|, or the contact sticks, c' = 0. The moment opposes the spin
-that is left, m = -mu_r P s'/|s'|, or the spin is arrested, s' = 0. These are the conditions for the smallest
+Friction opposes the remaining slip, p = -mu P c'/|c'|, or the contact sticks, c' = 0. The moment opposes the remaining
+spin, m = -mu_r P s'/|s'|, or the spin is arrested, s' = 0. These are the conditions for the smallest
 T = 1/2 |u'|^2 + 1/5 |s'|^2 over both discs, since dT/dp = c' and dT/dm = s'. T is strictly convex, so the solution is
 unique, and T never rises.
 
-With a multiplier y - 1 >= 0 for friction, q = 2/5 s, k = mu P and r = mu_r P, the solution of a given y is
+With a multiplier y - 1 >= 0 for friction, q = 2/5 s, k = mu P and r = mu_r P, the solution for a given y is
     arrested    p = -u / y                                  where |u + y q| <= y r
     rolling     p = -(c + 5/2 r e) / (5/2 + y), m = -r e    with e = (u + y q) / |u + y q|
 The contact sticks if |p| <= k at y = 1. Otherwise it slips, and y is where |p| = k: |p| falls as y grows. An arrested
-spin has y = |u| / k. For a rolling one, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, which is bracketed.
+spin has y = |u| / k. For a rolling sphere, L = k (5/2 + y) solves |c + 5/2 r e(L)| = L, for which a bracket is known.
 
-Derived from rigid-body mechanics; the rolling moment as an inclusion beside Coulomb friction: rigid blocks 5.4, and
+Derived from rigid-body mechanics. The rolling moment as an inclusion next to Coulomb friction: rigid blocks 5.4, and
 PlatRock with Siconos (physics reference 2.6).
 """
 
@@ -28,13 +28,13 @@ from rpf3d_core.vectors import add, norm, scale, subtract
 STICKS = 2.0 / 7.0
 """Impulse, over mass and slip, that stops the slip of a solid sphere: 1 / (1 + m R^2 / I) with I = 2/5 m R^2."""
 ROUNDS = 64
-"""Steps to the length L at most; up to 12 are usual, and each halves the bracket or better every second time."""
+"""Largest number of steps to find the length L; usually up to 12. Every second step at least halves the bracket."""
 ROUNDING = 4e-16
-"""Relative difference of L from the length that it leads to, which is rounding."""
+"""Relative difference between L and the length that L leads to, below which the difference is rounding (-)."""
 
 
 class Impulses(NamedTuple):
-    """What the ground gives a sphere at an impact, per unit of mass, along the ground.
+    """Impulses of the ground on a sphere at an impact, per unit of mass, along the ground.
 
     push : (3,) m/s, p; moment : (3,) m/s, m: the angular impulse M x n / R
     """
@@ -45,9 +45,10 @@ class Impulses(NamedTuple):
 
 @kernel
 def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
-    """The impulses of an impact that dissipate most.
+    """Return the impulses of an impact that dissipate the most energy.
 
-    u, s : (3,) m/s along the ground, of centre and spin; friction, moment : mu P and mu_r P (m/s), the most of each
+    u, s : (3,) m/s along the ground, of centre and spin
+    friction, moment : mu P and mu_r P (m/s), the largest size of each impulse
     """
     q = scale(1.0 / 2.5, s)
     if friction == 0.0:
@@ -66,14 +67,14 @@ def impulses_of(u: Vec, s: Vec, friction: float, moment: float) -> Impulses:
 
 @kernel
 def _within(impulse: Vec, most: float) -> Vec:
-    """An impulse (3,), shortened to the most that there can be."""
+    """Return an impulse (3,), shortened to the size `most` if it is larger."""
     size = norm(impulse)
     return impulse if size <= most else scale(most / size, impulse)
 
 
 @kernel
 def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
-    """The impulses with all the friction that the contact needs to stick: y = 1."""
+    """Return the impulses with all the friction that the contact needs to stick: y = 1."""
     both = add(u, q)
     size = norm(both)
     if size <= moment:
@@ -84,7 +85,7 @@ def _sticking(u: Vec, s: Vec, q: Vec, moment: float) -> Impulses:
 
 @kernel
 def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulses:
-    """The impulses of a contact that slips and rolls on: its length L is found to rounding."""
+    """Return the impulses of a contact that slips while the sphere keeps a spin; its length L is found to rounding."""
     c = subtract(u, s)
     low, high = max(3.5 * friction, norm(c) - 2.5 * moment), norm(c) + 2.5 * moment
     over, under = _excess(u, c, q, friction, moment, low), _excess(u, c, q, friction, moment, high)
@@ -109,13 +110,13 @@ def _slipping(u: Vec, s: Vec, q: Vec, friction: float, moment: float) -> Impulse
 
 @kernel
 def _spin_left(u: Vec, q: Vec, friction: float, length: float) -> Vec:
-    """A vector (3,) along the spin that is left: k (u + y q)."""
+    """Return a vector (3,) along the remaining spin: k (u + y q)."""
     return add(scale(friction, u), scale(length - 2.5 * friction, q))
 
 
 @kernel
 def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> float:
-    """By how much (5/2 + y) |p| is more than L = k (5/2 + y): it changes its sign once, where |p| = k."""
+    """Return by how much (5/2 + y) |p| exceeds L = k (5/2 + y); the sign changes once, where |p| = k."""
     left, share = _spin_left(u, q, friction, length), length - 2.5 * friction
     size = norm(left)
     if size <= share * moment:
@@ -125,7 +126,7 @@ def _excess(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: floa
 
 @kernel
 def _at_length(u: Vec, c: Vec, q: Vec, friction: float, moment: float, length: float) -> Impulses:
-    """The impulses of a length L."""
+    """Return the impulses for a length L."""
     left = _spin_left(u, q, friction, length)
     size = norm(left)
     against = scale(-moment / size, left) if size > 0.0 else ZERO

@@ -16,7 +16,7 @@ from rpf3d_core.materials.library import Surface
 class RollingStone(NamedTuple):
     """STONE's rule with the material's rolling friction.
 
-    stop_speed : m/s below which a rock on the ground has stopped, on whatever slope
+    stop_speed : m/s below which a rock on the ground has stopped, on any slope
     """
 
     stop_speed: float
@@ -24,7 +24,7 @@ class RollingStone(NamedTuple):
 
 @law_on_facet.rule(RollingStone)
 def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
-    """k = g sin(atan(mu_r)), on any slope."""
+    """Return the law with k = g sin(atan(mu_r)), on any slope."""
     return Law(1.0, _deceleration(surface.mu_r, gravity), ground.stop_speed, True)
 
 
@@ -32,11 +32,11 @@ def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: 
 def stone_in_gully(
     ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
-    """The same with the mean of the two facets' friction by their push: STONE knows no gullies."""
+    """Return the same law with the mean friction of two facets, weighted by their pushes: STONE has no gullies."""
     return Law(1.0, _deceleration(shared(first.mu_r, second.mu_r, pushes), gravity), ground.stop_speed, True)
 
 
 @kernel
 def _deceleration(mu: float, gravity: float) -> float:
-    """g sin(atan(mu)), m/s^2."""
+    """Return g sin(atan(mu)), m/s^2."""
     return gravity * mu / math.sqrt(1.0 + mu * mu)

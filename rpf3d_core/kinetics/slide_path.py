@@ -1,10 +1,10 @@
-"""A block sliding on a plane with Coulomb friction: the exact path, also when it slides across the slope.
+"""A block sliding on a plane with Coulomb friction: the exact path, also when the block slides across the slope.
 
-With g_s the gravity along the plane and k = mu g_n the friction's deceleration, let phi be the angle between the
-velocity and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) follows, with
-m = k / g_s and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of a sliding block. Time,
-position and path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the block turns downhill.
-They are written in y = -ln r, so that neither m near 1 nor a nearly straight path loses digits.
+Let g_s be the gravity along the plane, k = mu g_n the deceleration by friction, and phi the angle between the velocity
+and the line of steepest descent. From u' = g_s cos(phi) - k and u phi' = -g_s sin(phi) it follows, with m = k / g_s
+and w = tan(phi / 2), that u is proportional to w^(m-1) (1 + w^2): the hodograph of a sliding block. Time, position and
+path are then integrals of powers of r = w / w_0, which falls from 1 to 0 as the block turns downhill. The integrals
+are written in y = -ln r, so that neither m near 1 nor a nearly straight path loses digits.
 
 Derived from first principles; checked against quadrature in test/analytic/test_slide_path.py.
 """
@@ -17,25 +17,29 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale
 
 STRAIGHT = 1e-9
-"""Below this tan(phi / 2) (or above its inverse) the path bends by less than 1e-9 of its length: it is a line."""
+"""Value of tan(phi / 2) below which, or above its inverse, a path bends by less than 1e-9 of its length: a line."""
 STEEPEST = 1e9
-"""Above this m gravity along the plane turns the velocity by less than 1e-9 before friction has stopped the block."""
+"""Value of m above which gravity turns the velocity by less than 1e-9 before friction has stopped the block."""
 BEND = 0.0625
-"""Tangent of half the angle by which a path turns at most before it is written down: 7 degrees."""
+"""Tangent of half the largest angle by which one segment turns: 7 degrees."""
 HALVING = math.log(2.0)
 SLIGHT = 5e-4
-"""Below this tan(phi / 2) a path bends by less than 1e-3 of its length: it may be written down as one piece."""
+"""Value of tan(phi / 2) below which a path may be one segment: it bends by less than 1e-3 of its length."""
 FARTHEST = 1e40
-"""A path that has not crossed an edge by this y never will: at m = 1, where it grows slowest, it is 1e20 m long."""
+"""Value of y after which a path crosses no more edges: at m = 1, where it grows slowest, it is 1e20 m long by then."""
 LARGEST_EXPONENT = 700.0
-"""exp of more overflows float64: Python raises where compiled code gives inf."""
+"""Largest exponent of exp: more overflows float64, where Python raises and compiled code gives inf."""
 ROOT_STEPS = 200
-"""Bisection alone needs 64 steps in float64 for a bracket of one scale; the rest is for brackets of many."""
+"""Largest number of steps of a search for a root.
+
+Bisection alone needs 64 steps in float64 for a bracket of one scale; the rest is for brackets of many scales.
+"""
 
 
 class SlidePath(NamedTuple):
-    """A path that turns downhill. down, across : unit vectors in the plane, steepest descent and the side gone to.
+    """A path that turns downhill.
 
+    down, across : unit vectors in the plane, along steepest descent and towards the side that the block moves to
     speed : u_0 (m/s); w : tan(phi_0 / 2); m : friction over slope, k / g_s; pull : g_s (m/s^2)
     """
 
@@ -48,7 +52,7 @@ class SlidePath(NamedTuple):
 
 
 class SlideState(NamedTuple):
-    """Where a block is on its path: t (s), offset (3,) m from the start, v (3,) m/s, length of the path (m)."""
+    """A block on its path: t (s), offset (3,) m from the start, v (3,) m/s, length of the path so far (m)."""
 
     t: float
     offset: Vec
@@ -58,10 +62,10 @@ class SlideState(NamedTuple):
 
 @kernel
 def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
-    """The path of a block with velocity v along the plane of normal n.
+    """Return the path of a block with velocity v along the plane of normal n.
 
-    g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2).
-    Where the path is a line (`is_straight`), w is 0 or inf and only `down` and `speed` mean anything.
+    g_t : (3,) m/s^2, gravity along the plane; friction : k, deceleration by friction (m/s^2)
+    If the path is a line (`is_straight`), w is 0 or inf, and only `down` and `speed` have a meaning.
     """
     pull, speed = norm(g_t), norm(v)
     if pull == 0.0 or speed == 0.0:
@@ -79,13 +83,13 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
 
 @kernel
 def is_straight(path: SlidePath) -> bool:
-    """Whether the path is a line to within 1e-9 of its length."""
+    """True if the path is a line to within 1e-9 of its length."""
     return not (STRAIGHT < path.w < 1.0 / STRAIGHT) or path.m > STEEPEST
 
 
 @kernel
 def slide_state(path: SlidePath, y: float) -> SlideState:
-    """The block when w has fallen to w_0 exp(-y), y >= 0 (inf: the end, where friction brings it to one)."""
+    """Return the block when w has fallen to w_0 exp(-y), y >= 0 (inf: the end of the path, if friction ends it)."""
     m, w2 = path.m, path.w * path.w
     time = path.speed / (path.pull * (1.0 + w2))
     t = time * (_power(m - 1.0, y) + w2 * _power(m + 1.0, y))
@@ -98,7 +102,7 @@ def slide_state(path: SlidePath, y: float) -> SlideState:
 
 @kernel
 def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
-    """Distance (m) down and across the slope at y."""
+    """Return the distances (m) down and across the slope at y."""
     m, w2 = path.m, path.w * path.w
     spread = 1.0 + w2
     area = path.speed * path.speed / (path.pull * spread * spread)
@@ -109,7 +113,7 @@ def _offsets(path: SlidePath, y: float) -> tuple[float, float]:
 
 @kernel
 def slide_velocity(path: SlidePath, y: float) -> Vec:
-    """Velocity (m/s) when w has fallen to w_0 exp(-y): the hodograph."""
+    """Return the velocity (m/s) when w has fallen to w_0 exp(-y): the hodograph."""
     if y == math.inf:
         return 0.0, 0.0, 0.0
     r = math.exp(-y)
@@ -120,7 +124,7 @@ def slide_velocity(path: SlidePath, y: float) -> Vec:
 
 @kernel
 def _power(q: float, y: float) -> float:
-    """Integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, and y at q = 0."""
+    """Return the integral of s^(q-1) over s from exp(-y) to 1: (1 - exp(-q y)) / q, and y at q = 0."""
     if q == 0.0:
         return y
     if y == math.inf:
@@ -132,10 +136,10 @@ def _power(q: float, y: float) -> float:
 
 @kernel
 def bend_point(path: SlidePath) -> float:
-    """The y at which what is written down of the path must go on with a new piece; inf if it may be drawn as it is.
+    """Return the y at which a path must continue as a new segment; inf if one segment is enough for all of it.
 
-    That is where it has turned by 7 degrees or, where it runs nearly downhill already, half of the rest of its way
-    down: speed and direction between two such points are those of a constant acceleration to within 1 %.
+    There the path has turned by 7 degrees or, if it runs nearly downhill already, by half of its remaining way down.
+    Speed and direction between two such points are those of a constant acceleration to within 1 %.
     """
     if path.w <= SLIGHT:
         return math.inf
@@ -146,7 +150,7 @@ def bend_point(path: SlidePath) -> float:
 
 @kernel
 def turning_point(path: SlidePath, inward: Vec) -> float:
-    """The y at which the block moves parallel to an edge whose inward direction is given; -1 if it never does.
+    """Return the y at which the block moves parallel to an edge with the given inward direction; -1 if it never does.
 
     inward . v is proportional to A (1 - w^2) + 2 B w, which changes sign just once for w > 0, unless A is 0.
     """
@@ -161,16 +165,18 @@ def turning_point(path: SlidePath, inward: Vec) -> float:
 
 @kernel
 def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
-    """The y at which the block crosses an edge outwards; inf if it never does.
+    """Return the y at which the block crosses an edge outwards; inf if it never does.
 
-    inward : vector in the plane pointing in from the edge, of any length; distance : of the start from the edge, times
-    that length. The path bends one way only, so it moves away from the edge at most once and towards it at most once.
+    inward : vector in the plane pointing in from the edge, of any length
+    distance : of the start from the edge, times that length
+
+    The path bends one way only, so it moves away from the edge at most once and towards the edge at most once.
     """
     A, turn = dot(inward, path.down), turning_point(path, inward)
     heads_in, ends_inwards = dot(inward, slide_velocity(path, 0.0)) >= 0.0, A > 0.0
     if heads_in and A >= 0.0:
         return math.inf
-    if ends_inwards and turn < 0.0:  # it moves along the edge: outwards by rounding only
+    if ends_inwards and turn < 0.0:  # it moves along the edge, outwards only by rounding
         return math.inf
     low = max(turn, 0.0) if heads_in else 0.0
     if _height(path, inward, distance, low) <= 0.0:
@@ -189,7 +195,7 @@ def exit_point(path: SlidePath, inward: Vec, distance: float) -> float:
 
 @kernel
 def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
-    """Distance from the edge, times the length of `inward`, at y."""
+    """Return the distance from the edge at y, times the length of `inward`."""
     A, B = dot(inward, path.down), dot(inward, path.across)
     down, across = _offsets(path, y)
     height = distance + B * across
@@ -198,7 +204,7 @@ def _height(path: SlidePath, inward: Vec, distance: float, y: float) -> float:
 
 @kernel
 def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: float) -> float:
-    """Where the height falls through zero between low (>= 0 there) and high (< 0 there): the Illinois method."""
+    """Return where the height falls through zero between low (>= 0 there) and high (< 0 there): Illinois method."""
     h_low, h_high = _height(path, inward, distance, low), _height(path, inward, distance, high)
     kept = 0
     for _ in range(ROOT_STEPS):
@@ -221,7 +227,7 @@ def _crossing(path: SlidePath, inward: Vec, distance: float, low: float, high: f
 
 @kernel
 def time_point(path: SlidePath, t: float, latest: float) -> float:
-    """The y after t seconds (s), which is before `latest`."""
+    """Return the y after t seconds, which is below the y `latest`."""
     low, high = 0.0, min(latest, 1.0 / (1.0 + path.m))
     while high < latest and slide_state(path, high).t < t:
         low, high = high, min(2.0 * high, latest)
@@ -238,9 +244,9 @@ def time_point(path: SlidePath, t: float, latest: float) -> float:
 
 @kernel
 def stop_point(path: SlidePath, stop_speed: float) -> float:
-    """The y at which the block has slowed to stop_speed >= 0; inf if only in the limit, or never.
+    """Return the y at which the block has slowed to stop_speed >= 0; inf if only in the limit, or never.
 
-    With m < 1 it slows only while it goes uphill: u is smallest where w^2 = (1 - m) / (1 + m).
+    With m < 1 the block slows only while it goes uphill: u is smallest where w^2 = (1 - m) / (1 + m).
     """
     if stop_speed <= 0.0 or (path.speed / (1.0 + path.w * path.w) >= stop_speed and path.m <= 1.0):
         return math.inf

@@ -1,8 +1,8 @@
-"""Sliding over facets: one piece at a time, on a facet or along the line where two of them hold the rock.
+"""Sliding over facets, one segment at a time: on a facet, or along the line where two facets hold the rock.
 
-Rolling differs by two numbers only, those of the ground model's `Law`. A piece ends where the rock leaves a facet,
-stops, comes to rest where friction does not hold it (an uphill slide: the next piece goes down), or has turned so far
-that a curve through its ends would no longer tell where it was in between.
+Rolling differs only by the numbers of the ground model's `Law`. A segment ends where the rock leaves a facet or stops.
+It also ends where an uphill slide has lost its speed and friction does not hold the rock: the next segment goes down.
+And it ends where the rock has turned so far that a curve through the ends would no longer show the way in between.
 """
 
 import math
@@ -39,20 +39,22 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 HOLDS = 1.0 - 1e-9
-"""Friction holds a rock if it reaches this share of the pull: a slope at exactly the friction angle holds it.
+"""Share of the pull of gravity that friction must reach to hold a rock (-).
 
-What is neglected would move a rock less than 0.1 m in an hour.
+So a slope at exactly the friction angle holds the rock.
+
+The neglected rest of the pull would move a rock less than 0.1 m in an hour.
 """
 CREEP = 1e-9
-"""Speed (m/s) below which a rock that friction holds has stopped, whatever stop_speed says: 4 um in an hour."""
+"""Speed (m/s) below which a rock that friction holds has stopped, however low stop_speed is: 4 um in an hour."""
 
 
 class SlideSegment(NamedTuple):
-    """One piece of sliding: the motion at its end, its length (m) and how it ended.
+    """One path segment of sliding: the motion at its end, its length (m) and how it ended.
 
-    stopped : friction holds the rock; late : time was up
-    left_first, left_second : which of the facets it stood on it has slid off
-    bends : nothing has happened to it, the same slide goes on
+    stopped : friction holds the rock; late : max_time was reached
+    left_first, left_second : the rock has slid off the first, or the second, of the facets that it stood on
+    bends : nothing has happened to the rock, the same slide goes on
     """
 
     motion: Motion
@@ -65,7 +67,7 @@ class SlideSegment(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A straight slide: direction (3,) unit, speed (m/s), acceleration along it (m/s^2), whether friction holds."""
+    """A straight slide: direction (3,) unit, speed (m/s), acceleration along it (m/s^2), True if friction holds."""
 
     direction: Vec
     speed: float
@@ -77,10 +79,11 @@ class Line(NamedTuple):
 def slide_on_facet(
     facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float, slack: float
 ) -> SlideSegment:
-    """Slide over facet f, whose normal turned towards the rock is n (n_z > 0), until it is left or the rock stops.
+    """Slide over facet f until the rock leaves the facet or stops; return the segment.
 
-    motion.v must lie in the facet's plane; time_left : s until the piece ends wherever the rock is.
-    slack : m by which the rock may come beyond an edge that it goes along
+    n : (3,) normal of f turned towards the rock, n_z > 0; motion.v must lie in the plane of f
+    time_left : s until the segment ends wherever the rock is
+    slack : m by which the rock may go beyond an edge that it moves along
     """
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
     holds = law.anywhere or friction >= HOLDS * norm(g_t)
@@ -109,7 +112,10 @@ def slide_on_facet(
 def _slide_on_curve(
     path: SlidePath, n: Vec, motion: Motion, leave: float, stop: float, time_left: float
 ) -> SlideSegment:
-    """Slide along a curve to the first of: the way off the facet, the stop (both as y), a bend, and the end of time."""
+    """Slide along a curve to the first of: the edge of the facet, the stop, a bend, or the end of time.
+
+    leave, stop : of the edge and of the stop, as y of the path
+    """
     bend = bend_point(path)
     y = min(leave, stop, bend)
     end = slide_state(path, y)
@@ -126,9 +132,9 @@ def _slide_on_curve(
 def slide_on_line(
     motion: Motion, line: Line, first: float, second: float, stop_speed: float, time_left: float
 ) -> SlideSegment:
-    """Slide straight until the rock has gone `first` or `second` (m: the ways out of two facets) or has slowed down.
+    """Slide straight until the rock has gone `first` or `second` (m: distances out of two facets) or has slowed down.
 
-    Where friction holds, the rock stops at stop_speed; where it does not, it comes to rest and goes on downhill.
+    If friction holds the rock, it stops at stop_speed. Otherwise its speed falls to zero, and it goes on downhill.
     """
     u, a = line.speed, line.acceleration
     lowest = min(max(stop_speed, CREEP), u) if line.holds else 0.0
@@ -137,7 +143,7 @@ def slide_on_line(
         stop = 0.0
     leave = min(first, second)
     distance = min(stop, leave)
-    if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane is known to no digit
+    if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane has no valid digit
         return SlideSegment(motion, 0.0, False, False, True, True, False)
     end = math.sqrt(max(u * u + 2.0 * a * distance, 0.0)) if stop > leave else lowest
     t = 2.0 * distance / (u + end) if distance > 0.0 else 0.0
@@ -146,7 +152,7 @@ def slide_on_line(
         t, end = time_left, max(u + a * time_left, 0.0)
         distance = 0.5 * (u + end) * t
     after = Motion(motion.t + t, add(motion.x, scale(distance, line.direction)), scale(end, line.direction), motion.w)
-    if not late and stop > leave and end == 0.0:  # it starts from rest on the way out: let it be on its way
+    if not late and stop > leave and end == 0.0:  # it starts from rest at the edge: let it move off
         after = Motion(motion.t, motion.x, scale(CREEP, line.direction), motion.w)
     if late or stop <= leave:
         return SlideSegment(after, distance, line.holds and not late, late, False, False, False)
@@ -156,8 +162,8 @@ def slide_on_line(
 class Gully(NamedTuple):
     """Two facets that hold a rock between them.
 
-    direction : (3,) unit, along both; pull : gravity along it (m/s^2)
-    first, second : push of each facet (m/s^2), which friction is proportional to
+    direction : (3,) unit, along both facets; pull : gravity along the direction (m/s^2)
+    first, second : push of each facet (m/s^2), which its friction is proportional to
     """
 
     direction: Vec
@@ -168,10 +174,10 @@ class Gully(NamedTuple):
 
 @kernel
 def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
-    """What two facets of unit normals n do to a rock on the line between them, of a given direction (3,) unit.
+    """Return the action of two facets of unit normals n on a rock on the line between them, of a direction (3,) unit.
 
-    The pushes are what balances gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are as good as
-    one plane share it equally: between the two answers only friction differs, and it does so by the difference of mu.
+    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are almost one plane share
+    the push equally. Between the two answers only friction differs, by the difference of mu.
     """
     c, sine = dot(n_first, n_second), kink(n_first, n_second)
     g_first, g_second = gravity * n_first[2], gravity * n_second[2]
@@ -183,10 +189,10 @@ def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
 
 @kernel
 def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
+    """Return the direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
 
-    The cross product of the normals; where the two are as good as one plane, the edge of the first that x lies on and
-    that runs along the second as well. Zero if there is none.
+    The direction is the cross product of the normals. For facets that are almost one plane it is the edge of the first
+    facet that x lies on and that also runs along the second facet; zero if there is no such edge.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     if kink(n, m) > PARALLEL:
@@ -206,7 +212,7 @@ def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec
 
 @kernel
 def _in_sense(direction: Vec, v: Vec) -> Vec:
-    """The direction or its reverse, whichever goes with v; without v, downwards."""
+    """Return the direction or its reverse, whichever goes with v; downwards if v has no part along the direction."""
     along = dot(v, direction)
     reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
     return scale(-1.0, direction) if reverse else direction
@@ -216,7 +222,7 @@ def _in_sense(direction: Vec, v: Vec) -> Vec:
 def slide_in_gully(
     facets: Facets, first: int, second: int, held: Gully, motion: Motion, law: Law, time_left: float
 ) -> SlideSegment:
-    """Slide along a gully until one of its facets is left or the rock stops."""
+    """Slide along a gully until the rock leaves one of its facets or stops; return the segment."""
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)
@@ -238,15 +244,16 @@ def slide_in_gully(
 
 @kernel
 def kink(n_first: Vec, n_second: Vec) -> float:
-    """Sine of the angle between two facets (-)."""
+    """Return the sine of the angle between two facets (-)."""
     return norm(cross(n_first, n_second))
 
 
 @kernel
 def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
-    """How far a rock with velocity v climbs facet `over`, away from the line it shares with `from` (m).
+    """Return how far (m) a rock with velocity v climbs facet `over`, away from the line that it shares with `from`.
 
-    Only gravity brings it back; a pull of less than `WEAKEST` of gravity counts as that much.
+    Only gravity brings the rock back; a pull of less than `WEAKEST` of gravity counts as that much. The result is inf
+    if gravity pulls the rock away.
     """
     across = cross(cross(n_over, n_from), n_over)
     if dot(across, n_from) < 0.0:
@@ -260,4 +267,4 @@ def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
 
 
 WEAKEST = 1e-9
-"""Share of gravity below which a facet counts as level across a gully: neither pulling the rock back nor away."""
+"""Share of gravity below which a facet counts as level across a gully (-): it pulls the rock neither back nor away."""

@@ -1,13 +1,13 @@
-"""A sphere on the ground: it skids until its slip is gone, then it rolls (the scene's `ground: sphere`).
+"""A sphere on the ground: it skids until its slip is zero, then it rolls (the scene's `ground: sphere`).
 
 With v_c the slip of the contact point, g_t gravity along the ground and N the push of the ground, both per mass:
     skidding    dv/dt = g_t - mu N v_c/|v_c|,   dv_c/dt = g_t - 7/2 mu N v_c/|v_c|
     rolling     dv/dt = 5/7 (g_t - mu_r N v/|v|), as long as 2/7 |g_t| <= mu N; otherwise it skids down
-Rolling friction needs friction itself: where mu_r is larger than mu can bear, the centre goes like a block that slides
-with mu, neither braked nor held by more; its spin is still told as that of rolling.
-Each piece has a constant acceleration, so it is exact where friction does not turn: straight down a slope, on the
-level, and wherever a sphere rolls without rolling friction. Elsewhere friction is that of the middle of the piece,
-which ends before it has turned by TURN.
+Rolling friction needs friction itself. If mu_r is larger than mu can bear, the centre moves like a block that slides
+with mu, and is neither braked nor held by more; its spin is still reported as that of rolling.
+Each segment has a constant acceleration, so it is exact where friction does not turn: straight down a slope, on level
+ground, and wherever a sphere rolls without rolling friction. Elsewhere the friction is taken at the middle of the
+segment, which ends before friction has turned by TURN.
 
 Derived from rigid-body mechanics (validation reference 2.5).
 """
@@ -23,32 +23,35 @@ from rpf3d_core.values import ZERO, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, without
 
 TURN = 1.0 / 16.0
-"""Tangent of the angle by which friction may turn in one piece: 3.6 degrees."""
+"""Tangent of the largest angle by which friction may turn in one segment: 3.6 degrees."""
 CRAWL = 1e-2
-"""Speed (m/s) of slip, or of a sphere that friction does not hold, below which it counts as zero while it turns.
+"""Speed (m/s) below which slip, or the motion of a sphere that friction does not hold, counts as zero while it turns.
 
-The energy of 5 um of height.
+Its energy is that of 5 um of height.
 """
 STRAIGHT = 1e-9
-"""Share of gravity across a motion below which it does not turn."""
+"""Gravity across a motion, over gravity and friction along the ground (-), below which the motion does not turn."""
 ROLLS = 1e-9
-"""Slip over speed below which a sphere rolls, and share of the stop speed that is rounding: a million times that."""
+"""Slip over speed (-) below which a sphere rolls, and share of the stop speed that counts as rounding.
+
+Both are a million times the rounding.
+"""
 
 
 class SphereGround(NamedTuple):
-    """Skid to roll with the material's friction angle and, where it has one, its rolling friction."""
+    """Skidding, then rolling, with the material's friction angle and, if it has one, its rolling friction."""
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for the radius."""
+        """True: the rules need the radius."""
         return True
 
 
 class Rolls(NamedTuple):
-    """One piece of a sphere's way on the ground, under a constant acceleration a (3,) m/s^2.
+    """One segment of a sphere's path on the ground, under a constant acceleration a (3,) m/s^2.
 
-    v : (3,) m/s that it begins with; turn : (3,) rad/s^2 while it skids; t : s until something about it changes
-    rolls : whether it rolls at the end; stops : whether it has stopped there; turns : whether it only turns there
+    v : (3,) m/s at the start; turn : (3,) rad/s^2 while the sphere skids; t : s until the motion changes
+    rolls : the sphere rolls at the end; stops : it has stopped there; turns : only its direction changes there
     """
 
     v: Vec
@@ -62,9 +65,9 @@ class Rolls(NamedTuple):
 
 @kernel
 def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> Rolls:
-    """The next piece of a sphere with velocity v along a ground that pushes it along n.
+    """Return the next segment of a sphere with velocity v along ground that pushes the sphere along n.
 
-    slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along it; push : m/s^2
+    slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : m/s^2
     """
     speed, slips = norm(v), norm(slip)
     friction, pull = surface.mu * push, norm(g_t)
@@ -78,10 +81,10 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
 
 @kernel
 def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
-    """The rolling resistance (m/s^2) that a ground of some friction (m/s^2) can give a sphere: more would make it slip.
+    """Return the largest rolling resistance (m/s^2) that a ground of some friction (m/s^2) can give without slip.
 
-    With a resistance r it takes a friction of 2/7 g_t + 5/7 r along the way, or down the slope at rest. At most that is
-    mu N; then 5/7 (g_t - r) = g_t - mu N, as of a block that slides.
+    A resistance r takes a friction of 2/7 g_t + 5/7 r along the motion, or down the slope at rest. That is at most mu
+    N; then 5/7 (g_t - r) = g_t - mu N, as for a block that slides.
     """
     speed = norm(v)
     pull = dot(g_t, v) / speed if speed > 0.0 else norm(g_t)
@@ -90,14 +93,14 @@ def _most_resistance(v: Vec, g_t: Vec, friction: float) -> float:
 
 @kernel
 def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> tuple[Vec, Vec]:
-    """Accelerations of centre and spin of a sphere that slips in a direction (3,) unit."""
+    """Return the accelerations of centre (m/s^2) and spin (rad/s^2) of a sphere that slips in a direction (3,) unit."""
     turn = scale(2.5 * friction / radius, cross(n, direction))
     return add(g_t, scale(-friction, direction)), turn
 
 
 @kernel
 def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> Rolls:
-    """A piece of skidding: until the slip is gone, or has turned."""
+    """Return a segment of skidding, until the slip is zero or has turned."""
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
     across = norm(without(g_t, direction))
@@ -113,7 +116,7 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 @kernel
 def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> Rolls:
-    """A piece of rolling: until it has slowed to a stop, or to rest, or has turned."""
+    """Return a segment of rolling, until the sphere has slowed to its stop speed or to zero, or has turned."""
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull
     lowest = max(stop_speed, CREEP) if holds else 0.0

@@ -1,10 +1,10 @@
-"""Restitution that depends on the angle at which a rock comes in, from the user's own table.
+"""Restitution that depends on the angle of impact, from the user's own table.
 
-The angle is the one between velocity and surface, 90 degrees for a rock that falls onto it straight. Tests show R_n to
-fall and R_t to rise with it (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics reference 1.6
-and 1.7). At small angles R_n may well be above 1: a rock that comes in flat trips over its corners, and turns speed
-along the ground and spin into height. A lumped mass has no spin to take that from, so what it gains across the surface
-is limited to what it loses along it: kinetic energy never rises.
+The angle is between velocity and surface: 90 degrees for a rock that falls straight onto the surface. Tests show that
+R_n falls and R_t rises with this angle (Heidenreich 2004, EPFL thesis 3084; Wang et al. 2018, NHESS 18:3045; physics
+reference 1.6 and 1.7). At small angles R_n may well be above 1: a rock that comes in flat trips over its corners, and
+turns speed along the ground and spin into height. A lumped mass has no spin to take energy from. So its gain along the
+normal is limited to its loss along the ground: kinetic energy never rises.
 """
 
 import math
@@ -21,7 +21,10 @@ DEGREES = 180.0 / math.pi
 
 
 class AngleTable(NamedTuple):
-    """R_n, R_t (N,) (-) at N angles (N,) in degrees that rise, 0 to 90; between them linear, beyond them constant."""
+    """Rebound with a table of restitution over the angle of impact.
+
+    angle : (N,) degrees, ascending, 0 to 90; R_n, R_t : (N,) (-), linear between the angles, constant beyond them
+    """
 
     angle: Any
     R_n: Any
@@ -30,20 +33,20 @@ class AngleTable(NamedTuple):
 
 @rebound.rule(AngleTable)
 def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """A lumped mass with R_n and R_t of the table; those of the material are not used."""
+    """Return the rebound of a lumped mass with R_n and R_t of the table; R_n and R_t of the material are not used."""
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
 
 
 @kernel
 def impact_angle(motion: Motion, n: Vec) -> float:
-    """Degrees between the velocity and the surface, 0 to 90."""
+    """Return the angle between the velocity and the surface, 0 to 90 degrees."""
     return math.atan2(abs(dot(motion.v, n)), norm(without(motion.v, n))) * DEGREES
 
 
 @kernel
 def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
-    """R_n and R_t (-) at an angle (degrees)."""
+    """Return R_n and R_t (-) at an angle (degrees)."""
     last = len(table.angle) - 1
     if angle <= table.angle[0]:
         return float(table.R_n[0]), float(table.R_t[0])
@@ -57,14 +60,14 @@ def restitution_at(table: AngleTable, angle: float) -> tuple[float, float]:
 
 @kernel
 def _between(column: Any, i: int, share: float) -> float:
-    """What lies a share of the way from row i to the next; equal rows give it exactly."""
+    """Return the value at a share of the way from row i to the next row; equal rows give exactly their value."""
     low = float(column[i])
     return low + share * (float(column[i + 1]) - low)
 
 
 @kernel
 def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
-    """The rebound of a lumped mass whose R_n may be above 1, while R_t is not: its kinetic energy does not rise.
+    """Return the rebound of a lumped mass with R_t at most 1 and any R_n, limited so that kinetic energy does not rise.
 
     v_n' = min(R_n v_n, sqrt(v_n^2 + (1 - R_t^2) v_t^2)).
     """
@@ -79,5 +82,5 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 def by_angle_rest(
     model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """Not summed: every bounce changes the angle of the next, and flat ones may grow again."""
+    """Return a rest that is not summed: every bounce changes the angle of the next, and flat bounces may grow again."""
     return endless(motion)

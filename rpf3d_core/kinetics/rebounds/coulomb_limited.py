@@ -5,9 +5,9 @@ With v_n and v_t the velocities into and along the ground:
     normal     v_n' = -R_n v_n
     along      |v_t'| = max(R_t |v_t|, |v_t| - mu (1 + R_n) |v_n|) in the direction of v_t
 
-R_n, R_t and mu, the tangent of the friction angle, are the material's. An impact changes the speed across the ground by
-(1 + R_n) |v_n|, so its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times that along the
-ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such bound: as bounces get smaller, it
+R_n, R_t and mu, the tangent of the friction angle, are the material's. An impact changes the speed along the normal by
+(1 + R_n) |v_n|. So its normal impulse is m (1 + R_n) |v_n|, and Coulomb friction gives at most mu times that along the
+ground (Stronge 2000, Impact Mechanics, section 5: gross slip). R_t alone has no such bound: as bounces get smaller, R_t
 takes the same share of the speed along the ground by ever smaller impulses. Kinetic energy never rises.
 
 The bounces on a plane. A rock leaves the plane with the speed w along the normal and the velocity u along the plane.
@@ -16,11 +16,11 @@ Bounce k takes T_k = T R_n^k, T = 2 w / g_n, and the impact after it leaves the 
     s_k = max(R_t, 1 - c T_k / |u_k + g_t T_k|),    c = mu (1 + R_n) g_n / 2,
 
 so u_{k+1} = s_k (u_k + g_t T_k). All velocities are a_k u_0 + b_k g_t with a_{k+1} = s_k a_k and
-b_{k+1} = s_k (b_k + T_k); a_k and b_k are never negative, so the sums of the displacements grow in both directions.
-Two regimes have closed forms, for the bounces from any one on:
+b_{k+1} = s_k (b_k + T_k). a_k and b_k are never negative, so the sums of the displacements grow in both directions.
+Two regimes have closed forms, for all bounces from one bounce on:
 
-    friction for good   |u| is large against the change that is still to come, (|g_t| + c) T / (1 - R_n): each impact
-                        takes c T_k in a direction that no longer turns
+    friction for good   |u| is large against the remaining change, (|g_t| + c) T / (1 - R_n): each impact takes c T_k
+                        in a direction that does not turn any more
     R_t for good        R_t <= R_n and |u| / T is so small that friction never limits: the constant model's series
 
 Other bounces are summed one after the other.
@@ -37,26 +37,26 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import add, dot, norm, scale, without
 
 STEADY = 1e-6
-"""Change of the speed along the ground still to come, as a share of it, below which the closed form goes on.
+"""Remaining change of the speed along the ground, over that speed (-), below which a closed form is used.
 
 The closed form leaves out the square of this share: 1e-12 of the speed.
 """
 
 SPENT = 1e-12
-"""Share of the time of the first bounce below which the next ones are left out; their length is its square."""
+"""Share of the time of the first bounce (-) below which later bounces are left out; their length is its square."""
 
 MOST_BOUNCES = 2000
-"""Bounces summed one after the other at most; enough for R_n up to 0.986."""
+"""Largest number of bounces summed one after the other; enough for R_n up to 0.986."""
 
 
 class CoulombLimited(NamedTuple):
-    """R_n, R_t and the friction angle of the material."""
+    """Rebound with R_n, R_t and the friction angle of the material."""
 
 
 class SummedBounces(NamedTuple):
-    """Bounces on a plane that have been summed: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
+    """A sum of bounces on a plane: the velocity is a u_0 + b g_t, the displacement A u_0 + B g_t.
 
-    a (-), b (s), A (s), B (s^2); T : s that the next bounce takes
+    a (-), b (s), A (s), B (s^2); T : s, time of the next bounce
     """
 
     a: float
@@ -67,9 +67,9 @@ class SummedBounces(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """What bounces on one plane have in common.
+    """The values that all bounces on one plane share.
 
-    r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2 of gravity along the plane
+    r, q : R_n and R_t (-); u : (3,) m/s along the plane at the start; g_t : (3,) m/s^2, gravity along the plane
     pull : |g_t| (m/s^2); c : m/s^2, friction takes c T of the speed along the plane after a bounce of T seconds
     """
 
@@ -83,14 +83,17 @@ class Plane(NamedTuple):
 
 @rebound.rule(CoulombLimited)
 def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """A lumped mass whose loss along the ground is the smaller of that of R_t and that of Coulomb friction."""
+    """Return the rebound of a lumped mass: its loss along the ground is that of R_t or of friction, if smaller."""
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
 
 
 @kernel
 def share_kept(R_t: float, speed: float, most: float) -> float:
-    """Share (-) of the speed along the ground (m/s) that an impact leaves: R_t, or more where it takes `most` (m/s)."""
+    """Return the share (-) of the speed along the ground (m/s) after an impact: R_t, or more if that takes over `most`.
+
+    most : largest loss of speed along the ground (m/s)
+    """
     return R_t if speed * (1.0 - R_t) <= most else 1.0 - most / speed
 
 
@@ -98,9 +101,11 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 def coulomb_limited_rest(
     model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """The sum of the bounces on a plane, as at the top of this file; off by less than 1e-10 of the largest speed.
+    """Return the sum of the bounces on a plane, as at the top of this file.
 
-    Where R_n is above 0.986 and neither regime is reached within MOST_BOUNCES, the bounces are flown.
+    The error is below 1e-10 of the largest speed.
+
+    If R_n is above 0.986 and neither regime is reached within MOST_BOUNCES, the bounces are flown.
     """
     r, q = surface.R_n, surface.R_t
     if r >= 1.0:
@@ -120,7 +125,7 @@ def coulomb_limited_rest(
 
 @kernel
 def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
-    """The bounces up to one of the regimes that have a closed form, or as many as are looked at."""
+    """Return the sum of the bounces up to a regime with a closed form, or of MOST_BOUNCES bounces."""
     state = first
     for _ in range(MOST_BOUNCES):
         if _settled(plane, state) or state.T <= SPENT * first.T:
@@ -131,20 +136,20 @@ def one_by_one(plane: Plane, first: SummedBounces) -> SummedBounces:
 
 @kernel
 def _settled(plane: Plane, state: SummedBounces) -> bool:
-    """Whether a closed form goes on from here."""
+    """True if a closed form is valid from here on."""
     speed = norm(_speed(plane, state))
     return _limited_for_good(plane, speed, state.T) or _constant_for_good(plane, speed, state.T)
 
 
 @kernel
 def _speed(plane: Plane, state: SummedBounces) -> Vec:
-    """Velocity (3,) m/s along the plane."""
+    """Return the velocity (3,) m/s along the plane."""
     return add(scale(state.a, plane.u), scale(state.b, plane.g_t))
 
 
 @kernel
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """One bounce more, and the impact after it."""
+    """Return the sum with one more bounce, and the impact after that bounce."""
     T = state.T
     flown = SummedBounces(state.a, state.b + T, state.A + state.a * T, state.B + (state.b + 0.5 * T) * T, plane.r * T)
     kept = share_kept(plane.q, norm(_speed(plane, flown)), plane.c * T)
@@ -153,7 +158,7 @@ def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Whether friction takes c T_k at each impact from here on, from a speed (m/s) that hardly changes any more."""
+    """True if friction takes c T_k at each impact from here on, from a speed (m/s) that hardly changes any more."""
     change = (plane.pull + plane.c) * T / (1.0 - plane.r)
     steady = change <= STEADY * speed and plane.c * T <= (1.0 - plane.q) * (speed - change)
     return plane.c == 0.0 or steady
@@ -161,10 +166,10 @@ def _limited_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
-    """Whether R_t takes less than friction would at each impact from here on.
+    """True if R_t takes less than friction would at each impact from here on.
 
-    x_k = |u_k + g_t T_k| / T_k, which must be at most c / (1 - R_t), is at most |u| / T + |g_t| and goes
-    x_{k+1} <= (R_t / R_n) x_k + |g_t|, so it exceeds neither its first value nor |g_t| R_n / (R_n - R_t).
+    x_k = |u_k + g_t T_k| / T_k must be at most c / (1 - R_t). The first x_k is at most |u| / T + |g_t|, and
+    x_{k+1} <= (R_t / R_n) x_k + |g_t|. So x_k exceeds neither its first value nor |g_t| R_n / (R_n - R_t).
     """
     lost = 1.0 - plane.q
     first = lost * (speed + plane.pull * T) <= plane.c * T
@@ -173,11 +178,11 @@ def _constant_for_good(plane: Plane, speed: float, T: float) -> bool:
 
 @kernel
 def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
-    """All bounces, with those from here on in one of the two regimes; in neither, what is left is left out.
+    """Return the sum of all bounces, with the rest in one of the two regimes; in neither, the rest is left out.
 
-    With t = T / (1 - R_n) the time that they take.
+    t = T / (1 - R_n) is the time that the rest takes.
     Friction for good, to first order of c t / |u|: a = 1 - c t / |u|, b = t, A = t - (c / |u|) sum(t_k T_k) with
-    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t for good: as `sum_of_bounces`.
+    sum(t_k T_k) = T^2 R_n / ((1 - R_n) (1 - R_n^2)), B = t^2 / 2. R_t for good: as in `sum_of_bounces`.
     """
     r, T, speed = plane.r, state.T, norm(_speed(plane, state))
     t = T / (1.0 - r)
@@ -194,7 +199,7 @@ def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
 
 @kernel
 def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
-    """Bounces after bounces: those of `then` start with the velocity that `first` has ended with."""
+    """Return the sum of two series of bounces: `then` starts with the velocity at the end of `first`."""
     return SummedBounces(
         then.a * first.a, then.a * first.b + then.b, first.A + then.A * first.a, first.B + then.A * first.b + then.B,
         then.T,

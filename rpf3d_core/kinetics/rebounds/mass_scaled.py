@@ -1,8 +1,8 @@
 """Normal restitution that falls with the mass of the rock.
 
-v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), C = 1000 kg (as a public implementation has it). RocFall offers
-to scale R_n by mass and by speed (its help pages), but its own algebra is not published: that this is it is
-UNCONFIRMED (physics reference 1.4).
+v_n' = -R_n v_n / ((1 + (m / C)^2) (1 + (v_n / K)^2)), C = 1000 kg (as in a public implementation). RocFall offers to
+scale R_n by mass and by speed (its help pages), but its formula is not published. It is UNCONFIRMED that RocFall's
+formula is the one above (physics reference 1.4).
 """
 
 from typing import NamedTuple
@@ -16,7 +16,11 @@ from rpf3d_core.vectors import dot
 
 
 class MassScaled(NamedTuple):
-    """C : kg at which half of the material's R_n is left; K : m/s into the ground likewise, inf for no such scaling."""
+    """Rebound with R_n scaled by mass and speed.
+
+    C : kg at which half of the material's R_n is left
+    K : m/s into the ground at which half of it is left, inf for no scaling by speed
+    """
 
     C: float
     K: float
@@ -25,8 +29,8 @@ class MassScaled(NamedTuple):
 
 @rebound.rule(MassScaled)
 def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """A lumped mass with the material's R_t, and R_n scaled by mass and speed. Energy never rises."""
-    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for
+    """Return the rebound of a lumped mass with R_t, and with R_n scaled by mass and speed. Energy never rises."""
+    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
 
@@ -34,6 +38,6 @@ def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, fal
 def mass_scaled_rest(
     model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """The series with R_n as scaled by mass; off by as much as `velocity_scaled_rest`."""
-    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asked for
+    """Return the series with R_n scaled by mass; off by as much as `velocity_scaled_rest`."""
+    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

@@ -1,8 +1,8 @@
 """The rebound of the Colorado Rockfall Simulation Program: a sphere that leaves every impact rolling.
 
-Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; constants and equations as two public implementations have them alike (CC;
-physics reference 1.2). With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the
-speed at which the rock's lowest point slips:
+Pfeiffer & Bowen 1989, Bull. AEG 26:135-146; two public implementations agree on constants and equations (CC; physics
+reference 1.2). With v_n and v_t the speeds into and along the ground, w the spin, R the radius and s the speed at
+which the rock's lowest point slips:
 
     normal     v_n' = R_n v_n / (1 + (v_n / K)^2)                       K = 9.144 m/s  (30 ft/s)
     friction   f = R_t + (1 - R_t) / ((s / A)^2 + 1.2)                  A = 6.096 m/s  (20 ft/s)
@@ -10,10 +10,10 @@ speed at which the rock's lowest point slips:
     along      v_t' = sqrt(R^2 (I w^2 + m v_t^2) f F / (I + m R^2)),    I = 2/5 m R^2
     spin       w' = v_t' / R
 
-R_n and R_t are those of slow impacts, and R_t multiplies energy: values for a lumped mass are other values. In
-three dimensions s = |v_t + w x (-R n)|, w is the spin about axes along the ground, v_t' points where v_t did or, where
-there is none, where the spin rolls; w' = n x v_t' / R, and the spin about n stays as it is. Positions are those of a
-lumped mass. Kinetic energy, of translation and rotation together, never rises.
+R_n and R_t hold for slow impacts, and R_t multiplies energy: values for a lumped mass are different. In three
+dimensions s = |v_t + w x (-R n)|, and w is the spin about axes along the ground. v_t' points along v_t or, if v_t is
+zero, in the direction in which the spin rolls. w' = n x v_t' / R, and the spin about n is kept. Positions are those of
+a lumped mass. Kinetic energy, of translation and rotation together, never rises.
 """
 
 import math
@@ -29,11 +29,14 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO, Motion, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale, subtract
 
 AT_REST = 1.2
-"""What keeps the friction function finite where nothing slips."""
+"""Constant of the friction function (-) that keeps it finite where nothing slips."""
 
 
 class PfeifferBowen(NamedTuple):
-    """K, A, B : m/s, the speeds at which normal restitution, friction and scaling give way."""
+    """Rebound of a rolling sphere by CRSP's equations.
+
+    K, A, B : m/s, the speeds at which normal restitution, friction and scaling give way
+    """
 
     K: float
     A: float
@@ -44,15 +47,15 @@ class PfeifferBowen(NamedTuple):
 
 @rebound.rule(PfeifferBowen)
 def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """The equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
-    radius = falling.rock.radius  # type: ignore[union-attr]  # asked for
+    """Return the rebound by the equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
+    radius = falling.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
     w_n = scale(dot(motion.w, n), n)
     w_t = subtract(motion.w, w_n)
     rolling = scale(radius, cross(w_t, n))  # the velocity at which this spin would roll
     slip = norm(subtract(v_t, rolling))
     share = friction(surface.R_t, slip / model.A) * scaling(surface.R_n, surface.R_t, v_n, model.B)
-    energy = SPHERE_INERTIA_RATIO * dot(rolling, rolling) + dot(v_t, v_t)  # twice that along the ground, for a kilogram
+    energy = SPHERE_INERTIA_RATIO * dot(rolling, rolling) + dot(v_t, v_t)  # twice the energy along the ground, per kg
     speed = math.sqrt(energy * share / (SPHERE_INERTIA_RATIO + 1.0))
     away = surface.R_n * halved(v_n / model.K) * v_n
     kept = scale(speed, heading(v_t, rolling))
@@ -61,13 +64,13 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
 
 @kernel
 def friction(R_t: float, x: float) -> float:
-    """CRSP's friction function of x = slip / A."""
+    """Return CRSP's friction function of x = slip / A (-)."""
     return R_t + (1.0 - R_t) / (x * x + AT_REST)
 
 
 @kernel
 def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
-    """CRSP's scaling factor, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: at R_n = 0 nothing is left."""
+    """Return CRSP's scaling factor, R_t / ((v_n / (B R_n))^2 + 1), without dividing by R_n: 0 at R_n = 0."""
     reach = B * R_n
     below = v_n * v_n + reach * reach
     return R_t * (reach * reach / below) if below > 0.0 else R_t
@@ -77,12 +80,12 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 def pfeiffer_bowen_rest(
     model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """The series with what the coefficients tend to where bounces are slow and the rock rolls from one to the next.
+    """Return the series with the limits of the coefficients for slow bounces of a rock that rolls from one to the next.
 
-    R_n is the material's, and the share of the speed along the ground that an impact leaves sqrt(R_t f(0)), R_t of the
-    series. Of a bounce that rises by h, both are off by shares of some 2 g h / K^2 and (8 g h tan^2(slope)) / A^2; what
-    gravity adds in flight is taken as if the spin had followed it, which makes the way down too long, but by no more
-    than 8 h tan(slope) r q / ((1 - r q) (1 - r^2)): of bounces of 1 mm that is millimetres.
+    R_n is the material's. An impact leaves the share sqrt(R_t f(0)) of the speed along the ground, which is R_t of the
+    series. For a bounce that rises by h, both are off by shares of about 2 g h / K^2 and (8 g h tan^2(slope)) / A^2.
+    The speed that gravity adds in flight is treated as if the spin had followed it. That makes the way down too long,
+    but by no more than 8 h tan(slope) r q / ((1 - r q) (1 - r^2)): for bounces of 1 mm that is millimetres.
     """
     q = math.sqrt(surface.R_t * friction(surface.R_t, 0.0))
     return sum_of_bounces(surface.R_n, q, motion, n, gravity)

@@ -1,16 +1,16 @@
-"""An impact as a matrix that is drawn: the state after it is A times the state before.
+"""An impact as a random matrix: the state after the impact is A times the state before.
 
 Bourrier et al. 2009, Geomorphology 110:68-79 (form: thesis, equation 2-11; physics reference 1.10):
 (v_t', v_n', R w') = A (v_t, v_n, R w), the nine coefficients of A jointly normal. Means and covariances belong to one
-site and one roughness, calibrated on detailed simulations; none are published that could stand for others.
+site and one roughness, calibrated on detailed simulations; no published values can stand for other sites.
 
-Signs, which a user's figures must share: v_t is the speed along the ground, in its direction t before the impact; v_n
-the speed into the ground before, away from it after; w the spin about n x t, positive where a rolling rock has it. So
-diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
+Signs, which a user's values must follow: v_t is the speed along the ground, in its direction t before the impact. v_n
+is the speed into the ground before the impact, and away from the ground after it. w is the spin about n x t, positive
+for a rolling rock. So diag(R_t, R_n, 0) is a lumped mass that leaves without spin. Spin about n and t is kept.
 
-Normal numbers have no bounds, so two things are added (D): where a draw would send the rock into the ground, v_n' is
-that of the mean, or zero; and where its kinetic energy would rise, the rotation 2/5 (R w)^2 counted, all three are
-scaled down so that it stays.
+Normal numbers have no bounds, so two rules are added (D). If a draw would send the rock into the ground, v_n' is that
+of the mean matrix, or zero. If its kinetic energy would rise, including the rotation 2/5 (R w)^2, all three components
+are scaled down so that the energy stays the same.
 """
 
 import math
@@ -32,7 +32,10 @@ Nine = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class StochasticMatrix(NamedTuple):
-    """mean : (3, 3) of A; root : (9, 9) lower triangular, root root^T is the covariance of A row by row."""
+    """Rebound by a drawn matrix A.
+
+    mean : (3, 3), of A; root : (9, 9) lower triangular, root root^T is the covariance of A row by row
+    """
 
     mean: Any
     root: Any
@@ -43,14 +46,14 @@ class StochasticMatrix(NamedTuple):
 
 @rebound.rule(StochasticMatrix)
 def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """The state after an impact of a drawn matrix; coefficients of the material are not used."""
-    radius = falling.rock.radius  # type: ignore[union-attr]  # asked for
+    """Return the motion after an impact with a drawn matrix; coefficients of the material are not used."""
+    radius = falling.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_t = along(motion.v, n)
     t = heading(v_t, cross(motion.w, n))
     axis = cross(n, t)
     spin = dot(motion.w, axis)
     before = (norm(v_t), -dot(motion.v, n), radius * spin)
-    z = _nine_normals(falling.key, falling.impacts + 1)  # type: ignore[arg-type]  # asked for
+    z = _nine_normals(falling.key, falling.impacts + 1)  # type: ignore[arg-type]  # draws
     off = _row(model, 1, z, before)
     if off < 0.0:
         off = max(_mean_row(model, 1, before), 0.0)
@@ -61,7 +64,7 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
 
 @kernel
 def _nine_normals(key: RockKey, number: int) -> Nine:
-    """Independent standard normal numbers of an impact."""
+    """Return nine independent standard normal numbers for an impact."""
     return (
         _normal(key, 0, number), _normal(key, 1, number), _normal(key, 2, number), _normal(key, 3, number),
         _normal(key, 4, number), _normal(key, 5, number), _normal(key, 6, number), _normal(key, 7, number),
@@ -71,13 +74,13 @@ def _nine_normals(key: RockKey, number: int) -> Nine:
 
 @kernel
 def _normal(key: RockKey, k: int, number: int) -> float:
-    """The k-th of them; k stands where a zone does in other draws."""
+    """Return the k-th of the nine numbers; k stands in the place of the zone in other draws."""
     return standard_normal(uniform_at(key.seed, key.source, key.rock, STREAM + k * ZONES, number))
 
 
 @kernel
 def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
-    """What row i of the drawn matrix makes of the state before."""
+    """Return the product of row i of the drawn matrix and the state before the impact."""
     total = 0.0
     for j in range(3):
         coefficient = float(model.mean[i, j])
@@ -89,7 +92,7 @@ def _row(model: StochasticMatrix, i: int, z: Nine, before: Vec) -> float:
 
 @kernel
 def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
-    """What row i of the mean makes of the state before."""
+    """Return the product of row i of the mean matrix and the state before the impact."""
     total = 0.0
     for j in range(3):
         total += float(model.mean[i, j]) * before[j]
@@ -98,14 +101,14 @@ def _mean_row(model: StochasticMatrix, i: int, before: Vec) -> float:
 
 @kernel
 def _no_faster(before: Vec, after: Vec) -> Vec:
-    """A state after, with no more energy than the one before."""
+    """Return the state after an impact, scaled down to the energy of the state before if it has more."""
     had, has = _energy(before), _energy(after)
     return scale(math.sqrt(had / has), after) if has > had else after
 
 
 @kernel
 def _energy(state: Vec) -> float:
-    """Twice the kinetic energy for a kilogram: translation, and rotation of a sphere."""
+    """Return twice the kinetic energy per unit of mass (m^2/s^2): translation, and rotation of a sphere."""
     return state[0] * state[0] + state[1] * state[1] + SPHERE_INERTIA_RATIO * state[2] * state[2]
 
 
@@ -113,5 +116,5 @@ def _energy(state: Vec) -> float:
 def drawn_rest(
     model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """Not summed: every bounce is drawn."""
+    """Return a rest that is not summed: every bounce is drawn."""
     return endless(motion)

@@ -1,4 +1,4 @@
-"""The thesis' transform of the velocity at an impact as it is printed, for reproduction only."""
+"""The thesis' transform of the velocity at an impact as printed, for reproduction only."""
 
 import math
 from typing import NamedTuple
@@ -16,13 +16,12 @@ class ThesisLiteral(NamedTuple):
 
 @rebound.rule(ThesisLiteral)
 def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """Equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
+    """Return the motion by equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
 
-    theta and phi are taken as the slopes of the ground along x and y, positive where it rises: the only reading under
-    which 2-3 is v . n for a plane that dips along one axis. The printed transform is not orthonormal: it loses speed
-    at R_n = R_t = 1 on a slope along one axis (physics reference 0.1), and gains
-    up to three times its energy on one along both. Where it would send the rock into the ground, the speed into the
-    ground is dropped.
+    theta and phi are the slopes of the ground along x and y, positive where the ground rises: only in this reading is
+    2-3 equal to v . n for a plane that dips along one axis. The printed transform is not orthonormal. At R_n = R_t = 1
+    it loses speed on a slope along one axis (physics reference 0.1), and gains up to three times its energy on a slope
+    along both axes. If the transform would send the rock into the ground, the speed into the ground is dropped.
     """
     theta, phi = math.atan2(-n[0], n[2]), math.atan2(-n[1], n[2])
     st, ct, sp, cp = math.sin(theta), math.cos(theta), math.sin(phi), math.cos(phi)
@@ -38,5 +37,5 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 def thesis_rest(
     model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
 ) -> Rest:
-    """No closed form is known for the printed transform: the bouncing ends where it is, below `smallest_bounce`."""
+    """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the printed transform."""
     return at_once(motion, n)
