@@ -31,11 +31,11 @@ from rpf3d_core.values import ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
 MATERIALS_OWN = -1.0
-"""Impact friction that stands for the material's own: the tangent of its friction angle."""
+"""Value of `impact_friction` that stands for the material's own friction: the tangent of its friction angle."""
 
 
 class CoulombSphere(NamedTuple):
-    """A rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t is not used.
+    """Rebound of a rigid sphere; e is the material's R_n, mu_r its rolling friction, and its R_t is not used.
 
     impact_friction : mu (-), or MATERIALS_OWN; tangential_restitution : e_t (-), in [0, 1]
     """

@@ -22,7 +22,8 @@ class Law(NamedTuple):
     """Law of motion of a rock along the ground at its position.
 
     share : A, share of the gravity along the ground that speeds the rock up (-); friction : k (m/s^2)
-    stop_speed : m/s below which the rock has stopped; anywhere : True if also where friction does not hold the rock
+    stop_speed : m/s below which the rock has stopped
+    anywhere : True if the rock stops at that speed even where friction does not hold it
     """
 
     share: float

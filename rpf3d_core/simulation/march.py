@@ -135,9 +135,10 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, r
 
 @kernel
 def _hovers(max_impacts: int, tally: RockTally) -> bool:
-    """True if a rock has flown so many segments that following it to its outcome would only take patience.
+    """True if a rock has flown so many segments that its flight is cut off.
 
-    A light rock in a strong drag layer sinks by centimetres a second, in segments of a millisecond.
+    A light rock in a strong drag layer sinks by centimetres a second, in segments of a millisecond. Its outcome would
+    only take a long time to reach.
     """
     return tally.pieces - 2 * tally.contacts >= max(max_impacts, STRETCHES)
 
