@@ -82,7 +82,7 @@ class Barriers(NamedTuple):
 
 
 class PanelCrossing(NamedTuple):
-    """An arc crosses the plane of a piece after t seconds (inf: not within it), `height` metres above its foot."""
+    """The crossing of an arc with the plane of a segment after t seconds (inf: none), `height` (m) above the foot."""
 
     t: float
     height: float
@@ -117,11 +117,11 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 
 @time_to.rule(Barriers)
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
-    """When an arc meets piece k of the panels: not above it, and not where the rock has just broken through.
+    """Return the time (s) at which an arc meets segment k; inf above the panel or if the rock has passed the segment.
 
-    Broken through one piece of a straight line it is past all of that line. Panels that stand in one place are met in
-    the order of their numbers, so a rock that has just broken through one of them is past those before it. A panel that
-    takes no energy, or has no height, is no obstacle.
+    A rock that breaks through one segment of a straight line has passed the whole line. Panels at the same place are
+    met in the order of their numbers, so a rock that has just broken through one of them has passed those with lower
+    numbers. A panel that takes no energy, or has no height, is no obstacle.
     """
     panel = barriers.panel
     b = panel.barrier[k]

@@ -125,7 +125,7 @@ def index_of(value: float, origin: float, cell: float, count: int) -> int:
 
 @kernel
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
-    """When a coordinate leaves row `index` for another row of the grid (s); inf if it never does."""
+    """Return the time (s) at which a coordinate leaves row `index` for another row of the grid; inf if never."""
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if v > 0.0 else index) * cell - x) / v

@@ -53,7 +53,10 @@ class RocfallRoughness(NamedTuple):
 
 
 class SpreadRoughness(NamedTuple):
-    """angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (radians), >= 0."""
+    """RocFall's law with a tilt to the side.
+
+    angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (rad), >= 0
+    """
 
     angle_sd: float
     lateral_sd: float
@@ -101,7 +104,7 @@ def _drawn(falling: RockContext, stream: int) -> float:
 
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
-    """The unit normal n turned by `back` radians against the motion along the ground, then by `aside` to its left."""
+    """Return n turned by `back` (rad) against the motion along the ground, then by `aside` (rad) to its left."""
     level = without(along(v, n), n)  # twice: the rounding left across the plane is then small even for a slow motion
     speed = norm(level)
     if speed == 0.0 or (back == 0.0 and aside == 0.0):

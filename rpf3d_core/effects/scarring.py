@@ -97,7 +97,10 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 
 @kernel
 def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s) (Leine et al. 2014, equation 46); slipped : s, m."""
+    """Return mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s) (-), Leine et al. 2014, equation 46.
+
+    slipped : s, m
+    """
     return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
 
 
