@@ -6,10 +6,10 @@ Anal. 5:506). Compared with the Taylor series of both together, one stretch of h
     dx = h^3 d' (d / 24 + g / 6)                                 in position,
     dv = h^3 (d' d' g / 24 - d''(d, g) / 24 - d''(g, g) / 12)      in velocity,
 
-and higher powers of h. Within a stretch, and where it ends early at t, the position has a further error of d t (h - t)
-/ 2 <= d h^2 / 8. An error in velocity after s of T seconds moves the rock by (T - s) times that error. After T seconds
-the position error is therefore at most h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8). `stretch_for` solves this for
-h.
+and higher powers of h. Within a stretch, and where it ends early at t, the position has a further error of
+d t (h - t) / 2 <= d h^2 / 8. An error in velocity after s of T seconds moves the rock by (T - s) times that error.
+After T seconds the error in position is therefore at most h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8).
+`stretch_for` solves this for h.
 """
 
 import math

@@ -3,7 +3,7 @@
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
 open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all rocks, so
 the layer brakes light rocks more: they end up sinking at m g / c. `rpf3d check` and `rpf3d run` warn if that speed is
-below 1 m/s for the lightest rock (`io.scene_warnings`). A rock meets no single tree (for trees see `forest`). The layer
+below 1 m/s for the lightest rock (`setup/warnings.py`). A rock meets no single tree (for trees see `forest`). The layer
 brakes flights only: it does not brake rocks that slide or roll, or bounces that are summed up. With a ground model,
 their runout in a forest is therefore too long.
 

@@ -51,7 +51,7 @@ def uniform_between(low: float, high: float) -> Distribution:
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return a normal distribution truncated to its bounds; mean and sd are those before truncation.
+    """Return a normal distribution truncated to its bounds; mean and sd describe it before truncation.
 
     low <= mean <= high, low < high, sd >= 0
     """
@@ -62,7 +62,7 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
 
 
 def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """Return a lognormal distribution truncated to its bounds; mean and sd are those of the number before truncation.
+    """Return a lognormal distribution truncated to its bounds; mean and sd describe the number before truncation.
 
     0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has variance ln(1 + sd^2/mean^2) and mean ln(mean) -
     variance/2.

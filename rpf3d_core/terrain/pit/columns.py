@@ -23,7 +23,7 @@ GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
 """Keys of ground and floor: the key is this value plus the offset in m, so it lies after or before all rows of the
 wall."""
 OUTWARD_GROWTH = 1.5
-"""Edge length on the natural ground over that in the pit (-)."""
+"""Edge length on the natural ground over the edge length in the pit (-)."""
 
 
 class Spacing(NamedTuple):
@@ -33,7 +33,7 @@ class Spacing(NamedTuple):
 
     @property
     def feature_gap(self) -> float:
-        """Toes and crests nearer to the ramp's edge than this (m) merge with it: thinner slivers serve nobody."""
+        """Distance (m) to the ramp's edge within which toes and crests merge with it, to avoid thinner slivers."""
         return min(0.15 * self.edge, 0.5)
 
     @property
@@ -69,7 +69,7 @@ class Columns(NamedTuple):
 class RampTurn(NamedTuple):
     """One turn of the ramp as it crosses the N columns; every array is (N,).
 
-    exists : true where the ramp is ; face : number of the face that it cuts ; part : height in that face (-)
+    exists : true where the ramp is ; face : number of the face that it cuts ; part : share of that face below it (-)
     height : m ; inner, outer : offsets of its edges, m ; coordinate : height as a bench coordinate
     """
 

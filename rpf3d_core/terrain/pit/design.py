@@ -26,10 +26,10 @@ WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 INNER_SHARE = 0.14
 """Part of the floor's radius that is meshed with the walls, from the outside (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of an offset line over that of the outline (-); below it the plan counts as folded."""
+"""Least length of an offset line over the length of the outline (-); below it the plan counts as folded."""
 MOST_TURNS = 12
 FACES_BETWEEN_TURNS = 2.5
-"""Least height between two turns of the ramp over that of a face (-)."""
+"""Least height between two turns of the ramp over the height of a face (-)."""
 
 
 @dataclass(frozen=True, eq=False)

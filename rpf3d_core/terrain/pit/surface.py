@@ -54,7 +54,7 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
 
 
 def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Zone of the piece of profile that ends at each point, as seen from the next and from the previous column."""
+    """Return the zone of the profile segment that ends at each point, for the next and for the previous column."""
     rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
     lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
     flat = np.array([flat_zone(design, level) for level in range(len(design.pit.levels))])
