@@ -108,7 +108,7 @@ LN_10 = math.log(10.0)
 
 @time_to.rule(Forest)
 def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
-    """Return the time (s) at which an arc comes from outside to the contact distance of stem k; inf if it does not."""
+    """Return the time (s) at which an arc from outside reaches the contact distance of stem k; inf if never."""
     if k == passed:
         return math.inf
     stems = forest.stems
