@@ -21,7 +21,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use: naming the package alone loads neither VTK nor numba."""
+    """Import a public name on first use: `import rpf3d_core` alone loads neither VTK nor numba."""
     import importlib
 
     if name not in _HOMES:

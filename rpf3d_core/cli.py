@@ -1,7 +1,7 @@
-"""The command line: `rpf3d run`, `check`, `cost`, and the others that `rpf3d --help` lists.
+"""The command line: `rpf3d run`, `check`, `cost`, and the other commands that `rpf3d --help` lists.
 
-Bad input ends with one sentence on standard error and exit code 2, without a traceback; Ctrl-C with 130. The commands
-import what they need when they run: `rpf3d --help` loads neither VTK nor numba.
+Bad input ends with one sentence on standard error and exit code 2, without a traceback. Ctrl-C ends with exit code 130.
+Each command imports its modules when it runs, so `rpf3d --help` loads neither VTK nor numba.
 """
 
 import importlib.metadata
@@ -25,9 +25,9 @@ from rpf3d_core.commands.study import study
 from rpf3d_core.errors import InputError
 
 COMMANDS = (run, check, cost, effects, pit, replay, compare, study, audit, recover)
-"""In the order of `rpf3d --help`."""
+"""The commands in the order of `rpf3d --help`."""
 FURTHER = "rpf3d.commands"
-"""Group of the entry points by which other packages add commands; `setup.py` names those of the nodes."""
+"""Group of the entry points through which other packages add commands; `setup.py` lists the commands of the nodes."""
 
 app = typer.Typer(
     help="Rockfall trajectories over open-pit terrain.",
@@ -43,21 +43,21 @@ app.add_typer(imports, name="import")
 
 
 def main() -> None:
-    """Entry point of the `rpf3d` command."""
+    """Run the `rpf3d` command."""
     try:
         app(standalone_mode=True)
     except InputError as fault:
         complaints.print(f"rpf3d: {fault}", style="bold red", markup=False)
         sys.exit(2)
     except SystemExit as end:
-        # Typer turns Ctrl-C into a plain one: a command that has not said what it leaves behind.
+        # Typer turns Ctrl-C into a plain SystemExit if the command has not already reported what it leaves behind.
         if end.code == INTERRUPTED and not isinstance(end, CommandInterrupted):
             complaints.print("rpf3d: interrupted", markup=False)
         raise
 
 
 def _say_version(wanted: bool) -> None:
-    """Print the version and end, where it is asked for."""
+    """Print the version and exit if `wanted` is true."""
     if wanted:
         try:
             screen.print(f"rpf3d {importlib.metadata.version('rpf3d')}", highlight=False)

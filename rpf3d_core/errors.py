@@ -1,8 +1,8 @@
-"""Errors that a user can mend: each is one sentence naming the file, the key or the line, and what would be right."""
+"""Errors that a user can correct. Each message is one sentence: the file, the key or line, and what would be right."""
 
 
 class InputError(ValueError):
-    """Something the user gave is refused; the command line prints the sentence and ends with exit code 2."""
+    """Input from the user is refused; the command line prints the message and exits with code 2."""
 
 
 class SceneError(InputError):

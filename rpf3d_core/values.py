@@ -1,4 +1,4 @@
-"""The immutable values that flow through everything: motion, rock, outcome.
+"""The immutable values that all layers share: motion, rock, outcome.
 
 SI units, z up, right-handed, in the terrain's local frame (`terrain/frame.py`).
 """
@@ -10,7 +10,7 @@ Vec = tuple[float, float, float]
 
 ZERO: Vec = (0.0, 0.0, 0.0)
 STANDARD_GRAVITY = 9.81
-"""Gravity used by the published test cases (m/s^2); shared/reference/validation.md section 2."""
+"""Gravity in the published test cases (m/s^2); shared/reference/validation.md section 2."""
 
 
 SPHERE_INERTIA_RATIO = 0.4
@@ -18,7 +18,7 @@ SPHERE_INERTIA_RATIO = 0.4
 
 
 class Motion(NamedTuple):
-    """Where a rock is and how it moves: t (s), x (3,) m, v (3,) m/s, w (3,) rad/s."""
+    """The place and movement of a rock: time t (s), position x (3,) m, velocity v (3,) m/s, spin w (3,) rad/s."""
 
     t: float
     x: Vec
@@ -27,14 +27,14 @@ class Motion(NamedTuple):
 
 
 class Rock(NamedTuple):
-    """A rock: mass (kg) and the radius (m) of the sphere of the same volume."""
+    """A rock: its mass (kg) and the radius (m) of the sphere of equal volume."""
 
     mass: float
     radius: float
 
 
 class Outcome(IntEnum):
-    """How a rock's flight ended; every rock has exactly one."""
+    """How the flight of a rock ended; every rock has exactly one outcome."""
 
     STOPPED = 0
     LEFT_TERRAIN = 1
@@ -48,7 +48,7 @@ class Outcome(IntEnum):
 
 
 MOVING = -1
-"""What stands instead of an outcome for a rock that is still on its way."""
+"""Stands in place of an outcome while a rock is still moving."""
 
 OUTCOME_SENTENCES: dict[Outcome, str] = {
     Outcome.STOPPED: "came to rest on the ground",
@@ -75,11 +75,11 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
 }
 
 DEPOSITED = (Outcome.STOPPED, Outcome.CAUGHT)
-"""Only these outcomes leave a rock lying on the terrain."""
+"""The only outcomes that leave a rock lying on the terrain."""
 
 
 class Mode(IntEnum):
-    """What a rock does from one event of its path to the next."""
+    """What a rock does between two events of its path."""
 
     FLIGHT = 0
     SETTLING = 1

@@ -1,4 +1,4 @@
-"""Three-vectors as tuples of floats: the same arithmetic, in the same order, in Python and compiled."""
+"""Three-vectors as tuples of floats: same arithmetic, in the same order, in Python and in compiled code."""
 
 import math
 
@@ -8,52 +8,53 @@ from rpf3d_core.values import Vec
 
 @kernel
 def add(a: Vec, b: Vec) -> Vec:
-    """a + b."""
+    """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @kernel
 def subtract(a: Vec, b: Vec) -> Vec:
-    """a - b."""
+    """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @kernel
 def scale(k: float, a: Vec) -> Vec:
-    """k a."""
+    """Return k a."""
     return k * a[0], k * a[1], k * a[2]
 
 
 @kernel
 def dot(a: Vec, b: Vec) -> float:
-    """a . b."""
+    """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def cross(a: Vec, b: Vec) -> Vec:
-    """a x b."""
+    """Return a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
 def norm(a: Vec) -> float:
-    """|a|."""
+    """Return |a|."""
     return math.sqrt(dot(a, a))
 
 
 NOISE = 1e-12
-"""Share of a vector below which its part along a plane is rounding: a thousand times more than it can be."""
+"""Share of a vector's length (-): a part along a plane below this share is rounding. The limit is a thousand times the
+largest possible rounding."""
 
 
 @kernel
 def along(a: Vec, n: Vec) -> Vec:
-    """The part of a along the plane of unit normal n; zero where it is nothing but rounding."""
+    """Return the part of a along the plane of unit normal n; zero if that part is only rounding."""
     part = without(a, n)
     return part if dot(part, part) > NOISE * NOISE * dot(a, a) else (0.0, 0.0, 0.0)
 
 
 @kernel
 def without(a: Vec, n: Vec) -> Vec:
-    """The part of a that is perpendicular to the unit vector n."""
+    """Return the part of a that is perpendicular to the unit vector n."""
     return subtract(a, scale(dot(a, n), n))

@@ -1,14 +1,15 @@
-"""What all effects of the air have in common: how long a parabola may stand for a flight that the air slows.
+"""How long one parabola may replace a flight in air that slows the rock: common to all effects of the air.
 
-The air's own motion A, dv/dt = d(v), and free flight B are done in turn, A(h/2) B(h) A(h/2) (Strang 1968, SIAM J.
-Numer. Anal. 5:506). Against the Taylor series of both together, one stretch of h seconds is off by
+The motion A in air alone, dv/dt = d(v), and free flight B alternate: A(h/2) B(h) A(h/2) (Strang 1968, SIAM J. Numer.
+Anal. 5:506). Compared with the Taylor series of both together, one stretch of h seconds has the errors
 
-    dx = h^3 d' (d / 24 + g / 6)                                 in place,
-    dv = h^3 (d' d' g / 24 - d''(d, g) / 24 - d''(g, g) / 12)      in speed,
+    dx = h^3 d' (d / 24 + g / 6)                                 in position,
+    dv = h^3 (d' d' g / 24 - d''(d, g) / 24 - d''(g, g) / 12)      in velocity,
 
-and higher powers of h; within it, and where it ends early at t, the place is off by d t (h - t) / 2 <= d h^2 / 8 more.
-A speed that is off at s seconds of T moves the rock by (T - s) times as much, so after T seconds it is off by no more
-than h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8). `stretch_for` solves that for h.
+and higher powers of h. Within a stretch, and where it ends early at t, the position has a further error of
+d t (h - t) / 2 <= d h^2 / 8. An error in velocity after s of T seconds moves the rock by (T - s) times that error.
+After T seconds the error in position is therefore at most h^2 (T |dx| / h^3 + T^2 / 2 |dv| / h^3 + |d| / 8).
+`stretch_for` solves this for h.
 """
 
 import math
@@ -16,12 +17,13 @@ import math
 from rpf3d_core.jit.dispatch import kernel
 
 FLIGHT = 5.0
-"""Seconds of flight for which an accuracy is promised: a fall of 120 m. A longer one is off by its square, at most."""
+"""Duration (s) of a flight for which the accuracy holds: a fall of 120 m. The error of a longer flight grows at most
+with the square of its duration."""
 
 
 @kernel
 def stretch_for(accuracy: float, place: float, speed: float, slowing: float) -> float:
-    """Seconds of a stretch that leaves a flight of FLIGHT seconds off by no more than `accuracy` (m).
+    """Return the stretch (s) that keeps the error of a flight of FLIGHT seconds within `accuracy` (m).
 
     place : |dx| / h^3 (m/s^3); speed : |dv| / h^3 (m/s^4); slowing : |d| (m/s^2)
     """

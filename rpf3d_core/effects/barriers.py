@@ -1,16 +1,18 @@
-"""Nets and fences: vertical panels along lines in plan, that catch a rock, give way to it, or are flown over.
+"""Nets and fences: vertical panels along lines in plan. A panel catches a rock, gives way to it, or is flown over.
 
-The rule (physics reference 5.1): a rock meets a panel where it crosses the panel's vertical plane between the ground
-there and the panel's height. With translational energy E up to the capacity C it is caught and hangs there; with more
-it breaks through, keeps its direction and its spin, and has E - s C left, where s is the share of the capacity that a
-break takes. Higher up it flies over, and not a bit of its path is changed. Height is that of the rock's centre or, if
-the scene says so, of the top of the sphere of its volume.
+The rule (physics reference 5.1): a rock meets a panel where it crosses the vertical plane of the panel, between the
+ground there and the height of the panel. If its translational energy E is at most the capacity C, the rock is caught
+and hangs there. With more energy the rock breaks through, keeps its direction and its spin, and has E - s C left, where
+s is the share of the capacity that a break takes. A rock above the panel flies over it and its path does not change at
+all. The height compared is the height of the rock's centre or, if the scene says so, of the top of the sphere of its
+volume.
 
-Every rock finds a barrier as the scene gives it: rocks are independent of each other and fly in no order, so none can
-find what another has broken. A barrier that has been hit before is described by the share of its height that is left.
-How high and how strong it must be is not decided here: rules for that differ between countries.
+Every rock meets a barrier exactly as the scene gives it: rocks are independent of each other and fly in no order, so no
+rock can find what another rock has broken. For a barrier that has been hit before, the scene gives the share of its
+height that is left. This model does not decide how high and how strong a barrier must be: rules for that differ between
+countries.
 
-Energy balance: D, derived here. Heights and capacities of energy classes are the user's.
+Energy balance: D, derived here. The user gives heights and capacities of energy classes.
 """
 
 import math
@@ -26,18 +28,19 @@ from rpf3d_core.vectors import dot, scale
 
 CAUGHT = int(Outcome.CAUGHT)
 BELOW = 1e-3
-"""Metres that a rock may be below the foot of a panel and still meet it: a slide that bends is told by its chord."""
+"""Distance (m) below the foot of a panel at which a rock still meets the panel: the path of a slide that bends is
+represented by its chord."""
 CORNER = 1e-6
-"""Metres within which a rock that has broken through one side of a corner does not meet the other side of it, too."""
+"""Distance (m) at a corner within which a rock that has broken through one side does not also meet the other side."""
 
 
 class Panel(NamedTuple):
-    """N pieces of panels, over one facet each, and what B barriers are made of; every array (N,) or (B,).
+    """N panel segments, each over one facet, and the properties of B barriers; every array is (N,) or (B,).
 
-    x, y, z : foot of the piece's beginning, m; dx, dy, dz : from there to its end; facet : that it stands on
-    line : number of the straight line that it is part of; barrier : of the barrier
-    height : m, that stands; capacity : J; taken : share of it that a break takes; top : 1.0 where the top of the rock
-        counts, 0.0 where its centre does
+    x, y, z : foot of the segment at its beginning, m; dx, dy, dz : from there to its end, m; facet : under the segment
+    line : number of the straight line that the segment belongs to; barrier : number of its barrier
+    height : of the standing panel, m; capacity : J; taken : share of the capacity that a break takes (-)
+    top : 1.0 if the top of the rock counts, 0.0 if its centre counts
     """
 
     x: Any
@@ -56,9 +59,10 @@ class Panel(NamedTuple):
 
 
 class Barriers(NamedTuple):
-    """The barriers of a scene: their pieces are obstacles number `first` and those that follow.
+    """The barriers of a scene: their segments are the obstacles with numbers from `first` on.
 
-    slack : m within which a place is on a panel's plane; cells : of the pieces in plan
+    slack : m, distance within which a place is on the plane of a panel; cells : the segments sorted into cells of the
+        plan
     """
 
     first: int
@@ -68,17 +72,17 @@ class Barriers(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for mass and radius."""
+        """True: the rules need mass and radius of the rock."""
         return True
 
     @property
     def obstacles(self) -> int:
-        """How many obstacles there are."""
+        """Number of obstacles."""
         return len(self.panel.x)
 
 
 class PanelCrossing(NamedTuple):
-    """An arc crosses the plane of a piece after t seconds (inf: not within it), `height` metres above its foot."""
+    """The crossing of an arc with the plane of a segment after t seconds (inf: none), `height` (m) above the foot."""
 
     t: float
     height: float
@@ -86,9 +90,9 @@ class PanelCrossing(NamedTuple):
 
 @kernel
 def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> PanelCrossing:
-    """Where an arc crosses the plane of piece k, from 0 to `until` (s): linear in time.
+    """Return where an arc crosses the plane of segment k, from 0 to `until` (s): linear in time.
 
-    A place within `slack` (m) of the plane is on it, so that none is missed between one arc and the next.
+    A place within `slack` (m) of the plane is on the plane, so that no crossing is missed between one arc and the next.
     """
     x, y, dx, dy = panel.x[k], panel.y[k], panel.dx[k], panel.dy[k]
     length2 = dx * dx + dy * dy
@@ -113,11 +117,11 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 
 @time_to.rule(Barriers)
 def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
-    """When an arc meets piece k of the panels: not above it, and not where the rock has just broken through.
+    """Return the time (s) at which an arc meets segment k; inf above the panel or if the rock has passed the segment.
 
-    Broken through one piece of a straight line it is past all of that line. Panels that stand in one place are met in
-    the order of their numbers, so a rock that has just broken through one of them is past those before it. A panel that
-    takes no energy, or has no height, is no obstacle.
+    A rock that breaks through one segment of a straight line has passed the whole line. Panels at the same place are
+    met in the order of their numbers, so a rock that has just broken through one of them has passed those with lower
+    numbers. A panel that takes no energy, or has no height, is no obstacle.
     """
     panel = barriers.panel
     b = panel.barrier[k]
@@ -132,7 +136,7 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
 
 @kernel
 def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> bool:
-    """Whether a rock that has met piece `passed` last (below 0: none) is past piece k, crossed at t (s)."""
+    """True if a rock that met segment `passed` last (below 0: none) has passed segment k, crossed at t (s)."""
     if passed < 0:
         return False
     panel, way = barriers.panel, t * math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -143,7 +147,7 @@ def _is_past(barriers: Barriers, k: int, t: float, passed: int, arc: Arc) -> boo
 
 @kernel
 def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
-    """Whether piece k stands where x (m) is in plan, to within CORNER."""
+    """True if segment k stands at x (m) in plan, to within CORNER."""
     dx, dy = panel.dx[k], panel.dy[k]
     length = math.sqrt(dx * dx + dy * dy)
     east, north = x[0] - panel.x[k], x[1] - panel.y[k]
@@ -153,7 +157,7 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 @first_obstacle.rule(Barriers)
 def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
-    """The first panel on an arc."""
+    """Return the first panel on an arc."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
@@ -164,7 +168,7 @@ def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling
 
 @at_obstacle.rule(Barriers)
 def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
-    """Caught, or through with the energy that is left."""
+    """Return the result of a meeting with a panel: the rock is caught, or passes with the remaining energy."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
         return AfterObstacle(motion, MOVING, -1)

@@ -1,7 +1,7 @@
 """Quadratic air drag: F = 1/2 rho C_d A v^2 against the motion, A = pi R^2 of the sphere of the rock's volume.
 
-Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed (C), C_d is the user's. Spin and lift are left out, and so
-is drag while bounces below `smallest_bounce` are summed up and while a rock slides.
+Source: physics reference 6.1; rho = 1.2 kg/m3 is confirmed (C), C_d is set by the user. Spin and lift are neglected.
+Drag is also neglected while a rock slides and while bounces below `smallest_bounce` are summed up.
 """
 
 import math
@@ -15,14 +15,15 @@ from rpf3d_core.values import Motion, Rock
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Share of its speed, about, that a stretch may cost a rock: the series that errors are told from wants it small."""
+"""Approximate share of its speed (-) that a rock may lose in one stretch; the series behind the error bound needs a
+small one."""
 
 
 class Drag(NamedTuple):
     """Air that brakes rocks.
 
     coefficient : C_d (-); density : of the air, kg/m3; accuracy : m, of a flight of `air.FLIGHT` seconds
-    gravity : m/s2, for the accuracy only
+    gravity : m/s2, used for the accuracy only
     """
 
     coefficient: float
@@ -32,28 +33,28 @@ class Drag(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for mass and radius."""
+        """True: the rules need mass and radius of the rock."""
         return True
 
 
 @kernel
 def drag_per_metre(drag: Drag, rock: Rock) -> float:
-    """k in dv/dt = -k |v| v (1/m): rho C_d pi R^2 / (2 m)."""
+    """Return k in dv/dt = -k |v| v (1/m): rho C_d pi R^2 / (2 m)."""
     return 0.5 * drag.density * drag.coefficient * math.pi * rock.radius * rock.radius / rock.mass
 
 
 @in_air.rule(Drag)
 def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
-    """The exact solution of dv/dt = -k |v| v over t seconds: v / (1 + k |v| t)."""
-    k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]  # there is one: it asks for it
+    """Return the exact solution of dv/dt = -k |v| v after t seconds: v / (1 + k |v| t)."""
+    k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
     return Motion(motion.t, motion.x, scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), motion.w)
 
 
 @longest_flight.rule(Drag)
 def while_drag_is_small(drag: Drag, motion: Motion, falling: RockContext) -> float:
-    """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
+    """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf without drag.
 
-    For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g, so that `air` has
+    For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The bounds in `air` become
     |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
     """
     k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]
@@ -65,7 +66,7 @@ def while_drag_is_small(drag: Drag, motion: Motion, falling: RockContext) -> flo
 
 @kernel
 def _stretch(drag: Drag, k: float, v: float) -> float:
-    """The stretch (s) at a speed v (m/s)."""
+    """Return the stretch (s) that keeps the accuracy at a speed v (m/s)."""
     g, slowing = drag.gravity, k * v * v
     place = k * v * (slowing / 12.0 + g / 3.0)
     speed = k * g * (slowing / 4.0 + g / 6.0)

@@ -1,14 +1,14 @@
-"""Forest as a layer that brakes: F = -c v while a rock is lower than z_height above the ground, in parts or all over.
+"""Forest as a layer that brakes rocks: F = -c v below z_height above the ground, inside outlines or everywhere.
 
 Source: Leine et al. 2014, equations 10 and 11 (physics reference 3.3, C). RAMMS' classes, c = 250, 500 and 750 kg/s for
-open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source c is that of any rock, so light
-ones are braked more, and sink at m g / c in the end: `rpf3d check` and `rpf3d run` warn where that is below 1 m/s for
-the lightest rock (`io.scene_warnings`). A rock meets no single tree (`forest` has them). It brakes flights alone: rocks
-that slide or roll, or whose bounces are summed up, go on unbraked, so with a ground model their runout in a
-forest is too long.
+open, medium and dense forest, and its height of 30 m are unconfirmed. As in the source, c is the same for all rocks, so
+the layer brakes light rocks more: they end up sinking at m g / c. `rpf3d check` and `rpf3d run` warn if that speed is
+below 1 m/s for the lightest rock (`setup/warnings.py`). A rock meets no single tree (for trees see `forest`). The layer
+brakes flights only: it does not brake rocks that slide or roll, or bounces that are summed up. With a ground model,
+their runout in a forest is therefore too long.
 
-A rock is in the layer or not at the beginning and at the end of each stretch of its flight: where it comes in or goes
-out the layer's border is known to within a stretch.
+A rock counts as inside or outside the layer at the beginning and at the end of each stretch of its flight. The place
+where it enters or leaves the layer is therefore known to within one stretch.
 """
 
 import math
@@ -22,15 +22,17 @@ from rpf3d_core.values import Motion, Vec
 from rpf3d_core.vectors import norm, scale
 
 MOST_BRAKED = 0.5
-"""Share of its speed, about, that a stretch may cost a rock: the series that errors are told from wants it small."""
+"""Approximate share of its speed (-) that a rock may lose in one stretch; the series behind the error bound needs a
+small one."""
 
 
 class DragLayer(NamedTuple):
     """A layer above the ground that brakes rocks.
 
-    coefficient : c, kg/s; height : of its top above the ground, m
-    accuracy : m, of a flight of `air.FLIGHT` seconds that stays in it or out of it; gravity : m/s2, for that only
-    edges : (E, 4) x, y, x, y m, of the outlines within which it stands, holes among them; none: it stands everywhere
+    coefficient : c, kg/s; height : of the top of the layer above the ground, m
+    accuracy : m, of a flight of `air.FLIGHT` seconds that stays inside or outside the layer
+    gravity : m/s2, used for the accuracy only
+    edges : (E, 4) x, y, x, y m, edges of the outlines of the layer, holes included; with E = 0 the layer is everywhere
     """
 
     coefficient: float
@@ -41,12 +43,12 @@ class DragLayer(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for the mass."""
+        """True: the rules need the mass of the rock."""
         return True
 
 
 def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
-    """Return the speed (m/s) at which a rock sinks in the layer in the end: m g / c, where F = -c v bears its weight.
+    """Return the final speed (m/s) of a rock that sinks in the layer: m g / c, where F = -c v balances the weight.
 
     coefficient : c > 0, kg/s; mass : m, kg; gravity : g, m/s2
     """
@@ -55,22 +57,22 @@ def terminal_speed(coefficient: float, mass: float, gravity: float) -> float:
 
 @asks_height.rule(DragLayer)
 def always(layer: DragLayer) -> bool:
-    """Where it ends is told by the height."""
+    """Return True: the height decides if a rock is inside the layer."""
     return True
 
 
 @in_air.rule(DragLayer)
 def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
-    """The exact solution of m dv/dt = -c v over t seconds: v exp(-c t / m)."""
+    """Return the exact solution of m dv/dt = -c v after t seconds: v exp(-c t / m)."""
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
-    mass = falling.rock.mass  # type: ignore[union-attr]  # there is a rock: it asks for it
+    mass = falling.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None
     return Motion(motion.t, motion.x, scale(math.exp(-layer.coefficient * t / mass), motion.v), motion.w)
 
 
 @kernel
 def stands_at(edges: Any, x: Vec) -> bool:
-    """Whether the layer stands at x in plan: a line eastwards from it crosses the outlines an odd number of times."""
+    """True if the layer covers x in plan: a ray to the east from x crosses the outlines an odd number of times."""
     inside = len(edges) == 0
     for e in range(len(edges)):
         if (edges[e, 1] > x[1]) == (edges[e, 3] > x[1]):
@@ -83,11 +85,11 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 @longest_flight.rule(DragLayer)
 def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: RockContext) -> float:
-    """The stretch that keeps to the accuracy at the speed that the rock may have at its end; inf where nothing brakes.
+    """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf if nothing brakes.
 
-    For d = -q v with q = c / m: d' = -q and d'' = 0, so that `air` has |dx| <= h^3 q (q v / 24 + g / 6) and
-    |dv| <= h^3 q^2 g / 24. The layer brakes what a speed is off by, too: it moves the rock by no more than 1 / q times
-    as much, whatever time is left, so that all of them together count 2 / (q T) of what `air` says at most.
+    For d = -q v with q = c / m: d' = -q and d'' = 0. The bounds in `air` become |dx| <= h^3 q (q v / 24 + g / 6) and
+    |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: the error moves the rock by at most 1 / q times its
+    size, whatever time is left. All errors in speed together count at most 2 / (q T) of the bound in `air`.
     """
     q = layer.coefficient / falling.rock.mass  # type: ignore[union-attr]
     if q <= 0.0:
@@ -98,7 +100,7 @@ def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: Roc
 
 @kernel
 def _stretch(layer: DragLayer, q: float, v: float) -> float:
-    """The stretch (s) at a speed v (m/s)."""
+    """Return the stretch (s) that keeps the accuracy at a speed v (m/s)."""
     g = layer.gravity
     forgotten = min(1.0, 2.0 / (q * FLIGHT))
     h = stretch_for(layer.accuracy, q * (q * v / 24.0 + g / 6.0), forgotten * q * q * g / 24.0, q * v)

@@ -1,20 +1,22 @@
-"""Single trees: vertical stems that take energy from a rock and turn it aside.
+"""Single trees: vertical stems that take energy from a rock and deflect it.
 
-A rock meets a stem where its path comes within the stem's radius and its own of the stem's axis in plan, between the
-foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH d (cm) takes at most
+A rock meets a stem where, in plan, the distance from its path to the stem's axis falls below the sum of both radii, at
+a height between the foot of the tree and its top. Dorren and Berger (2006, Tree Physiology 26:63-71): a stem of DBH d
+(cm) takes at most
 
     E_max = FE 38.7 d^2.31 J                                                     (physics reference 4.1, UNCONFIRMED)
 
-where FE is 1 for silver fir, and about 0.93 for other conifers and 1.59 for broadleaved trees. Struck aside of its
-axis it takes less: with x the offset of the path from the axis over the distance at which the two just touch,
+where FE is 1 for silver fir, about 0.93 for other conifers and 1.59 for broadleaved trees. A stem that is struck off
+its axis takes less. Let x be the offset of the path from the axis, divided by the distance at which rock and stem just
+touch:
 
     E / E_max = a + (b - a) / (1 + 10^((c - x) s)),  a -0.046, b 0.98, c 0.58, s -8.007, not below 0   (UNCONFIRMED)
 
-and with height above the foot what it takes falls to nothing at the top, evenly (UNCONFIRMED). A rock that has no more
-than that loses all its speed and drops; one that slides or rolls lies against the stem. Any other goes on with the
-rest, turned away from the axis in plan by an angle of three classes whose chances depend on where the stem is struck
-(figures UNCONFIRMED, all of them the scene's). Spin is kept. A tree stands as it is for every rock: none finds what
-another has felled.
+With height above the foot, the energy that a stem takes falls linearly to zero at the top (UNCONFIRMED). A rock with no
+more than that energy loses all its speed and drops; a rock that slides or rolls then lies against the stem. Any other
+rock continues with the remaining energy, turned away from the axis in plan. The angle comes from one of three classes
+whose chances depend on where the stem is struck (figures UNCONFIRMED, all of them set in the scene). Spin is kept.
+Every tree stands unchanged for every rock: no rock finds a tree that another rock has felled.
 """
 
 import math
@@ -33,15 +35,15 @@ CLASS, ANGLE, SIDE = int(Purpose.TREE_CLASS), int(Purpose.TREE_ANGLE), int(Purpo
 LOWER, UPPER, MIDDLE, STEEPNESS = -0.046, 0.98, 0.58, -8.007
 ENERGY_FACTOR, ENERGY_EXPONENT = 38.7, 2.31
 ROOTS = 2.0
-"""Times the distance at which rock and stem touch that a rock may be below the foot of a tree: on the downhill side of
-it the ground is lower."""
+"""A rock hits a tree down to this many contact distances (-) below the foot, because the ground is lower on the
+downhill side. The contact distance is the one at which rock and stem touch."""
 DEGREES = math.pi / 180.0
 NEAREST = 1e-9
-"""Metres within which a rock is on the outside of a stem, not within it."""
+"""Depth (m) inside the contact distance up to which a rock still counts as outside the stem."""
 
 
 class Stems(NamedTuple):
-    """T trees; every array (T,): foot x, y, z (m), radius (m), height (m), and E_max (J)."""
+    """T trees; every array is (T,): foot x, y, z (m), radius (m), height (m), and E_max (J)."""
 
     x: Any
     y: Any
@@ -52,10 +54,11 @@ class Stems(NamedTuple):
 
 
 class Deflection(NamedTuple):
-    """How rocks are turned: `frontal` and `lateral` are offsets x (-) up to which a blow is that; beyond it scratches.
+    """How stems deflect rocks.
 
-    chances : (9,) of the three classes of angles, for frontal, lateral and scratching blows; they add up to 1 each
-    angles : (4,) degrees at which the classes begin and end
+    frontal, lateral : largest offset x (-) of a frontal and of a lateral blow; a blow beyond both is scratching
+    chances : (9,) of the three classes of angles, for frontal, lateral and scratching blows; they add up to 1 for each
+    angles : (4,) degrees, the limits of the three classes
     """
 
     frontal: float
@@ -65,7 +68,7 @@ class Deflection(NamedTuple):
 
 
 class Forest(NamedTuple):
-    """The trees of a scene: obstacles number `first` and those that follow; cells : of the trees in plan."""
+    """The trees of a scene: obstacles with numbers from `first` on; cells : the trees sorted into cells of the plan."""
 
     first: int
     stems: Stems
@@ -74,28 +77,28 @@ class Forest(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for mass and radius."""
+        """True: the rules need mass and radius of the rock."""
         return True
 
     @property
     def draws(self) -> bool:
-        """They draw how a rock is turned."""
+        """True: the rules draw the angle by which a rock is turned."""
         return True
 
     @property
     def obstacles(self) -> int:
-        """How many obstacles there are."""
+        """Number of obstacles."""
         return len(self.stems.x)
 
 
 def most_energy(dbh_cm: Any, factor: Any) -> Any:
-    """What stems of a DBH (cm) take at most (J); factor : that of their kind, FE (-)."""
+    """Return the energy (J) that stems of a DBH (cm) take at most; factor : FE of the tree species (-)."""
     return factor * ENERGY_FACTOR * dbh_cm**ENERGY_EXPONENT
 
 
 @kernel
 def share_at_offset(x: float) -> float:
-    """Share of E_max (-) that a stem takes which is struck with an offset x, from 0 (head on) to 1 (grazed)."""
+    """Return the share of E_max (-) that a stem takes if struck at an offset x (-), from 0 (head on) to 1 (grazed)."""
     share = LOWER + (UPPER - LOWER) / (1.0 + math.exp((MIDDLE - x) * STEEPNESS * LN_10))
     return max(share, 0.0)
 
@@ -105,7 +108,7 @@ LN_10 = math.log(10.0)
 
 @time_to.rule(Forest)
 def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
-    """When an arc comes as near to stem k as rock and stem are thick, from outside."""
+    """Return the time (s) at which an arc from outside reaches the contact distance of stem k; inf if never."""
     if k == passed:
         return math.inf
     stems = forest.stems
@@ -128,21 +131,21 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, fa
 
 @first_obstacle.rule(Forest)
 def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
-    """The first tree on an arc."""
+    """Return the first tree on an arc."""
     met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, falling)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
 def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
-    """Stopped dead, or turned aside with the energy that is left."""
+    """Return the motion after a tree: the rock stops, or is deflected with the remaining energy."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
         return AfterObstacle(motion, MOVING, -1)
     stems, v, rock = forest.stems, motion.v, falling.rock
     x, y = motion.x[0] - stems.x[k], motion.x[1] - stems.y[k]
     level = math.sqrt(v[0] * v[0] + v[1] * v[1])
-    if level == 0.0:  # it leans against the stem
+    if level == 0.0:  # the rock leans against the stem
         return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
     aside = (v[0] * y - v[1] * x) / level
     offset = min(abs(aside) / (stems.radius[k] + rock.radius), 1.0)  # type: ignore[union-attr]
@@ -160,7 +163,7 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: Rock
 
 @kernel
 def _turn(deflection: Deflection, offset: float, aside: float, met: int, falling: RockContext) -> float:
-    """The angle (radians, counter-clockwise in plan) by which a rock is turned: away from the axis."""
+    """Return the angle (rad, counter-clockwise in plan) by which a rock is turned away from the axis."""
     key, number = falling.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
     chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]

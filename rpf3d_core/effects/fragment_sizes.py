@@ -1,20 +1,22 @@
-"""Sizes of the fragments of a rock: a fractal law that keeps the rock's volume and has the surface that was created.
+"""Sizes of the fragments of a rock: a fractal law that keeps the volume of the rock and gives the surface created.
 
-Observed: the number of fragments larger than V goes as V^(-D / 3), so the k-th largest has a volume in proportion to
-k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect 1997: D is a dimension over lengths,
-so the exponent of volumes is -3 / D). Two balances of a rock of volume V, whose own surface is A_0, leave no freedom:
+Observed: the number of fragments larger than V goes as V^(-D / 3), so the volume of the k-th largest fragment is
+proportional to k^(-p), p = 3 / D (Ruiz-Carulla et al. 2017 and Matas et al. 2017, after Perfect 1997: D is a dimension
+over lengths, so the exponent of volumes is -3 / D). Two balances of a rock of volume V, whose own surface is A_0,
+determine the law fully:
 
     volume    V_k = V k^(-p) / zeta(p),                             k = 1, 2, ... without end
     surface   zeta(2 p / 3) / zeta(p)^(2 / 3) = (A_0 + A_new) / A_0    where fragments have the shape of their rock
 
-zeta is Riemann's. Their one solution has p > 3/2 (D < 2: the surface of a fractal of dimension 2 is infinite). The more
-surface is created, the smaller p, the smaller the largest fragment, and the more fragments are larger than a given
-volume: from the fifth on, because d ln k / dp = (|zeta'(p) / zeta(p)| - ln k) / p and |zeta' / zeta| < 1.51 < ln 5.
-The second, third and fourth shrink again by up to 12, 3 and 0.2 % where the rock is crushed.
+zeta is Riemann's zeta function. The only solution has p > 3/2 (D < 2: the surface of a fractal of dimension 2 is
+infinite). The more surface an impact creates, the smaller is p, the smaller is the largest fragment, and the more
+fragments are larger than a given volume. This holds from the fifth fragment on, because d ln k / dp = (|zeta'(p) /
+zeta(p)| - ln k) / p and |zeta' / zeta| < 1.51 < ln 5. The second, third and fourth fragments shrink again by up to 12,
+3 and 0.2 % if the rock is crushed.
 
-Balances and solution: D, derived here. Perfect 1997's D over lengths was read in his abstract, the rest in quotations.
-A comparison that nothing was fitted to: the largest share 1 / zeta(p) is 0.88, 0.69, 0.55 at A_new / (A_new + A_0) =
-0.25, 0.5, 0.7; the survival rate in RockGIS' source is 0.87, 0.74, 0.64 there.
+Balances and solution: D, derived here. Perfect 1997's D over lengths comes from his abstract, the rest from quotations.
+A comparison without any fitting: the largest share 1 / zeta(p) is 0.88, 0.69, 0.55 at A_new / (A_new + A_0) = 0.25,
+0.5, 0.7; the survival rate in RockGIS' source code is 0.87, 0.74, 0.64 there.
 """
 
 import math
@@ -23,20 +25,21 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 LOGS = tuple(math.log(k) for k in range(2, 12))
-"""Of the terms of a zeta function that are added one by one."""
+"""Logarithms of k for the terms of a zeta function that are added one by one."""
 LAST = 12.0
-"""From which term on the rest of the sum is that of Euler and Maclaurin: off by less than 1e-14 of it."""
+"""First term that is not added by itself: from here on the Euler-Maclaurin formula gives the sum, with a relative error
+below 1e-14."""
 LOG_LAST = math.log(LAST)
 MOST = 60.0
-"""Largest excess 2 p / 3 - 1: the second fragment then has 2^-91 of the rock."""
+"""Largest excess 2 p / 3 - 1 (-): the second fragment then has 2^-91 of the rock."""
 EXACT = 1e-14
-"""Relative error of the surface at which the search ends: a few roundings."""
+"""Relative error of the surface (-) at which the search ends: a few roundings."""
 TRIES = 100
-"""Steps of the search at most; 12 are usual."""
+"""Largest number of steps of the search; 12 are usual."""
 
 
 class Cascade(NamedTuple):
-    """The fragments of a rock: exponent p of their volumes over their rank; largest, the share of the first (-)."""
+    """The fragments of a rock; exponent : p of volume over rank; largest : share of the first fragment (-)."""
 
     exponent: float
     largest: float
@@ -70,20 +73,20 @@ def zeta_less_one(excess: float) -> float:
 
 @kernel
 def log_surface(excess: float) -> float:
-    """Return ln of the surface of all fragments over that of their rock; excess : 2 p / 3 - 1 > 0."""
+    """Return ln of the surface of all fragments over the surface of their rock; excess : 2 p / 3 - 1 > 0."""
     return math.log1p(zeta_less_one(excess)) - 2.0 / 3.0 * math.log1p(zeta_less_one(0.5 + 1.5 * excess))
 
 
 @kernel
 def cascade_of(created: float) -> Cascade:
-    """Return the fragments of a rock; created : A_new / A_0, the surface created over the rock's own."""
+    """Return the fragments of a rock; created : A_new / A_0 (-), the surface created over the rock's own surface."""
     excess = _excess_of(created)
     return Cascade(1.5 * (1.0 + excess), 1.0 / (1.0 + zeta_less_one(0.5 + 1.5 * excess)))
 
 
 @kernel
 def _excess_of(created: float) -> float:
-    """Return 2 p / 3 - 1, by false position (Illinois) between bounds of it.
+    """Return 2 p / 3 - 1, found by false position (Illinois) between a lower and an upper bound.
 
     Bounds: 1 / t < zeta(1 + t) < 1 + 1 / t, zeta(p)^(2/3) < 1.9, and zeta(1 + t) - 1 < 1.5 * 2^-t for t > 1.
     """
@@ -111,19 +114,19 @@ def _excess_of(created: float) -> float:
 
 @kernel
 def _off(excess: float, created: float) -> float:
-    """Return ln of the surface created by fragments, less that of the surface wanted."""
+    """Return ln of the surface that the fragments create, less ln of the surface wanted."""
     return math.log(math.expm1(log_surface(excess))) - math.log(created)
 
 
 @kernel
 def share_at(cascade: Cascade, rank: int) -> float:
-    """Return the share of the rock's volume that the fragment of a rank (1, 2, ...) has."""
+    """Return the share (-) of the rock's volume in the fragment of a rank (1, 2, ...)."""
     return cascade.largest * math.exp(-cascade.exponent * math.log(rank))
 
 
 @kernel
 def count_from(cascade: Cascade, least: float) -> int:
-    """Return how many fragments have at least a share `least` > 0 of the rock's volume."""
+    """Return the number of fragments that have at least a share `least` > 0 of the rock's volume."""
     count = 0
     while share_at(cascade, count + 1) >= least:
         count += 1

@@ -1,17 +1,17 @@
-"""When an impact breaks a rock, and how much new surface it creates, after RockGIS (physics reference 6.2).
+"""When an impact breaks a rock, and how much new surface the impact creates, after RockGIS (physics reference 6.2).
 
     E_n = 1/2 M (k_n v_n)^2            k_n v_n: the speed off the ground that the rebound model leaves
     A_new = a E_n^e                      new surface, m2; A_0 = 6 V^(2/3); r = A_new / (A_new + A_0)
-    it breaks if r > least_ratio (1 +- spread U)
+    the rock breaks if r > least_ratio (1 +- spread U)
 
-Formulas and figures were read in RockGIS' source and defaults (CC), not in the papers. UNCONFIRMED: `least_ratio`, and
-that a and e hold with other rebounds than RockGIS' own, whose k_n is 0.19 at a head-on impact: the greater k_n, the
-greater E_n of the same fall.
+Formulas and figures come from RockGIS' source code and defaults (CC), not from the papers. UNCONFIRMED: `least_ratio`,
+and that a and e hold with other rebounds than RockGIS' own, whose k_n is 0.19 at a head-on impact. A greater k_n gives
+a greater E_n for the same fall.
 
-The sizes of the fragments (`fragment_sizes.py`) are not those of RockGIS' source, where b = max(1, 2.4875 - 1.6125 r),
-q = 1 - 0.5125 r, D = 3 + ln(1 - q) / ln(b) and V_k = q V k^(-1 / D). That puts an exponent of lengths on volumes. Its D
-falls again beyond r = 0.46 and is negative below 0.19 and above 0.65, so harder impacts give fewer fragments (23 at
-r = 0.5, 5 at 0.6, 2 from 0.64). Their surface has nothing to do with A_new.
+The sizes of the fragments (`fragment_sizes.py`) differ from RockGIS' source code, where b = max(1, 2.4875 - 1.6125 r),
+q = 1 - 0.5125 r, D = 3 + ln(1 - q) / ln(b) and V_k = q V k^(-1 / D). That law applies an exponent of lengths to
+volumes. Its D falls again beyond r = 0.46 and is negative below 0.19 and above 0.65, so harder impacts give fewer
+fragments (23 at r = 0.5, 5 at 0.6, 2 from 0.64). The surface of these fragments does not depend on A_new.
 """
 
 import math
@@ -25,17 +25,21 @@ from rpf3d_core.values import Motion, Rock, Vec
 from rpf3d_core.vectors import dot
 
 TWO_FRAGMENTS = 8.0
-"""Least volumes that a rock must have to break: the second of its fragments has at most 0.154 of it."""
+"""A rock breaks only if its volume is at least this many times `least_volume` (-): the second of its fragments has at
+most 0.154 of the rock."""
 BREAKING = int(Purpose.BREAKING)
 
 
 class Fragmentation(NamedTuple):
-    """When a rock breaks, and what of.
+    """The conditions under which a rock breaks, and the motion of its fragments.
 
-    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : of r, beyond which a rock breaks (-)
-    spread : of least_ratio from impact to impact, as a share of it; least_volume : m3 of a piece that flies
-    speed_kept : share of the speed after the impact; cone : rad, half of the angle about it that pieces fly in
-    least_angle : rad, of a piece's way off the ground; generations : how often a rock and its pieces may break in turn
+    surface_factor : a, m2 / J^e; surface_exponent : e (-); least_ratio : value of r beyond which a rock breaks (-)
+    spread : variation of least_ratio from impact to impact, as a share of least_ratio
+    least_volume : m3 of the smallest fragment that flies
+    speed_kept : share of the speed after the impact; cone : rad, half angle of the cone around that velocity for
+        fragments
+    least_angle : rad, least angle between the path of a fragment and the ground
+    generations : number of times that a rock and its fragments may break in turn
     """
 
     surface_factor: float
@@ -50,24 +54,24 @@ class Fragmentation(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for mass and radius."""
+        """True: the rules need mass and radius of the rock."""
         return True
 
     @property
     def draws(self) -> bool:
-        """The ratio beyond which a rock breaks is drawn."""
+        """True: the ratio beyond which a rock breaks is drawn."""
         return True
 
 
 @kernel
 def volume_of(rock: Rock) -> float:
-    """Volume (m3) of a rock."""
+    """Return the volume (m3) of a rock."""
     return 4.0 / 3.0 * math.pi * rock.radius * rock.radius * rock.radius
 
 
 @kernel
 def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return A_new / A_0, the surface that an impact creates over the rock's own; off : k_n v_n, m/s."""
+    """Return A_new / A_0 (-), the surface that an impact creates over the rock's own surface; off : k_n v_n, m/s."""
     energy = 0.5 * rock.mass * off * off
     new = effect.surface_factor * energy**effect.surface_exponent
     return float(new / (6.0 * volume_of(rock) ** (2.0 / 3.0)))
@@ -75,15 +79,15 @@ def surface_created(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 @kernel
 def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
-    """Return r, new surface over all surface; off : k_n v_n, m/s."""
+    """Return r (-), the new surface over the whole surface; off : k_n v_n, m/s."""
     created = surface_created(effect, rock, off)
     return created / (1.0 + created)
 
 
 @breaks.rule(Fragmentation)
 def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
-    """Whether the new surface is more than the rock can stand; a rock too small to give two pieces stays whole."""
-    rock: Any = falling.rock  # there is one, and a key: it asks for them
+    """True if the ratio r exceeds the drawn limit; a rock too small to give two fragments stays whole."""
+    rock: Any = falling.rock  # asks_rock and draws: neither rock nor key is None
     key: Any = falling.key
     if volume_of(rock) < TWO_FRAGMENTS * effect.least_volume:
         return False
@@ -92,5 +96,5 @@ def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Ve
 
 
 def unbroken(effect: Any) -> Any:
-    """The same effect for rocks that may not break any more; others as they are."""
+    """Return the effect for rocks that may not break again; return any other effect unchanged."""
     return effect._replace(least_ratio=math.inf) if isinstance(effect, Fragmentation) else effect

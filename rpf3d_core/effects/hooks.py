@@ -1,8 +1,9 @@
-"""Where an effect may act on a rock: one function per place, one rule per effect, and none for a scene without effects.
+"""The places where an effect may act on a rock: one hook per place, one rule per effect.
 
-A scene's effects are a `Chain`, each link one effect, or None. An effect has a rule in those functions where it acts;
-the others leave everything as it is for it. `chain_of` puts them in the order of the registry, whatever the order in
-the scene. None at the end of every chain is what a scene without effects consists of: nothing of an effect is compiled.
+The effects of a scene form a `Chain`: each link is one effect, and None ends the chain. An effect has a rule in the
+hooks where it acts; the other hooks change nothing for that effect. `chain_of` links the effects in the order of the
+registry, whatever their order in the scene. A scene without effects has None instead of a chain, so no code of any
+effect is compiled.
 """
 
 import math
@@ -17,23 +18,23 @@ from rpf3d_core.values import MOVING, Motion, Vec
 
 
 class Chain(NamedTuple):
-    """One effect, and those that follow; None after the last."""
+    """One effect (`head`) and the chain of the effects that follow (`tail`), None after the last effect."""
 
     head: Any
     tail: Any
 
 
 class Meeting(NamedTuple):
-    """An obstacle after t seconds of an arc (inf: none): a number that it has among all obstacles of a scene."""
+    """The first obstacle on an arc: met after t seconds (inf: none); number : among all obstacles of the scene."""
 
     t: float
     number: int
 
 
 class AfterObstacle(NamedTuple):
-    """What an obstacle has made of a rock: its motion, and its outcome if it ends there, else MOVING.
+    """The result of a meeting with an obstacle: the rock's motion, and its outcome, MOVING if the rock continues.
 
-    facet : that the obstacle stands on, which a rock that ends there is told to lie on; -1 if the rock goes on
+    facet : facet that the obstacle stands on, where a rock that ends here lies; -1 if the rock continues
     """
 
     motion: Motion
@@ -45,7 +46,7 @@ NO_MEETING = Meeting(math.inf, -1)
 
 
 def chain_of(effects: Sequence[Any]) -> Chain | None:
-    """Effects as a chain, the first at its head; None of none."""
+    """Return the effects as a chain, the first effect at its head; None if there are no effects."""
     chain = None
     for effect in reversed(effects):
         chain = Chain(effect, chain)
@@ -53,120 +54,126 @@ def chain_of(effects: Sequence[Any]) -> Chain | None:
 
 
 def links_of(chain: Chain | None) -> list[Any]:
-    """The effects of a chain, in order."""
+    """Return the effects of a chain, in order."""
     return [] if chain is None else [chain.head, *links_of(chain.tail)]
 
 
 @model_function
 def felt_normal(effect: object, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """The unit normal that an impact feels, of a ground whose normal is n (3,), turned against the velocity.
+    """Return the unit normal (3,) that an impact feels; n (3,) is that of the ground, turned against the velocity.
 
-    Where v . result >= 0, or the rebound from it would lead into the ground, the ground's own normal is taken.
+    The caller uses the ground's own normal instead if v . result >= 0, or if the rebound from the result leads into the
+    ground.
     """
 
 
 @felt_normal.otherwise
 def ground_normal(effect: object, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """The ground's own."""
+    """Return the ground's own normal: the effect tilts nothing."""
     return n
 
 
 @felt_normal.rule(Chain)
 def normal_of_all(chain: Chain, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """One after another."""
+    """Return the normal after all effects of the chain, applied in order."""
     return felt_normal(chain.tail, felt_normal(chain.head, n, motion, falling), motion, falling)  # type: ignore[no-any-return]
 
 
 @model_function
 def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """What the ground makes of the motion of a rock that enters it, before it rebounds; n is the normal that it feels.
+    """Return the motion of a rock that enters the ground, before the rebound; n (3,) is the normal that the rock feels.
 
-    zone : of the facet that was hit. It may change v and w; position and time are those of the impact.
+    zone : zone of the facet that was hit
+    A rule may change v and w; position and time stay those of the impact.
     """
 
 
 @in_ground.otherwise
 def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """Nothing."""
+    """Return the motion unchanged: the ground is hard."""
     return motion
 
 
 @in_ground.rule(Chain)
 def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
-    """One after another."""
+    """Return the motion after all effects of the chain, applied in order."""
     after = in_ground(chain.head, zone, surface, motion, n, falling)
     return in_ground(chain.tail, zone, surface, after, n, falling)  # type: ignore[no-any-return]
 
 
 @model_function
 def breaks(effect: object, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
-    """Whether an impact that turned the motion `before` into `after` breaks the rock."""
+    """True if an impact that changes the motion from `before` to `after` breaks the rock."""
 
 
 @breaks.otherwise
 def stays_whole(effect: object, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
-    """Never."""
+    """Return False: the effect breaks no rock."""
     return False
 
 
 @breaks.rule(Chain)
 def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
-    """If any of them breaks it."""
+    """True if at least one effect of the chain breaks the rock."""
     return bool(breaks(chain.head, before, after, n, falling) or breaks(chain.tail, before, after, n, falling))
 
 
 @model_function
 def longest_flight(effect: object, motion: Motion, falling: RockContext) -> float:
-    """Seconds for which the effect lets a parabola stand for a flight, at the accuracy that it was asked for (inf)."""
+    """Return the time (s) for which one parabola may replace the flight, at the effect's accuracy; inf for no limit."""
 
 
 @longest_flight.otherwise
 def as_long_as_it_takes(effect: object, motion: Motion, falling: RockContext) -> float:
-    """For ever."""
+    """Return inf: the effect does not limit the parabola."""
     return math.inf
 
 
 @longest_flight.rule(Chain)
 def shortest_of_all(chain: Chain, motion: Motion, falling: RockContext) -> float:
-    """What the most particular of them asks for."""
+    """Return the shortest limit (s) of all effects of the chain."""
     one, others = longest_flight(chain.head, motion, falling), longest_flight(chain.tail, motion, falling)
     return min(one, others)  # type: ignore[no-any-return]
 
 
 @model_function
 def asks_height(effect: object) -> bool:
-    """Whether the effect wants to know how high above the ground a rock flies."""
+    """True if the effect needs the height of the rock above the ground."""
 
 
 @asks_height.otherwise
 def asks_nothing(effect: object) -> bool:
-    """No."""
+    """Return False: the effect does not need the height."""
     return False
 
 
 @asks_height.rule(Chain)
 def any_asks_height(chain: Chain) -> bool:
-    """If any of them does."""
+    """True if at least one effect of the chain needs the height."""
     return bool(asks_height(chain.head) or asks_height(chain.tail))
 
 
 @model_function
 def in_air(effect: object, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
-    """The velocity after the air alone has acted on a rock for t >= 0 seconds, where it is; it may not be faster.
+    """Return the motion after the air alone acts on a rock for t >= 0 seconds; a rule must not increase the speed.
 
-    height : m above the ground below, inf over a hole, 0.0 where no effect asks for it
+    A rule changes the velocity and keeps the position.
+    height : m above the ground below the rock, inf over a hole, 0.0 if no effect asks for the height
     """
 
 
 @in_air.otherwise
 def in_nothing(effect: object, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
-    """The same."""
+    """Return the motion unchanged: the effect does not act in the air."""
     return motion
 
 
 @in_air.rule(Chain)
 def air_of_all(chain: Chain, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
-    """The first for half of the time before the others, and for half of it after them: of second order (Strang)."""
+    """Return the motion after all effects of the chain act in the air.
+
+    The first effect acts for half of the time before the others, and for half after them: second order (Strang).
+    """
     before = in_air(chain.head, motion, height, 0.5 * t, falling)
     between = in_air(chain.tail, before, height, t, falling)
     return in_air(chain.head, between, height, 0.5 * t, falling)  # type: ignore[no-any-return]
@@ -174,21 +181,21 @@ def air_of_all(chain: Chain, motion: Motion, height: float, t: float, falling: R
 
 @model_function
 def first_obstacle(effect: object, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
-    """The first obstacle on an arc before `until` (s), or NO_MEETING.
+    """Return the first obstacle on an arc before `until` (s), or NO_MEETING.
 
-    passed : number of the one that the rock has just met, which is not met again
+    passed : number of the obstacle that the rock has just met, which the rock does not meet again
     """
 
 
 @first_obstacle.otherwise
 def no_obstacle(effect: object, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
-    """None."""
+    """Return NO_MEETING: the effect has no obstacles."""
     return NO_MEETING
 
 
 @first_obstacle.rule(Chain)
 def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
-    """The first of any; of two at the same instant that of the effect that comes first."""
+    """Return the first meeting of all effects in the chain; at the same instant the earlier effect wins."""
     one = first_obstacle(chain.head, arc, passed, until, falling)
     other = first_obstacle(chain.tail, arc, passed, until, falling)
     return _sooner(one, other)
@@ -196,13 +203,13 @@ def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, falling: Roc
 
 @kernel
 def _sooner(one: Meeting, other: Meeting) -> Meeting:
-    """The sooner of two meetings, the first of two at the same instant."""
+    """Return the sooner of two meetings; the first one if both are at the same instant."""
     return other if other.t < one.t else one
 
 
 @kernel
 def still_at(effects: Any, motion: Motion, passed: int, falling: RockContext) -> int:
-    """`passed` if a rock is still at an obstacle, as after an impact just where it met one; else -1 for none."""
+    """Return `passed` if a rock is still at an obstacle, for example after an impact where it met one; else -1."""
     if passed < 0:
         return passed
     here = first_obstacle(effects, Arc(motion.x, motion.v, 0.0), -1, 0.0, falling)
@@ -211,21 +218,21 @@ def still_at(effects: Any, motion: Motion, passed: int, falling: RockContext) ->
 
 @model_function
 def at_obstacle(effect: object, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
-    """What the obstacle of a number makes of a rock, unless it is another effect's.
+    """Return the result of a meeting with obstacle `number`; nothing changes if the obstacle belongs to another effect.
 
-    met : obstacles that the rock has met before, for draws
+    met : number of obstacles that the rock has met before, for draws
     """
 
 
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
-    """Nothing: it is not one of this effect's."""
+    """Return the motion unchanged: the obstacle belongs to another effect."""
     return AfterObstacle(motion, MOVING, -1)
 
 
 @at_obstacle.rule(Chain)
 def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
-    """What that effect makes of it which the obstacle belongs to: each knows the numbers of its own."""
+    """Return the result from the effect that owns the obstacle; each effect knows the numbers of its obstacles."""
     one = at_obstacle(chain.head, motion, number, met, falling)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]
@@ -233,4 +240,4 @@ def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, falling: 
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)
-"""Where an effect acts by itself; the others follow from these."""
+"""An effect needs a rule in at least one of these hooks; the other hooks depend on these."""

@@ -1,7 +1,7 @@
-"""Obstacles sorted into the square cells of a grid over the plan, and the first of them on an arc.
+"""Obstacles sorted into the square cells of a grid in plan, and the search for the first obstacle on an arc.
 
-In plan an arc is a straight line, so only obstacles of the cells that it crosses are looked at. A kind of obstacle has
-a rule in `time_to`, and a field `cells`.
+In plan an arc is a straight line, so the search tests only the obstacles in the cells that the arc crosses. Each kind
+of obstacle has a rule in `time_to` and a field `cells`.
 """
 
 import math
@@ -16,15 +16,19 @@ from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.terrain.frame import FloatArray
 
 CELLS_PER_OBSTACLE = 2.0
-"""ObstacleCells at most, over obstacles."""
+"""Largest number of cells over the number of obstacles (-)."""
 FEWEST_CELLS = 16
-"""What even a few obstacles may have."""
+"""Number of cells that the grid may have for even a few obstacles."""
 SLOWEST = 1e-9
 """Speed (m/s) in plan along an axis below which an arc leaves no cell on that axis."""
 
 
 class ObstacleCells(NamedTuple):
-    """Square cells of a side `cell` (m) from the corner x, y (m), nx by ny: those of cell k are ids[starts[k]:...]."""
+    """Square cells of side `cell` (m) from the corner x, y (m), nx by ny.
+
+    The obstacles of cell k are ids[starts[k] : starts[k + 1]].
+    starts : (nx ny + 1,); ids : (M,) index of an obstacle, once for each cell that the obstacle touches
+    """
 
     x: float
     y: float
@@ -36,7 +40,10 @@ class ObstacleCells(NamedTuple):
 
 
 def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
-    """Sort N >= 0 obstacles by the boxes (N, 2), (N, 2) m around them in plan; each stands in all cells it touches."""
+    """Sort N >= 0 obstacles into cells by their boxes in plan, from low (N, 2) m to high (N, 2) m.
+
+    An obstacle is listed in every cell that its box touches.
+    """
     if not len(low):
         return ObstacleCells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
     begin, end = low.min(axis=0), high.max(axis=0)
@@ -58,15 +65,15 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
 
 
 def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, ny: int) -> np.ndarray:
-    """Column and row (N, 2) of points (N, 2) m."""
+    """Return column and row (N, 2) of points (N, 2) m, clamped to the grid."""
     return np.clip(np.floor((points - begin) / cell).astype(np.int64), 0, [nx - 1, ny - 1])
 
 
 @model_function
 def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
-    """When an arc meets obstacle k of a kind (s), from 0 to `until`; inf if it does not. One rule per kind.
+    """Return the time (s) from 0 to `until` at which an arc meets obstacle k; inf if it does not. One rule per kind.
 
-    passed : index of the obstacle of this kind that the rock has met last and is past, below 0 for none
+    passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
     """
 
 
@@ -74,9 +81,9 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, fall
 def first_in_cells(
     obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: RockContext
 ) -> Meeting:  # fmt: skip
-    """The first meeting of an arc with one of a kind of obstacles before `until` (s), by its index; or NO_MEETING.
+    """Return the first meeting before `until` (s) of an arc with an obstacle of one kind, by its index; or NO_MEETING.
 
-    Of two at the same instant, which lasts `instant` (s), the one with the smaller index.
+    Meetings within `instant` (s) count as simultaneous: of these, the obstacle with the smallest index is met.
     """
     cells, best = obstacles.cells, NO_MEETING
     if not _comes_near(cells, arc, until):
@@ -102,7 +109,7 @@ def first_in_cells(
 
 @kernel
 def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
-    """Whether the box of an arc in plan touches the grid."""
+    """True if the box of an arc in plan touches the grid."""
     if cells.nx == 0:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
@@ -112,13 +119,13 @@ def _comes_near(cells: ObstacleCells, arc: Arc, until: float) -> bool:
 
 @kernel
 def index_of(value: float, origin: float, cell: float, count: int) -> int:
-    """The row or column that a coordinate lies in, clamped to the grid."""
+    """Return the row or column of a coordinate, clamped to the grid."""
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def leaves_at(index: int, count: int, origin: float, cell: float, x: float, v: float) -> float:
-    """When a coordinate leaves row `index` for another row of the grid (s); inf if it never does."""
+    """Return the time (s) at which a coordinate leaves row `index` for another row of the grid; inf if never."""
     if abs(v) <= SLOWEST or index == (count - 1 if v > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if v > 0.0 else index) * cell - x) / v

@@ -1,22 +1,22 @@
-"""Rough ground: each impact feels a normal of its own, tilted from that of the facet.
+"""Rough ground: each impact feels its own normal, tilted from the normal of the facet.
 
-Two laws, of which a scene takes one.
+There are two laws; a scene uses one of them.
 
-CRSP (physics reference 1.3, CC): with S the irregularity of the surface across it (m), within a length of the rock's
-radius R, the tilt is theta = U atan(S / R), U uniform in [0, 1). It is against the motion, so that it adds to the angle
-of the impact and never eases it (a steep one is thrown back); the smaller a rock, the rougher its ground. `deviates` is
-PlatRock's form of it in three dimensions (CC): a second uniform number U' shares the tilt, U' theta against the
-motion, (1 - U') theta to a side that is drawn as well, so that rocks leave their fall line.
+CRSP (physics reference 1.3, CC): S is the irregularity of the surface across it (m), within a length of the rock's
+radius R. The tilt is theta = U atan(S / R), U uniform in [0, 1). The tilt is against the motion, so it always increases
+the angle of the impact (a steep one is thrown back). The smaller a rock, the rougher is its ground. `deviates` is
+PlatRock's form of the law in three dimensions (CC): a second uniform number U' divides the tilt, U' theta against the
+motion and (1 - U') theta to a side that is drawn as well, so that rocks leave their fall line.
 
-RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size, and may ease the
-impact as well as steepen it. It is published without a tilt to the side, so rocks on a plane keep to their fall line.
-`SpreadRoughness` adds one: Normal(0, lateral_sd), drawn by itself. That part is ours, not RocFall's.
+RocFall (physics reference 1.5, CC): the tilt along the motion is Normal(0, sd), whatever the size of the rock, and may
+ease the impact as well as steepen it. The published law has no tilt to the side, so rocks on a plane keep to their fall
+line. `SpreadRoughness` adds a side tilt: Normal(0, lateral_sd), drawn separately. That part is ours, not RocFall's.
 
-Bounces on rough ground are summed up only where the whole speed would raise the rock by less than `smallest_bounce`. A
-sphere that has come to lie (`coulomb_sphere`) feels no roughness of this kind while it rolls.
+Bounces on rough ground are summed up only if the whole speed would raise the rock by less than `smallest_bounce`. A
+sphere in sustained contact (`coulomb_sphere`) feels no roughness of this kind while it rolls.
 
-The motion is that along the ground; where there is none, or it is rounding, there is no tilt. What a tilt of zero
-leaves is the ground's own normal to the last bit.
+The motion is the part of the velocity along the ground. If that part is zero or only rounding, there is no tilt. A tilt
+of zero gives the ground's own normal to the last bit.
 """
 
 import math
@@ -33,11 +33,11 @@ from rpf3d_core.vectors import add, along, cross, norm, scale, without
 TILT, SHARE, SIDE = int(Purpose.ROUGHNESS), int(Purpose.ROUGHNESS_SHARE), int(Purpose.ROUGHNESS_SIDE)
 LATERAL = int(Purpose.ROUGHNESS_LATERAL)
 STEEPEST = math.radians(89.0)
-"""A normal number has no bounds; a ground that is tilted by 90 degrees or more is none."""
+"""Largest tilt (rad): a normal number has no bounds, but ground tilted by 90 degrees or more makes no sense."""
 
 
 class CrspRoughness(NamedTuple):
-    """amplitude : S (m), >= 0; deviates : whether part of the tilt is to the side."""
+    """CRSP's law; amplitude : S (m), >= 0; deviates : true if part of the tilt is to the side."""
 
     amplitude: float
     deviates: bool
@@ -46,14 +46,17 @@ class CrspRoughness(NamedTuple):
 
 
 class RocfallRoughness(NamedTuple):
-    """angle_sd : standard deviation of the tilt (radians), >= 0."""
+    """RocFall's law; angle_sd : standard deviation of the tilt (rad), >= 0."""
 
     angle_sd: float
     draws = True  # type: ignore[misc]
 
 
 class SpreadRoughness(NamedTuple):
-    """angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (radians), >= 0."""
+    """RocFall's law with a tilt to the side.
+
+    angle_sd, lateral_sd : standard deviations of the tilts along the motion and to the side (rad), >= 0
+    """
 
     angle_sd: float
     lateral_sd: float
@@ -62,8 +65,8 @@ class SpreadRoughness(NamedTuple):
 
 @felt_normal.rule(CrspRoughness)
 def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """The normal tilted against the motion, and to a side if the effect says so."""
-    most = math.atan(effect.amplitude / falling.rock.radius)  # type: ignore[union-attr]  # asked for
+    """Return the normal tilted against the motion, and to a side if the effect deviates."""
+    most = math.atan(effect.amplitude / falling.rock.radius)  # type: ignore[union-attr]  # asks_rock
     tilt = most * _drawn(falling, TILT)
     if not effect.deviates:
         return tilted(n, motion.v, tilt, 0.0)
@@ -74,35 +77,35 @@ def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: RockCont
 
 @felt_normal.rule(RocfallRoughness)
 def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """The normal tilted against the motion, or with it."""
+    """Return the normal tilted against the motion or along it."""
     return tilted(n, motion.v, _normal_tilt(effect.angle_sd, falling, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
 def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
-    """The normal tilted along the motion as in RocFall's law, then to a side."""
+    """Return the normal tilted along the motion as in RocFall's law, then to a side."""
     back = _normal_tilt(effect.angle_sd, falling, TILT)
     return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, falling, LATERAL))
 
 
 @kernel
 def _normal_tilt(sd: float, falling: RockContext, stream: int) -> float:
-    """A normal tilt (radians) of the impact that comes next, no steeper than STEEPEST."""
+    """Return a normally distributed tilt (rad) for the next impact, within +-STEEPEST."""
     tilt = sd * standard_normal(_drawn(falling, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
 
 
 @kernel
 def _drawn(falling: RockContext, stream: int) -> float:
-    """A uniform number in [0, 1) of the impact that comes next."""
-    key: Any = falling.key  # there is one: these effects draw
+    """Return a uniform number in [0, 1) for the next impact."""
+    key: Any = falling.key  # draws: the key is never None
     return uniform_at(key.seed, key.source, key.rock, stream, falling.impacts + 1)
 
 
 @kernel
 def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
-    """The unit normal n turned by `back` radians against the motion along the ground, then by `aside` to its left."""
-    level = without(along(v, n), n)  # twice, so that what rounding leaves across it is nothing beside a slow motion
+    """Return n turned by `back` (rad) against the motion along the ground, then by `aside` (rad) to its left."""
+    level = without(along(v, n), n)  # twice: the rounding left across the plane is then small even for a slow motion
     speed = norm(level)
     if speed == 0.0 or (back == 0.0 and aside == 0.0):
         return n
@@ -113,5 +116,5 @@ def tilted(n: Vec, v: Vec, back: float, aside: float) -> Vec:
 
 @kernel
 def turned(n: Vec, towards: Vec, angle: float) -> Vec:
-    """The unit vector n turned by an angle (radians) towards a unit vector that is perpendicular to it."""
+    """Return the unit vector n turned by an angle (rad) towards a unit vector that is perpendicular to n."""
     return add(scale(math.cos(angle), n), scale(math.sin(angle), towards))

@@ -1,27 +1,26 @@
-"""Soft ground: a rock goes straight in, is braked by the soil that it pushes aside, and slips out of its scar.
+"""Soft ground: a rock goes straight into the soil, is braked by the soil that it displaces, and slips out of its scar.
 
 Sources (physics reference 3.1 and 3.4): Lu et al. 2019 (Landslides 16:2353) for the scar, with the depth of Gerber
-2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas confirmed
-(C); what is made of them for a sphere whose contact lasts no time is derived here (D):
+2019; Leine et al. 2014 (Multibody Syst. Dyn. 32:241), equations 46 and 47, for the friction. All formulas are confirmed
+(C). Their use for a sphere whose contact takes no time is derived here (D):
 
-1. The rock goes d_max deep, along its velocity, which with the plane makes an angle of sine s and cosine c: the speed
-   changes, direction and spin do not.
-2. F = 1/2 C_d rho A v^2 over a way dl = d(depth) / s gives v = v_0 exp(-C_d rho V / (2 M)), V = integral of A dl: the
-   volume of soil that it drives through.
-3. A is the area that a sphere shows, as far as it is in the ground: seen along the normal pi (2 R d - d^2), or pi R^2
-   once its middle is in; seen along the plane the segment of a circle. In between A^2 = (s A_n)^2 + (c A_t)^2, which
-   is right at both ends and for a sphere that is wholly in. V = sqrt(V_n^2 + (c / s V_t)^2) from the integrals of both
-   over depth: exact at both ends, and at most 3 % too small in between (tested).
-4. The ground then takes away the speed into it (Leine: e_N = 0) and, by friction, mu(s) times as much along it, never
-   more than there is: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s). s is how far the rock slipped along the
-   plane while it was in contact: the length of the scar. The rebound model follows; a scene that leaves the
-   loss along the ground to this effect says `tangential_restitution: 1`.
+1. The rock penetrates to the depth d_max along its velocity, which makes an angle of sine s and cosine c with the
+   plane. Its speed changes, its direction and spin do not.
+2. F = 1/2 C_d rho A v^2 over a path dl = d(depth) / s gives v = v_0 exp(-C_d rho V / (2 M)), V = integral of A dl: the
+   volume of soil that the rock drives through.
+3. A is the projected area of the part of the sphere that is in the ground. Seen along the normal A is pi (2 R d - d^2),
+   or pi R^2 once the centre is in the ground; seen along the plane A is the segment of a circle. In between A^2 = (s
+   A_n)^2 + (c A_t)^2, which is right at both ends and for a sphere that is wholly in the ground. V = sqrt(V_n^2 + (c /
+   s V_t)^2) from the integrals of both over depth: exact at both ends, and at most 3 % too small in between (tested).
+4. The ground then takes the whole speed into the ground (Leine: e_N = 0) and, by friction, mu(s) times that speed along
+   the ground, but never more than there is: mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s). s is the distance
+   that the rock slips along the plane during the contact: the length of the scar. The rebound model follows; a scene
+   that leaves the loss along the ground to this effect sets `tangential_restitution: 1`.
 
-Simplified: s decays by exp(-beta t) in flight (beta 50 to 200 1/s: to a few percent in 0.02 s), so it begins at 0 in
-each impact, and beta is not asked for. Leine's rocks have corners, which friction turns: here it brakes and turns
-nothing. Bounces below `smallest_bounce` are summed up
-without their scars, and rocks on the ground make none. Speed into the ground is that along its normal; Lu et al. take
-the vertical one, the same on level ground.
+Simplifications: s decays by exp(-beta t) in flight (beta 50 to 200 1/s: to a few percent in 0.02 s). So s starts at 0
+in each impact, and there is no parameter beta. Leine's rocks have corners, which friction turns; here friction brakes
+and turns nothing. Bounces below `smallest_bounce` are summed up without scars, and rocks on the ground make none. Speed
+into the ground is measured along the normal; Lu et al. take the vertical speed, which is the same on level ground.
 """
 
 import math
@@ -36,8 +35,8 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 KILO = 1e-3
 SHALLOW = 1e-5
-"""Depth over radius where the closed form and its first term are alike right, to 2e-6: at smaller depths the former
-loses its digits to a difference."""
+"""Depth over radius (-) at which the closed form and its first term are equally accurate, to 2e-6. At smaller depths
+the closed form loses digits in a difference."""
 
 
 class Scarring(NamedTuple):
@@ -56,13 +55,13 @@ class Scarring(NamedTuple):
 
     @property
     def asks_rock(self) -> bool:
-        """Its rules ask for mass and radius."""
+        """True: the rules need mass and radius of the rock."""
         return True
 
 
 @kernel
 def penetration(mass: float, stiffness: float, speed: float) -> float:
-    """How deep (m) a rock goes into the ground: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
+    """Return the depth (m) that a rock reaches: 0.1 M^(1/3) M_E^(-0.4) v^0.8, M_E in kN/m2 (Gerber 2019).
 
     mass : kg; stiffness : Pa; speed : m/s into the ground
     """
@@ -71,7 +70,10 @@ def penetration(mass: float, stiffness: float, speed: float) -> float:
 
 @kernel
 def volume_from_above(depth: float, radius: float) -> float:
-    """Integral (m3) over depth of the area that a sphere shows along the normal: that of its cap."""
+    """Return the integral (m3) over depth of the area of a sphere seen along the normal: the volume of its cap.
+
+    Beyond a depth of one radius the area stays pi R^2.
+    """
     if depth <= radius:
         return math.pi * depth * depth * (radius - depth / 3.0)
     return math.pi * radius * radius * (depth - radius / 3.0)
@@ -79,10 +81,10 @@ def volume_from_above(depth: float, radius: float) -> float:
 
 @kernel
 def volume_from_ahead(depth: float, radius: float) -> float:
-    """Integral (m3) over depth of the area that a sphere shows along the plane: of a segment of a circle.
+    """Return the integral (m3) over depth of the area of a sphere seen along the plane: a segment of a circle.
 
     With cos(phi) = 1 - depth / R the segment is R^2 (phi - sin(phi) cos(phi)); integrated, R^3 (sin(phi) - phi cos(phi)
-    - sin(phi)^3 / 3). Where that loses its digits, 8 / 15 sqrt(2 R) d^(5/2) stands for it.
+    - sin(phi)^3 / 3). At depths where this formula loses digits, 8 / 15 sqrt(2 R) d^(5/2) replaces it.
     """
     if depth >= 2.0 * radius:
         return math.pi * radius * radius * (depth - radius)
@@ -95,7 +97,10 @@ def volume_from_ahead(depth: float, radius: float) -> float:
 
 @kernel
 def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float) -> float:
-    """mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s) (Leine et al. 2014, equation 46); slipped : s, m."""
+    """Return mu(s) = mu_min + 2 / pi (mu_max - mu_min) atan(kappa s) (-), Leine et al. 2014, equation 46.
+
+    slipped : s, m
+    """
     return mu_min + 2.0 / math.pi * (mu_max - mu_min) * math.atan(kappa * slipped)
 
 
@@ -103,11 +108,11 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 def through_the_scar(
     scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext
 ) -> Motion:  # fmt: skip
-    """The motion at the end of the scar, less what friction takes."""
+    """Return the motion at the end of the scar, after the loss by friction."""
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion
-    rock: Rock = falling.rock  # type: ignore[assignment]  # there is one: it asks for it
+    rock: Rock = falling.rock  # type: ignore[assignment]  # asks_rock: the rock is never None
     depth = penetration(rock.mass, scarring.stiffness[zone], into)
     aside = norm(without(motion.v, n)) / into
     volume = driven_through(depth, aside, rock.radius)
@@ -118,9 +123,9 @@ def through_the_scar(
 
 @kernel
 def driven_through(depth: float, aside: float, radius: float) -> float:
-    """Volume of soil (m3) that a sphere drives through on its way to a depth (m).
+    """Return the volume of soil (m3) that a sphere drives through on its way to a depth (m).
 
-    aside : metres along the plane for each into it
+    aside : metres along the plane for each metre into the ground
     """
     ahead = aside * volume_from_ahead(depth, radius)
     above = volume_from_above(depth, radius)
@@ -129,8 +134,9 @@ def driven_through(depth: float, aside: float, radius: float) -> float:
 
 @kernel
 def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
-    """The motion after Coulomb's impulse of an impact that takes all speed into the ground; it never reverses.
+    """Return the motion after Coulomb's impulse of an impact that takes the whole speed into the ground.
 
+    The speed along the ground never reverses.
     n : unit normal with v . n <= 0
     """
     along = without(motion.v, n)

@@ -1,1 +1,1 @@
-"""Compiling ahead: physics written once, run by Python or compiled by numba."""
+"""Compilation: physics written once, run by Python or compiled by numba."""

@@ -1,9 +1,10 @@
-"""A second process that compiles while this one does something else, into the disk cache that both share.
+"""A background process that compiles into the disk cache which it shares with this process.
 
-numba compiles one function at a time in a process, whatever its threads. What the other has compiled this one finds in
-the cache as if it had done so itself: the same sources, the same types. This one waits for each part before it needs
-it, so that both never write the same file. A process that cannot be had, breaks down or
-takes too long costs time and nothing else, for what is not found is compiled here.
+numba compiles one function at a time in a process, whatever the number of threads. This process finds functions that
+the background process has compiled in the cache, as if it had compiled them itself: the sources and the types are the
+same. This process waits for each part before it needs the part, so that the two never write the same file. If the
+background process cannot start, fails or takes too long, only time is lost: functions that are not in the cache are
+compiled here.
 
     python -m rpf3d_core.jit.background rpf3d_core.hazard.walks.visiting
 """
@@ -24,19 +25,20 @@ from typing import Any
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
 
 PATIENCE = 60.0
-"""Seconds to wait for the other process once nothing is left to do here: all is compiled in 15 s on an idle machine."""
+"""Time (s) to wait for the background process once this process has nothing left to do; an idle machine compiles
+everything in 15 s."""
 FEWEST_CORES = 2
 HOME = Path(__file__).parents[2]
-"""Where the program lies, whatever folder the caller stands in."""
+"""Folder of the program, independent of the current folder of the caller."""
 
 Call = tuple[Any, tuple[Any, ...]]
-"""A loop and arguments of the very types that it will be called with."""
+"""A loop, and arguments of exactly the types that the loop will be called with."""
 Work = tuple[str, str, tuple[Any, ...] | None]
 """Module and name of a loop, and the types to compile it for; None for a function that is to be called."""
 
 
 class BackgroundCompiler:
-    """The other process, which compiles what it is told, one after the other; without one, nothing happens."""
+    """A background process that compiles its orders one after the other; without a process, nothing happens."""
 
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:
         self._process = process
@@ -46,18 +48,21 @@ class BackgroundCompiler:
             threading.Thread(target=_listen, args=(process, self._heard), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
-        """Have some loops compiled that this process does not call before `wait`: two must not write the same file."""
+        """Order the compilation of loops; the caller must not call these loops before `wait`.
+
+        Otherwise two processes could write the same file of the cache.
+        """
         if self._process is not None:
             self._tell([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Have functions called that call some loops; this process calls none of those before `wait` either."""
+        """Order calls of functions that call loops; the caller must not call any of these loops before `wait`."""
         self._tell([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
-        """Wait until some loops and functions are done; or all, and end the other process.
+        """Wait until some loops and functions are done; without arguments wait for all and end the process.
 
-        No longer than until it has broken down, or PATIENCE is over: then it is ended as well.
+        The wait also ends, and the process with it, if the process has failed or PATIENCE has passed.
         """
         until = time.monotonic() + PATIENCE
         wanted = {".".join(_address(part)) for part in parts} or set(self._awaited)
@@ -70,20 +75,20 @@ class BackgroundCompiler:
             self.end()
 
     def has_done(self, part: Any) -> bool:
-        """Whether there is nothing to wait for, for a loop or a function."""
+        """True if there is nothing to wait for, for a loop or a function."""
         with suppress(queue.Empty):
             while True:
                 self._hear(self._heard.get_nowait())
         return self._process is None or ".".join(_address(part)) not in self._awaited
 
     def end(self) -> None:
-        """No other process from here on."""
+        """End the background process."""
         process, self._process = self._process, None
         if process is None:
             return
         process.kill()
         if process.stdin:
-            with suppress(OSError):  # what it has not read is lost
+            with suppress(OSError):  # orders that the process has not read are lost
                 process.stdin.close()
         process.wait()
 
@@ -91,7 +96,7 @@ class BackgroundCompiler:
         if self._process is None or self._process.stdin is None:
             return
         self._awaited += [f"{module}.{name}" for module, name, _ in work]
-        with suppress(OSError):  # it has broken down
+        with suppress(OSError):  # the process has failed
             self._process.stdin.write(pickle.dumps(pickle.dumps((compiled_apart(), work))))
             self._process.stdin.flush()
 
@@ -103,16 +108,16 @@ class BackgroundCompiler:
 
 
 ENDED = ""
-"""What is heard of a process that is no more."""
+"""The line that stands for the end of the process."""
 ALONE = BackgroundCompiler(None)
-"""No other process."""
+"""A compiler without a background process."""
 
 
 @contextmanager
 def compiling_beside(*loops: Any) -> Iterator[BackgroundCompiler]:
-    """A second process that is to compile some loops, begun at once, for its imports take a second.
+    """Yield a background compiler for some loops; the process starts at once, because its imports take a second.
 
-    There is none where no core is to spare, or where the loops have been compiled or could not be kept.
+    No process starts if no core is free, if the loops are already compiled, or if they cannot be kept on disk.
     """
     beside = BackgroundCompiler(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
     try:
@@ -122,23 +127,23 @@ def compiling_beside(*loops: Any) -> Iterator[BackgroundCompiler]:
 
 
 def has_spare_core() -> bool:
-    """Whether another process would find a core to run on: both together take a sixth more computing than one."""
+    """True if a core is free for another process: two processes take a sixth more computing time than one."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return cores >= FEWEST_CORES and (not hasattr(os, "getloadavg") or os.getloadavg()[0] < cores)
 
 
 def _are_missing(loops: Sequence[Any]) -> bool:
-    """Whether some loops are not in the cache, and would be kept there."""
+    """True if all loops are missing from the cache, and the cache would keep them."""
     return all(hasattr(loop, "typeof_pyval") and not is_cached(loop.__name__) for loop in loops) and keeps_compiled()
 
 
 def _address(part: Any) -> tuple[str, str]:
-    """Where another process finds a loop or a function: its module and name."""
+    """Return module and name of a loop or function, from which another process imports it."""
     return part.__module__, part.__name__
 
 
 def _listen(process: "subprocess.Popen[bytes]", heard: "queue.SimpleQueue[str]") -> None:
-    """Put what a process says into a queue, line by line, and at last that it has ended."""
+    """Put the output of a process into a queue, line by line, and ENDED after the last line."""
     if process.stdout is not None:
         with process.stdout as lines:
             for line in lines:
@@ -147,7 +152,7 @@ def _listen(process: "subprocess.Popen[bytes]", heard: "queue.SimpleQueue[str]")
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
-    """The other process, with the modules of the loops; None where the system has no room for it."""
+    """Start the background process with the modules of the loops; return None if the system refuses."""
     modules = {loop.__module__ for loop in loops}
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HOME), *filter(None, sys.path)])}
     with suppress(OSError):
@@ -159,10 +164,13 @@ def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":
 
 
 def main(modules: Sequence[str]) -> None:
-    """Do what standard input says, and say what is done; end at once with it, for then who asked is no more."""
+    """Execute the orders from standard input and print each finished part; end at once when standard input closes.
+
+    A closed standard input means that the process which gave the orders has ended.
+    """
     orders: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_take, args=(orders,), daemon=True).start()
-    answers, sys.stdout = sys.stdout, sys.stderr  # whatever else is printed is no answer
+    answers, sys.stdout = sys.stdout, sys.stderr  # other prints must not count as answers
     for module in modules:
         import_module(module)
     while True:
@@ -171,9 +179,12 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put orders into a queue as they come, unread: to read one imports modules, which is for one thread only."""
+    """Put orders into a queue as they arrive, still pickled.
+
+    Unpickling imports modules, which only one thread may do.
+    """
     try:
-        # not `sys.stdin`, whose lock an interpreter that ends would wait for in vain
+        # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:
             while True:
                 orders.put(pickle.load(given))
@@ -182,7 +193,7 @@ def _take(orders: "queue.SimpleQueue[bytes]") -> None:
 
 
 def _work(digests: Sequence[str], work: Sequence[Work]) -> Iterator[str]:
-    """Compile loops and call functions; yields what is done."""
+    """Compile loops and call functions; yield the name of each finished part."""
     for digest in digests:
         compile_apart(digest)
     for module, name, types in work:

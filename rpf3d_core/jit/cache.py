@@ -1,4 +1,4 @@
-"""Where compiled code is kept on disk, and which sources it belongs to."""
+"""The disk cache of compiled code, and the sources that it depends on."""
 
 import hashlib
 import os
@@ -19,19 +19,20 @@ except ImportError:
 SOURCES = Path(__file__).parents[1]
 """The package whose sources are compiled."""
 MARK = re.compile(r"^@(?:kernel|loop|guarded|model_function|\w+\.(?:rule|otherwise))\b", re.MULTILINE)
-"""What registers a function for compiled code."""
+"""Matches a decorator that registers a function for compiled code."""
 IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
 
 LOOPS: list[Any] = []
-"""Every loop, so that `compile_apart` can tell them where to keep what they compile from then on."""
+"""All loops, so that `compile_apart` can change the cache folder of each."""
 _foreign: set[str] = set()
-"""Digests of the user's own code that kernels call."""
+"""Digests of user code that kernels call."""
 
 
 def compile_apart(digest: str) -> None:
-    """From now on keep what is compiled in a folder of its own: kernels call code of another digest than the sources'.
+    """Keep all code compiled from here on in a separate folder, because kernels call code with another digest.
 
-    Otherwise an edit in that code would go unnoticed, and a process that has not loaded it could not read the index.
+    Otherwise an edit in that code would go unnoticed, and a process that has not loaded that code could not read the
+    index.
     """
     _foreign.add(digest)
     for each in LOOPS:
@@ -41,12 +42,12 @@ def compile_apart(digest: str) -> None:
 
 
 def compiled_apart() -> list[str]:
-    """The digests that `compile_apart` was told of, for another process that is to keep things in the same folder."""
+    """Return all digests given to `compile_apart`, for another process that must use the same folder."""
     return sorted(_foreign)
 
 
 def cache_folder() -> Path:
-    """Where these sources keep what has been compiled of them."""
+    """Return the folder for the compiled code of these sources."""
     digest = source_digest()
     if _foreign:
         digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
@@ -54,7 +55,7 @@ def cache_folder() -> Path:
 
 
 def is_cached(function: str, *classes: type) -> bool:
-    """Whether a `loop` function of this name has been compiled for arguments of some classes, and is on disk."""
+    """True if a `loop` function of this name is on disk, compiled for arguments of the given classes."""
     with suppress(OSError):
         indexes = [path.read_bytes() for path in cache_folder().rglob(f"*.{function}-*.nbi")]
         return any(all(cls.__name__.encode() in index for cls in classes) for index in indexes)
@@ -62,17 +63,18 @@ def is_cached(function: str, *classes: type) -> bool:
 
 
 def keeps_compiled() -> bool:
-    """Whether what is compiled is kept on disk."""
+    """True if compiled code is kept on disk."""
     with in_cache_folder() as usable:
         return usable
 
 
 @contextmanager
 def in_cache_folder() -> Iterator[bool]:
-    """Point numba's cache at a folder named after the sources; yields whether it can be used.
+    """Point numba's cache at a folder named after the sources; yield whether the folder is usable.
 
-    numba checks only the file of the decorated function: an edit in a file that it calls would run stale code. A home
-    that cannot be written to costs a compilation a process, for numba's own choice of folder has no such guard.
+    numba checks only the file of the decorated function: after an edit in a file that the function calls, stale code
+    would run. If the folder is not writable, each process compiles again; numba's own choice of folder would lack this
+    guard.
     """
     config: Any = numba.config if numba else None
     before = config.CACHE_DIR
@@ -120,7 +122,7 @@ def kernel_sources(texts: Mapping[str, str]) -> set[str]:
 
 
 def _imported(text: str) -> Iterator[str]:
-    """Return what a source imports from the package: files, or names in files; both look alike."""
+    """Yield what a source imports from the package: files, or names in files; both look alike."""
     for match in IMPORT.finditer(text):
         package = match[1].strip(".").replace(".", "/")
         yield package

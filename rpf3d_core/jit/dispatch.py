@@ -1,7 +1,7 @@
-"""What the package needs of numba, and how to do without it: physics written once for both engines.
+"""The interface of the package to numba, with a fallback without numba: physics written once for both engines.
 
-`kernel` marks a function that both engines call, `model_function` a choice among models, `loop` a loop that is
-compiled where numba is there. Without numba all three leave plain Python, and the reference engine works.
+`kernel` marks a function that both engines call, `model_function` a choice among models, `loop` a loop that is compiled
+if numba is installed. Without numba all three leave plain Python, and the reference engine works.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ except ImportError:
     numba = None
 
 Inlined: Any = None
-with suppress(ImportError):  # it may move with a release of numba; without it the first call takes half as long again
+with suppress(ImportError):  # a numba release may break it; without it the first call takes half as long again
     from rpf3d_core.jit.inlining import Inlined
 
 HAS_NUMBA = numba is not None
@@ -28,11 +28,11 @@ HAS_NUMBA = numba is not None
 F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = {"error_model": "numpy", "_nrt": False}
-"""For all compiled code. Nothing in it allocates, so it needs no reference counts (`_nrt`): without them it is three
-times as fast, because each look at an array inside a NamedTuple would count up and down."""
+"""Options of all compiled code. Nothing in it allocates memory, so it needs no reference counts (`_nrt`). Without them
+the code is three times as fast, because each access to an array inside a NamedTuple would count up and down."""
 
 INLINED = OPTIONS | {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""For what only compiled code calls: it is copied into its callers."""
+"""Options of functions that only compiled code calls: they are copied into their callers."""
 if Inlined is not None:
     INLINED["pipeline_class"] = Inlined
 
@@ -49,14 +49,14 @@ class ModelFunction(Protocol):
         """Register the rule of a class."""
 
     def otherwise(self, function: F) -> F:
-        """Register the rule of all classes that have none of their own."""
+        """Register the rule of all classes without a rule of their own."""
 
     def has_rule(self, cls: type) -> bool:
-        """Whether a class has a rule of its own."""
+        """True if a class has a rule of its own."""
 
 
 def kernel(function: F) -> F:
-    """Mark a function of plain values so that compiled code can call it; Python calls it as it is."""
+    """Mark a function of plain values as callable from compiled code; Python calls the function unchanged."""
     if numba is None:
         return function
     marked: F = numba.extending.register_jitable(**INLINED)(function)
@@ -64,10 +64,10 @@ def kernel(function: F) -> F:
 
 
 def loop(function: F) -> F:
-    """Compile a loop over rocks or facets, without the interpreter's lock, on first call, into the disk cache.
+    """Compile a loop over rocks or facets on its first call, without the interpreter's lock, into the disk cache.
 
-    It runs on the calling thread; `ensemble/fly.py` spreads batches over threads, which serves progress and Ctrl-C
-    as well. `py_func` keeps the undecorated function. Order of summation is kept (no fastmath, no contraction), so
+    The loop runs on the calling thread; `ensemble/fly.py` spreads batches over threads, which also serves progress and
+    Ctrl-C. `py_func` keeps the undecorated function. The order of summation is kept (no fastmath, no contraction), so
     that both engines agree to the last bit.
     """
     if numba is None:
@@ -82,8 +82,8 @@ def loop(function: F) -> F:
 def model_function(stub: Callable[..., Any]) -> ModelFunction:
     """Turn a stub `f(model, *args)` into a dispatch on the class of `model`.
 
-    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers where it must compile. `@f.otherwise` that
-    of all classes without one, None among them: where a scene names nothing, nothing else is compiled.
+    `@f.rule(Model)` registers the rule of a class: a NamedTuple of numbers if the rule must compile. `@f.otherwise`
+    registers the rule of all classes without one, including None: if a scene names no model, no other rule is compiled.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
         return rule_of(type(model))(model, *args)
 
     if numba is not None:
-        # numba compares parameter lists with annotations, so neither side may have any
+        # numba compares parameter lists including annotations, so neither function may have annotations
         @numba.extending.overload(call, jit_options=INLINED)
         def compiled(model, *args):  # type: ignore[no-untyped-def]
             rule = rule_of(_class_of(model))
@@ -125,20 +125,21 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
 
 
 OTHERWISE = "otherwise"
-"""Where a model function keeps the rule of classes that have none of their own."""
+"""Key of the rule for all classes without a rule of their own."""
 
 
 def _class_of(kind: Any) -> type:
-    """The class of the values of a numba type: NamedTuples and None have theirs, no others have rules."""
+    """Return the class of the values of a numba type: NamedTuples and None have one; other types have no rules."""
     if isinstance(kind, types.NoneType):
         return type(None)
     return getattr(kind, "instance_class", type(kind))
 
 
 def guarded(instead: F) -> Callable[[F], F]:
-    """Mark a kernel `f(*args)` whose arithmetic may fail: `instead(*args)` is the answer where Python raises.
+    """Mark a kernel `f(*args)` whose arithmetic may fail: where Python raises, the result is `instead(*args)`.
 
-    Compiled code never raises: a root of a negative number is NaN there, a division by zero infinite, and it goes on.
+    Compiled code never raises: there the root of a negative number is NaN, a division by zero is infinite, and the
+    computation continues.
     """
 
     def mark(function: F) -> F:

@@ -1,8 +1,8 @@
-"""How a kernel becomes part of the loops that call it: copied into them, and turned into machine code there alone.
+"""How a kernel becomes part of the loops that call it: copied into them, and turned into machine code only there.
 
-numba optimises every function to the end and makes machine code of it, as if something might call it by itself. Of
-kernels within kernels that was a third of the seconds of a first call, and thrown away. This file rests on numba's
-inner workings: where they have moved it cannot be imported, and `compiling.py` does without it.
+numba optimises every function fully and makes machine code of it, as if the function were called by itself. For kernels
+within kernels that took a third of the time of a first call, and the result was thrown away. This file depends on
+numba's internals: if these change, the file cannot be imported, and `dispatch.py` works without it.
 """
 
 from typing import Any
@@ -15,8 +15,8 @@ NEEDLESS = frozenset((
     "WithLifting", "InlineClosureLikes", "MakeFunctionToJitFunction", "InlineInlinables", "FindLiterallyCalls",
     "LiteralUnroll", "LiteralPropagationSubPipelinePass", "InlineOverloads", "NopythonRewrites", "AnnotateTypes",
 ))  # fmt: skip
-"""Steps for what no kernel has: `with`, functions within functions, loops over mixed tuples, arithmetic of arrays as a
-whole; and listings. A kernel that had any of these would not compile."""
+"""Compilation steps for code that no kernel has: `with`, functions within functions, loops over mixed tuples,
+arithmetic of whole arrays; and listings. A kernel with any of these would not compile."""
 
 for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_finalize_final_module", "_finalized"):
     if not hasattr(JITCodeLibrary, _name):
@@ -24,36 +24,36 @@ for _name in ("codegen", "get_pointer_to_function", "_optimize_final_module", "_
 
 
 class _NoMachineCode:
-    """Stands where numba looks for the machine code of a function, to tell it of Python objects that it may need."""
+    """Replaces the object with a function's machine code, which numba informs of the Python objects needed."""
 
     def set_env(self, name: str, env: Any) -> None:
-        """Nothing: a kernel needs none."""
+        """Do nothing: a kernel needs no Python objects."""
 
 
 class _Copied(JITCodeLibrary):
-    """The code of one kernel, simplified, and that of the kernels that it calls."""
+    """The simplified code of one kernel and of the kernels that it calls."""
 
     @property
     def codegen(self) -> _NoMachineCode:
-        """What would have the machine code."""
+        """An object in place of the one that holds the machine code."""
         return _NoMachineCode()
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Where the machine code of a function begins: nowhere."""
+        """Return 0 as the address of the machine code: there is none."""
         return 0
 
     def _optimize_final_module(self) -> None:
-        """Nothing: the loop that it is copied into is optimised as a whole."""
+        """Do nothing: the loop that contains the kernel is optimised as a whole."""
 
     def _finalize_final_module(self) -> None:
         self._finalized = True
 
 
 class Inlined(Compiler):
-    """Compiles a kernel: `pipeline_class` of numba's options."""
+    """The compiler of kernels: `pipeline_class` of numba's options."""
 
     def define_pipelines(self) -> list[PassManager]:
-        """What is done with a kernel, step by step."""
+        """Return the compilation steps of a kernel."""
         state: Any = self.state
         state.library = _Copied(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
         state.library.enable_object_caching()

@@ -1,7 +1,7 @@
-"""Memory that is used again, and work that is shared out among threads.
+"""Memory that is reused, and work that is shared among threads.
 
-The first touch of fresh memory costs more than what is then written there: a survey of millions of facets that comes
-again and again is laid out where the last but one lay.
+The first access to fresh memory costs more than the data written there: a survey of millions of facets that arrives
+again and again is laid out in the memory of the survey before the previous one.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,46 +12,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 Memory = Callable[[str, int, Any], NDArray[Any]]
-"""Gives an array of a name, a length and a type, whose content is left open."""
+"""Returns an array for a name, a length and a type; the content is undefined."""
 Share = Callable[[Sequence[Callable[[], Any]]], list[Any]]
-"""Does pieces of work, in any order or at the same time, and returns their results in order."""
+"""Executes pieces of work, in any order or at the same time, and returns their results in order."""
 
 SPARE = 8
-"""An array that is too short is made longer by one part in so many than asked for: surveys grow slowly."""
+"""An array that is too short is enlarged to the length asked for plus one part in SPARE of it: surveys grow slowly."""
 
 
 def fresh(name: str, length: int, dtype: Any) -> NDArray[Any]:
-    """A new array (N,) of a length N, as `Memory`."""
+    """Return a new array (N,) of a length N; a `Memory`."""
     return np.empty(length, dtype)
 
 
 def one_by_one(work: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Do the work on this thread, as `Share`."""
+    """Execute the work on this thread, in order; a `Share`."""
     return [piece() for piece in work]
 
 
 def longer(array: NDArray[Any], length: int, rest: int) -> NDArray[Any]:
-    """The same array (N,) where it has a length, or one with room to spare that goes on with `rest`."""
+    """Return the array (N,) if it is long enough, else a longer one with spare room, filled up with `rest`."""
     if len(array) >= length:
         return array
     return np.concatenate([array, np.full(length + length // SPARE - len(array), rest, dtype=array.dtype)])
 
 
 class Kept:
-    """Arrays that are given out again under the same name: a `Memory`. One user at a time."""
+    """A `Memory` that returns the same array for the same name each time. For one user at a time."""
 
     def __init__(self) -> None:
         self._arrays: dict[str, NDArray[Any]] = {}
 
     def __call__(self, name: str, length: int, dtype: Any) -> NDArray[Any]:
-        """The first `length` places of the array of this name; grown, its content lost, where it is too short."""
+        """Return the first `length` elements of the array of this name; a new, empty array if it is too short."""
         if name not in self._arrays or len(self._arrays[name]) < length:
-            self._arrays.pop(name, None)  # before the new one is made: never both
+            self._arrays.pop(name, None)  # frees the old array before the new one is allocated
             self._arrays[name] = np.empty(length + length // SPARE, dtype)
         return self._arrays[name][:length]
 
     def longer(self, name: str, length: int) -> NDArray[Any]:
-        """The array (N,) of a length N, as a call gives it, with the content kept."""
+        """Return the array (N,) of a length N, as a call does, with its content kept."""
         array = self._arrays[name]
         if len(array) < length:
             self._arrays[name] = np.empty(length + length // SPARE, array.dtype)
@@ -65,13 +65,13 @@ class Kept:
 
 
 class Threads:
-    """Some threads that are kept: a `Share`."""
+    """A pool of threads that stays alive; a `Share`."""
 
     def __init__(self, count: int) -> None:
         self._pool = ThreadPoolExecutor(count, thread_name_prefix="ground")
 
     def __call__(self, work: Sequence[Callable[[], Any]]) -> list[Any]:
-        """Do the work on the threads; the first error is raised when all have ended."""
+        """Execute the work on the threads; raise the first error after all pieces have ended."""
         tasks = [self._pool.submit(piece) for piece in work]
         errors = [task.exception() for task in tasks]
         for error in errors:
@@ -81,5 +81,5 @@ class Threads:
 
 
 def halves(count: int) -> list[tuple[int, int]]:
-    """Begin and end of the two halves of so many."""
+    """Return begin and end of the two halves of `count` items."""
     return [(0, count // 2), (count // 2, count)]

@@ -1,4 +1,4 @@
-"""A hint for the processor: a line of the cache that is to be written soon."""
+"""A hint to the processor to load a cache line that will soon be written."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,15 +8,15 @@ from rpf3d_core.jit.dispatch import INLINED, numba
 if numba is not None:
     from numba.core import types
 
-try:  # these may move with a release of numba; without them `prefetch` does nothing
+try:  # a numba release may move these; without them `prefetch` does nothing
     from numba.core import cgutils
-    from numba.core.cgutils import ir  # type: ignore[attr-defined]  # llvmlite's, of the version that numba wants
+    from numba.core.cgutils import ir  # type: ignore[attr-defined]  # llvmlite's, in the version that numba needs
 except ImportError:
     ir = None
 
 
-def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba wants the parameters of both alike
-    """Ask for the line of the cache that holds an element (row, column), to be written soon; nothing but a hint."""
+def _ask_for(array, row, column):  # type: ignore[no-untyped-def]  # numba needs equal parameters in all overloads
+    """Ask the processor to load the cache line of the element (row, column) for writing; only a hint."""
 
 
 prefetch: Callable[[Any, Any, Any], None] = _ask_for
@@ -32,7 +32,7 @@ if numba is not None and ir is not None:
 
     @numba.extending.intrinsic
     def _prefetch(typing_context, array, row, column):  # type: ignore[no-untyped-def]
-        """What LLVM has for it: https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
+        """Call LLVM's intrinsic: https://llvm.org/docs/LangRef.html#llvm-prefetch-intrinsic."""
 
         def build(context, builder, signature, args):  # type: ignore[no-untyped-def]
             word, kind = cgutils.int32_t, signature.args[0]

@@ -1,6 +1,6 @@
-"""Distributions of the numbers that a scene may leave to chance, drawn by inverting them: one uniform number each.
+"""Distributions of the random numbers of a scene, drawn by inversion from one uniform number each.
 
-No draw is rejected, so a number costs the same whatever its bounds, and is a function of one counter.
+No draw is rejected, so each number costs the same whatever its bounds, and is a function of one counter.
 """
 
 import math
@@ -16,19 +16,19 @@ FIXED, UNIFORM, NORMAL, LOGNORMAL, POWER_LAW = range(5)
 """Kinds of distribution."""
 
 RAREST = 2.0**-54
-"""Stands for 0 where a uniform number is turned into one without bounds: half the smallest above it."""
+"""Replaces 0 where a uniform number becomes an unbounded one: half the smallest uniform number above 0."""
 FEW = 5_000
-"""Numbers up to which plain Python draws them: it is done before the loop has been compiled, with the same bits."""
+"""Plain Python draws up to this many numbers: it finishes before the loop has been compiled, with the same bits."""
 
 
 class Distribution(NamedTuple):
-    """A truncated distribution, prepared so that drawing from it is short.
+    """A truncated distribution, prepared so that a draw is cheap.
 
-    kind : FIXED ... POWER_LAW; low, high : bounds, in the unit of what is drawn
+    kind : FIXED ... POWER_LAW; low, high : bounds, in the unit of the drawn number
     location, scale : the number (FIXED); low and high - low (UNIFORM); mean and standard deviation before truncation
         (NORMAL), of the logarithm (LOGNORMAL); 0 and -1/exponent (POWER_LAW)
-    first, span : probability below `low` and between the bounds, before truncation; of a POWER_LAW 0 and the share
-        1 - (low/high)^exponent of what lies above `low`
+    first, span : probability below `low` and between the bounds, before truncation; for a POWER_LAW 0 and the share 1 -
+        (low/high)^exponent of the probability above `low`
     """
 
     kind: int
@@ -41,17 +41,17 @@ class Distribution(NamedTuple):
 
 
 def fixed(value: float) -> Distribution:
-    """Always the same number."""
+    """Return a distribution that always gives the same number."""
     return Distribution(FIXED, value, value, value, 0.0, 0.0, 0.0)
 
 
 def uniform_between(low: float, high: float) -> Distribution:
-    """Every number between two bounds alike; low < high."""
+    """Return the uniform distribution between two bounds; low < high."""
     return Distribution(UNIFORM, low, high, low, high - low, 0.0, 1.0)
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """A normal distribution cut off at its bounds; mean and sd are those before the cut.
+    """Return a normal distribution truncated to its bounds; mean and sd describe it before truncation.
 
     low <= mean <= high, low < high, sd >= 0
     """
@@ -62,10 +62,10 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
 
 
 def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Distribution:
-    """A lognormal distribution cut off at its bounds; mean and sd are those of the number itself before the cut.
+    """Return a lognormal distribution truncated to its bounds; mean and sd describe the number before truncation.
 
-    0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has variance ln(1 + sd^2/mean^2) and mean
-    ln(mean) - variance/2.
+    0 <= low <= mean <= high, mean > 0, sd >= 0. The logarithm has variance ln(1 + sd^2/mean^2) and mean ln(mean) -
+    variance/2.
     """
     if sd == 0.0:
         return fixed(mean)
@@ -77,13 +77,13 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
-    """N(> x) ~ x^-exponent between two bounds (physics reference 6.4); exponent > 0, 0 < low < high."""
+    """Return N(> x) ~ x^-exponent between two bounds (physics reference 6.4); exponent > 0, 0 < low < high."""
     return Distribution(POWER_LAW, low, high, 0.0, -1.0 / exponent, 0.0, 1.0 - (low / high) ** exponent)
 
 
 @kernel
 def quantile(d: Distribution, u: float) -> float:
-    """The number that a distribution stays below with probability u in [0, 1); within its bounds."""
+    """Return the number that a draw stays below with probability u in [0, 1), within the bounds of the distribution."""
     if d.kind == FIXED:
         return d.location
     if d.kind == UNIFORM:
@@ -99,14 +99,15 @@ def quantile(d: Distribution, u: float) -> float:
 
 @kernel
 def standard_normal(u: float) -> float:
-    """The standard normal number of a uniform one in [0, 1); finite, 8.3 standard deviations at most."""
+    """Return the standard normal number of a uniform number in [0, 1); finite, at most 8.3 standard deviations."""
     return normal_quantile(max(u, RAREST))
 
 
 def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The numbers (N,), in the distribution's unit, for shares u (N,) in [0, 1): the same bits however many there are.
+    """Return the numbers (N,), in the distribution's unit, for shares u (N,) in [0, 1).
 
-    NumPy's own logarithm would do for all at once, but its last bit depends on the machine and the length.
+    The bits of a number do not depend on N. NumPy's own logarithm would serve all numbers at once, but its last bit
+    depends on the machine and the length.
     """
     x = np.empty(len(u))
     if len(u) <= FEW:
@@ -118,11 +119,11 @@ def quantiles(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.
 
 @loop
 def _quantile_all(distribution: Distribution, u: NDArray[np.float64], x: NDArray[np.float64]) -> None:
-    """Fill x (N,)."""
+    """Write the number of each share u (N,) into x (N,)."""
     for i in range(len(x)):
         x[i] = quantile(distribution, u[i])
 
 
 def _normal(z: float) -> float:
-    """The probability that a standard normal number stays below z."""
+    """Return the probability that a standard normal number stays below z."""
     return 0.5 * math.erfc(-z / math.sqrt(2.0))

@@ -1,9 +1,9 @@
-"""Ground that is drawn at random: for each rock, or for each of its impacts.
+"""Ground that is drawn at random: for each rock, or for each impact of a rock.
 
-A draw is a function of seed, source, rock, zone, impact and coefficient, so that it is the same on any engine, in any
-order, and whatever else is drawn. From one impact to the next the ground of a zone stays the same: a rock that bounces
-itself out and slides has one restitution for the rest of its bounces and one friction angle for the slide, those of
-the impact that would come next. Otherwise the answer would depend on how many facets the mesh has.
+A draw is a function of seed, source, rock, zone, impact and coefficient. The draw is therefore the same on any engine,
+in any order, and whatever other draws there are. Between two impacts the ground of a zone stays the same: a rock whose
+bounces die out and that then slides has one restitution for the rest of its bounces and one friction angle for the
+slide, drawn for the impact that would come next. Otherwise the result would depend on the number of facets of the mesh.
 """
 
 import math
@@ -21,17 +21,17 @@ PURPOSES = (
     int(Purpose.NORMAL_RESTITUTION), int(Purpose.TANGENTIAL_RESTITUTION), int(Purpose.FRICTION_ANGLE),
     int(Purpose.ROLLING_FRICTION),
 )  # fmt: skip
-"""Of each coefficient, in the order of COEFFICIENTS."""
+"""Purpose of each coefficient, in the order of COEFFICIENTS."""
 COEFFICIENTS = ("R_n", "R_t", "friction_angle", "rolling_friction")
-"""What is drawn, in order of column."""
+"""The coefficients that may be drawn, in the order of the columns."""
 RADIANS = math.pi / 180.0
 
 
 class DrawnSurface(NamedTuple):
-    """The ground of a zone before it is drawn.
+    """The ground of a zone with the distributions of its coefficients.
 
-    R_n, R_t : distributions (-) within [0, 1]; friction_angle : degrees, within [0, 90)
-    stop_speed : m/s; per_impact : whether each impact draws anew, or each rock once
+    R_n, R_t : distributions (-) within [0, 1]; friction_angle : distribution, degrees, within [0, 90)
+    stop_speed : m/s; per_impact : true if each impact draws again, false if each rock draws once
     rolling_friction : distribution (-), >= 0
     """
 
@@ -44,7 +44,7 @@ class DrawnSurface(NamedTuple):
 
     @property
     def coefficients(self) -> tuple[Distribution, ...]:
-        """In the order of COEFFICIENTS."""
+        """The distributions in the order of COEFFICIENTS."""
         return self.R_n, self.R_t, self.friction_angle, self.rolling_friction
 
 
@@ -62,7 +62,7 @@ class DrawnMaterials(NamedTuple):
 
 
 def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
-    """Arrays of Z surfaces, in order of zone; plain `Materials` where no surface leaves anything to chance."""
+    """Return the arrays of Z surfaces, in order of zone; plain `Materials` if all their coefficients are fixed."""
     draws = [surface.coefficients for surface in surfaces]
     if all(draw.kind == FIXED for row in draws for draw in row):
         return materials_of([_certain(surface) for surface in surfaces])
@@ -76,7 +76,7 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 @surface_of.rule(DrawnMaterials)
 def drawn_surface(materials: DrawnMaterials, zone: int, falling: RockContext) -> Surface:
-    """The ground of a zone as this rock finds it: for life, or until its next impact."""
+    """Return the ground of a zone for this rock: drawn once per rock, or for its next impact."""
     number = falling.impacts + 1 if materials.per_impact[zone] else 0
     R_n = _coefficient(materials, zone, falling, number, 0)
     R_t = _coefficient(materials, zone, falling, number, 1)
@@ -87,7 +87,7 @@ def drawn_surface(materials: DrawnMaterials, zone: int, falling: RockContext) ->
 
 @kernel
 def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, number: int, k: int) -> float:
-    """Coefficient k of a zone, drawn if it is left to chance."""
+    """Return coefficient k of a zone; draw it unless it is fixed."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
         return numbers[zone, k, 2]  # type: ignore[no-any-return]
@@ -95,12 +95,12 @@ def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, num
         materials.kind[zone, k], numbers[zone, k, 0], numbers[zone, k, 1], numbers[zone, k, 2], numbers[zone, k, 3],
         numbers[zone, k, 4], numbers[zone, k, 5],
     )  # fmt: skip
-    key: Any = falling.key  # there is one: these materials draw
+    key: Any = falling.key  # these materials draw: the key is never None
     return quantile(d, uniform_at(key.seed, key.source, key.rock, PURPOSES[k] + ZONES * zone, number))
 
 
 def _certain(surface: DrawnSurface) -> Surface:
-    """A surface whose coefficients are numbers; angles become numbers here, as in `drawn_surface`."""
+    """Return a surface of fixed coefficients; the tangent of the angle is taken here, as in `drawn_surface`."""
     mu = math.tan(surface.friction_angle.location * RADIANS)
     R_n, R_t, mu_r = surface.R_n.location, surface.R_t.location, surface.rolling_friction.location
     return Surface(R_n, R_t, mu, surface.stop_speed, mu_r)

@@ -6,16 +6,18 @@ from numpy.typing import NDArray
 from rpf3d_core.materials.streams import Purpose, uniform
 
 ATTEMPTS = 60
-"""Of each number: a normal and a uniform one each. One in twenty is rejected at worst, so 60 leave none (1e-78)."""
+"""Largest number of attempts for each number; an attempt takes one normal and one uniform number. At worst one attempt
+in twenty is rejected, so after 60 attempts none is left (1e-78)."""
 LEAST_SD = 1e-6
-"""Of the mean; below it every number is the mean."""
+"""Standard deviation over the mean (-) below which every number is the mean."""
 
 
 def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float, sd: float) -> NDArray[np.float64]:
-    """Gamma-distributed numbers (N,) of a mean > 0 and a standard deviation, each a function of seed and its number.
+    """Return gamma-distributed numbers (N,) with a mean > 0 and a standard deviation, in the unit of the mean.
 
-    Marsaglia and Tsang 2000 (ACM Transactions on Mathematical Software 26(3):363-372, doi 10.1145/358407.358414): what
-    is rejected is drawn again, with the attempt as the source of the stream, so no number depends on another.
+    Each result is a function of the seed and its own `number` (N,). Marsaglia and Tsang 2000 (ACM Transactions on
+    Mathematical Software 26(3):363-372, doi 10.1145/358407.358414): a rejected number is drawn again, with the attempt
+    as the source of the stream, so no result depends on another.
     """
     if sd <= LEAST_SD * mean:
         return np.full(len(number), mean)
@@ -40,6 +42,6 @@ def gamma_of(seed: int, purpose: Purpose, number: NDArray[np.int64], mean: float
 
 
 def _normal(seed: int, purpose: Purpose, number: NDArray[np.int64], source: int) -> NDArray[np.float64]:
-    """Standard normal numbers (N,) from two uniform ones each (Box and Muller 1958)."""
+    """Return standard normal numbers (N,) from two uniform numbers each (Box and Muller 1958)."""
     radius = np.sqrt(-2.0 * np.log1p(-uniform(seed, source, number, purpose)))
     return np.asarray(radius * np.cos(2.0 * np.pi * uniform(seed, source + 1, number, purpose)))

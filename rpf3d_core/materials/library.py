@@ -1,4 +1,4 @@
-"""What the ground of each zone does to a rock, as arrays that the kernels index by zone."""
+"""The mechanical properties of the ground of each zone, as arrays that the kernels index by zone."""
 
 from typing import Any, NamedTuple
 
@@ -33,19 +33,19 @@ class Materials(NamedTuple):
 
 
 def materials_of(surfaces: list[Surface]) -> Materials:
-    """Arrays of Z surfaces, in order of zone."""
+    """Return the arrays of Z surfaces, in order of zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
     return Materials(*(np.ascontiguousarray(column) for column in columns))
 
 
 @model_function
 def surface_of(materials: object, zone: int, falling: RockContext) -> Surface:
-    """The ground of a zone as a rock finds it; one rule per class of materials."""
+    """Return the ground of a zone for a rock; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
 def fixed_surface(materials: Materials, zone: int, falling: RockContext) -> Surface:
-    """The same for every rock and every impact."""
+    """Return the ground of a zone, which is the same for every rock and every impact."""
     return Surface(
         materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]
     )

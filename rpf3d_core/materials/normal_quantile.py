@@ -11,7 +11,8 @@ from rpf3d_core.jit.dispatch import kernel
 Coefficients = tuple[float, float, float, float, float, float, float, float]
 
 CENTRE = 0.425
-"""Distance from 1/2 up to which the central approximation holds; beyond it the tails are functions of sqrt(-ln p)."""
+"""Distance from 1/2 (-) up to which the central approximation holds. Beyond it the tails are functions of sqrt(-ln
+p)."""
 FAR = 5.0
 """Value of sqrt(-ln p) beyond which the far tail begins (p < 1.4e-11)."""
 
@@ -43,7 +44,7 @@ F: Coefficients = (
 
 @kernel
 def normal_quantile(p: float) -> float:
-    """The z (-) that a standard normal number stays below with probability p, 0 < p < 1."""
+    """Return the z (-) that a standard normal number stays below with probability p, 0 < p < 1."""
     q = p - 0.5
     if abs(q) <= CENTRE:
         return q * _ratio(A, B, CENTRE * CENTRE - q * q)
@@ -57,7 +58,7 @@ def normal_quantile(p: float) -> float:
 
 @kernel
 def _ratio(above: Coefficients, below: Coefficients, r: float) -> float:
-    """The ratio of two polynomials of degree 7 in r, by Horner's rule."""
+    """Return the ratio of two polynomials of degree 7 in r, by Horner's rule."""
     p, q = above[7], below[7]
     for k in range(6, -1, -1):
         p, q = p * r + above[k], q * r + below[k]

@@ -1,6 +1,6 @@
-"""The rock that falls: what a model may ask of it beside its motion, and the columns that this comes from.
+"""The data of a rock that a model may need besides its motion, and the columns that hold these data for many rocks.
 
-A column that no model of a scene asks for is None, so it is neither filled in nor compiled.
+A column that no model of a scene needs is None, so it is neither filled nor compiled.
 """
 
 from typing import Any, NamedTuple
@@ -10,7 +10,7 @@ from rpf3d_core.values import Rock
 
 
 class RockKey(NamedTuple):
-    """What tells a rock's draws from those of all others: the scene's seed, its source, and its number within it."""
+    """The key of a rock's random numbers: seed of the scene, source of the rock, and its number in the source."""
 
     seed: int
     source: int
@@ -18,10 +18,10 @@ class RockKey(NamedTuple):
 
 
 class RockContext(NamedTuple):
-    """One rock that falls.
+    """One rock on its way.
 
-    rock : its mass and radius, None where no model of the scene asks for them
-    key : for draws, None where nothing is drawn; impacts : how many it has had on the ground so far
+    rock : mass and radius; None if no model of the scene needs them
+    key : for draws, None if nothing is drawn; impacts : number of impacts on the ground so far
     """
 
     rock: Rock | None
@@ -30,7 +30,7 @@ class RockContext(NamedTuple):
 
 
 ANY_ROCK = RockContext(None, None, 0)
-"""For models that ask nothing of the rock."""
+"""For models that need no data of the rock."""
 
 
 class RockColumns(NamedTuple):
@@ -41,7 +41,7 @@ class RockColumns(NamedTuple):
 
 
 class RockKeys(NamedTuple):
-    """`RockKey` for each of R rocks: the seed of all, and two columns of R rows."""
+    """`RockKey` for each of R rocks: one seed for all, and two columns of R rows."""
 
     seed: int
     source: Any
@@ -50,7 +50,7 @@ class RockKeys(NamedTuple):
 
 @kernel
 def rock_of(rocks: RockColumns | None, i: int) -> Rock | None:
-    """Mass and radius of rock i."""
+    """Return mass and radius of rock i; None without columns."""
     if rocks is None:
         return None
     return Rock(rocks.mass[i], rocks.radius[i])
@@ -58,7 +58,7 @@ def rock_of(rocks: RockColumns | None, i: int) -> Rock | None:
 
 @kernel
 def key_of(keys: RockKeys | None, i: int) -> RockKey | None:
-    """The key of rock i."""
+    """Return the key of rock i; None without keys."""
     if keys is None:
         return None
     return RockKey(keys.seed, keys.source[i], keys.rock[i])

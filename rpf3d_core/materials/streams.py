@@ -1,8 +1,8 @@
-"""Counter-based random numbers: a draw is a function of seed, source, rock and purpose, not of what was drawn before.
+"""Counter-based random numbers: a draw is a function of seed, source, rock and purpose, not of earlier draws.
 
-So any engine, any number of threads and any order give the same bits, and one more named effect leaves every other
-draw as it was. The generator is Philox4x32-10 of Salmon et al. 2011 (SC'11, doi 10.1145/2063384.2063405), checked
-against the vectors published with it. Its four counter words are
+Any engine, any number of threads and any order therefore give the same bits, and an additional named effect does not
+change any other draw. The generator is Philox4x32-10 of Salmon et al. 2011 (SC'11, doi 10.1145/2063384.2063405),
+checked against the published test vectors. Its four counter words are
 
     rock | source | purpose + 256 zone | number
 
@@ -21,16 +21,16 @@ ROUNDS = 10
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
 WEYL = (0x9E3779B9, 0xBB67AE85)
 WORD = 0xFFFFFFFF
-"""The low 32 bits. Kernels count in signed 64-bit integers: a product may wrap, but its bits are those of the unsigned
-one, and the mask takes off what shifting a negative number brings in."""
+"""The low 32 bits. Kernels compute with signed 64-bit integers: a product may wrap, but its bits equal those of the
+unsigned product. The mask removes the bits that a right shift of a negative number brings in."""
 MANY = 50_000
-"""Draws from which a compiled loop makes them: it takes a tenth of the time, and leaves the same bits."""
+"""Number of draws from which a compiled loop makes them, in a tenth of the time and with the same bits."""
 ZONES = 256
-"""What a zone's number is multiplied by beside a purpose, so there may be up to 256 purposes and 2^24 zones."""
+"""Factor of the zone number in the stream number, so there may be up to 256 purposes and 2^24 zones."""
 
 
 class Purpose(IntEnum):
-    """What a number is drawn for; each has a stream of its own. Numbers are never reused or reordered."""
+    """The purpose of a drawn number; each purpose has its own stream. Values are never reused or reordered."""
 
     ALONG_LINE = 0
     POSITION_X = 1
@@ -69,9 +69,9 @@ class Purpose(IntEnum):
 
 @kernel
 def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[Any, Any, Any, Any]:
-    """Philox4x32-10: four counter words and two key words of 32 bits to four words of 32 random bits.
+    """Return four words of 32 random bits from four counter words and two key words of 32 bits: Philox4x32-10.
 
-    Counter words are integers, or in Python arrays (N,) of uint64: either way the same bits.
+    Counter words are integers or, in Python, arrays (N,) of uint64; the bits are the same.
     """
     for _ in range(ROUNDS):
         first, second = MULTIPLIERS[0] * c0, MULTIPLIERS[1] * c2
@@ -83,7 +83,7 @@ def philox_words(c0: Any, c1: Any, c2: Any, c3: Any, k0: int, k1: int) -> tuple[
 
 @kernel
 def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> float:
-    """The number in [0, 1) of 53 random bits of one rock; the draw of `uniform` for one rock, in a kernel.
+    """Return the number in [0, 1) of 53 random bits for one rock: `uniform` for one rock, in a kernel.
 
     seed : 0 <= seed < 2^63; stream : a purpose + ZONES times a zone; number : of an impact, or 0
     """
@@ -92,26 +92,26 @@ def uniform_at(seed: int, source: int, rock: int, stream: int, number: int) -> f
 
 @kernel
 def _uniform_of(rock: int, source: int, stream: int, number: int, k0: int, k1: int) -> float:
-    """The number in [0, 1) of a counter and a key."""
+    """Return the number in [0, 1) of a counter and a key."""
     high, low, _, _ = philox_words(rock, source, stream, number, k0, k1)
     return ((high >> 5) * 2.0**26 + (low >> 6)) * 2.0**-53  # type: ignore[no-any-return]
 
 
 @loop
 def _uniform_all(k0: int, k1: int, sources: Any, rocks: Any, stream: int, draws: Any) -> None:
-    """Fill draws (R,) for rocks (R,) of sources (R,)."""
+    """Write the draws (R,) for rocks (R,) of sources (R,)."""
     for i in range(len(draws)):
         draws[i] = _uniform_of(rocks[i], sources[i], stream, 0, k0, k1)
 
 
 def philox(counter: NDArray[np.uint64], key: tuple[int, int]) -> NDArray[np.uint64]:
-    """Philox4x32-10: counter (4, N) and key (2,) of 32-bit words to (4, N) words of 32 random bits."""
+    """Return (4, N) words of 32 random bits from a counter (4, N) and a key (2,) of 32-bit words: Philox4x32-10."""
     c0, c1, c2, c3 = counter
     return np.stack(philox_words(c0, c1, c2, c3, *key))
 
 
 def uniform(seed: int, source: ArrayLike, rock: ArrayLike, purpose: Purpose) -> NDArray[np.float64]:
-    """Numbers in [0, 1) of 53 random bits, one for each rock (R,) of a source, or of a source each (R,).
+    """Return numbers in [0, 1) of 53 random bits, one for each rock (R,), all of one source or of sources (R,).
 
     seed : 0 <= seed < 2^64; source, rock : 0 <= number < 2^32
     """

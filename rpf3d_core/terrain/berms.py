@@ -1,8 +1,9 @@
-"""Berms: ridges along lines that are raised over the ground, whose facets are cut where the ridge begins and bends.
+"""Berms: ridges along lines, raised over the ground. Facets are cut where a ridge begins and where its slope changes.
 
-A berm adds to the height of the ground below: nothing outside its foot, its full height on its crest, and evenly more
-from one to the other. So it follows the ground, the surface stays one sheet where it was one, and no rock can get
-between berm and ground, for there is no ground below it. Facets are cut in space by vertical planes, as in `clipping`.
+A berm adds to the height of the ground below it: nothing outside its foot, its full height on its crest, and a linearly
+increasing height in between. The berm therefore follows the ground, a surface that was one sheet stays one sheet, and
+no rock can get between berm and ground, because there is no ground below the berm. Facets are cut in space by vertical
+planes, as in `clipping`.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,17 +22,17 @@ Polygon = list[FloatArray]
 """Corners (3,) m of a convex polygon in space, in order."""
 
 SHARPEST = 0.2
-"""Least 1 + cosine of the angle by which the line of a berm may bend: 143 degrees."""
+"""Least value of 1 + cosine of the angle by which the line of a berm may bend: 143 degrees."""
 ON_LINE = 1e-9
-"""Metres from a line within which a corner lies on it."""
+"""Distance (m) from a line within which a corner lies on the line."""
 SLACK = 1e-6
-"""Metres within which places become one."""
+"""Distance (m) within which places become one."""
 
 
 class Ridge(NamedTuple):
-    """K convex pieces of a berm in plan.
+    """A berm as K convex polygons in plan.
 
-    corners : of each (N, 2) m, counter-clockwise; heights : of each at its corners (N,) m, over the ground
+    corners : of each polygon (N, 2) m, counter-clockwise; heights : (N,) m over the ground, at these corners
     """
 
     corners: tuple[FloatArray, ...]
@@ -39,10 +40,10 @@ class Ridge(NamedTuple):
 
 
 def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> Ridge | None:
-    """The ridge along a line (P, 2) m in plan; None where the line bends too sharply for its width.
+    """Return the ridge along a line (P, 2) m in plan; None if the line bends too sharply for its width.
 
-    height : m, over the ground; width, crest : m, at its foot and at its top, 0 <= crest < width. At the ends of the
-    line it has its full height, and slopes down beyond them as it does to its sides.
+    height : m, over the ground; width, crest : m, at the foot and at the top, 0 <= crest < width
+    At both ends of the line the ridge has its full height, and slopes down beyond them as it does to its sides.
     """
     way = np.diff(line, axis=0)
     along = way / np.hypot(way[:, 0], way[:, 1])[:, None]
@@ -64,7 +65,7 @@ def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> 
 def _sides(
     line: FloatArray, across: FloatArray, inner: float, outer: float, height: float
 ) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """The crest and both slopes along each straight part of the line."""
+    """Yield the crest and both slopes along each straight part of the line: corners (4, 2) m and heights (4,) m."""
     edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]
     rises = (0.0, height, height, 0.0)
     for i in range(len(line) - 1):
@@ -77,7 +78,7 @@ def _sides(
 def _end(
     end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
 ) -> list[tuple[FloatArray, FloatArray]]:
-    """The slopes beyond an end of the line: one onward, and one to each side of it."""
+    """Return the slopes beyond an end of the line: one in the direction of the line and one on each side of it."""
     left = np.array([-onward[1], onward[0]])
     tip = end + (outer - inner) * onward
     a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
@@ -88,10 +89,10 @@ def _end(
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
-    """The terrain with a ridge on it, whose facets belong to a zone.
+    """Return the terrain with a ridge on it; the facets of the ridge belong to a zone.
 
-    A facet that is cut keeps its number for the first of its parts; the others come after all facets. A terrain that
-    the ridge does not touch stays as it is.
+    When a facet is cut, its first part keeps the facet's number; the other parts come after all facets. A terrain that
+    the ridge does not touch is returned unchanged.
     """
     cut = _touched(terrain, ridge)
     if not len(cut):
@@ -116,9 +117,9 @@ def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
 def _as_vertices(
     terrain: Terrain, places: FloatArray, old: NDArray[np.int64], place: NDArray[np.int64]
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """The vertices of a terrain, those that are places moved there, with the other places; the vertex of each place.
+    """Return the vertices (V, 3) of a terrain extended by new places, and the vertex (P,) of each place.
 
-    old : (N,) vertices that lie on the places (N,)
+    old : (N,) vertices that lie on places, and are moved onto them; place : (N,) the place of each
     """
     number = np.full(len(places), -1, dtype=np.int64)
     number[place[::-1]] = old[::-1]
@@ -131,7 +132,7 @@ def _as_vertices(
 
 
 def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
-    """Height (N,) m of a ridge over the ground at points (N, 2) m in plan; 0 beside it."""
+    """Return the height (N,) m of a ridge over the ground at points (N, 2) m in plan; 0 outside the ridge."""
     height = np.zeros(len(points))
     for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
         inside = np.ones(len(points), dtype=bool)
@@ -148,14 +149,17 @@ def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
 
 
 def _off(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
-    """How far points (N, 2) lie to the left of a line in plan (N,) m."""
+    """Return the distance (N,) m of points (N, 2) to the left of a line in plan."""
     return np.asarray(
         (edge[0] * (points[..., 1] - begin[1]) - edge[1] * (points[..., 0] - begin[0])) / np.hypot(edge[0], edge[1])
     )
 
 
 def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
-    """The facets (N,) that no side of a piece of a ridge, or of its box, parts from it in plan."""
+    """Return the facets (N,) that may overlap the ridge in plan.
+
+    A facet is left out if one side of a polygon of the ridge, or of its box, separates it from that polygon.
+    """
     plan = terrain.vertices[:, :2]
     touched = np.zeros(len(terrain.triangles), dtype=bool)
     for corners in ridge.corners:
@@ -170,7 +174,7 @@ def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
 
 
 def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
-    """A facet (3, 3) cut into convex parts, each of which lies within one piece of the ridge or beside all."""
+    """Return a facet (3, 3) cut into convex parts, each inside one polygon of the ridge or outside all of them."""
     inside: list[Polygon] = []
     outside: list[Polygon] = [list(corners)]
     low, high = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
@@ -187,7 +191,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """The part of a polygon within a convex piece of the plan, empty if there is none, and the parts beyond."""
+    """Return the part of a polygon inside a convex polygon of the plan (empty for none), and the parts outside."""
     within, beyond = polygon, []
     for k in range(len(piece)):
         within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
@@ -198,9 +202,10 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """The parts of a convex polygon to the left and to the right of a line in plan; empty where it only touches.
+    """Return the parts of a convex polygon to the left and right of a line in plan; a part that only touches is empty.
 
-    Where an edge is cut does not depend on the direction in which it is gone along: both its facets get the same place.
+    The place where an edge is cut does not depend on the direction of the edge: both facets at the edge get the same
+    place.
     """
     points = np.array(polygon)
     off = _off(points[:, :2], begin, end - begin)
@@ -223,7 +228,7 @@ def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polyg
 
 
 def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The facets (N,) that are not cut but share an edge, or part of one, with one that is."""
+    """Return the facets (N,) that are not cut but share an edge, or a part of an edge, with a cut facet."""
     known = np.zeros(len(terrain.vertices), dtype=bool)
     known[terrain.triangles[cut].ravel()] = True
     near = known[terrain.triangles].sum(axis=1) >= 2
@@ -232,16 +237,16 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """A ring of places without those that repeat the one before."""
+    """Return a ring of places without places that repeat the previous one."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
 def _triangles(
     places: FloatArray, rings: Sequence[NDArray[np.int64]], owners: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-    """Facets (F, 3) that fill rings, with the owner of each (F,), and the places with those in their middles.
+    """Return facets (F, 3) that fill rings, the owner (F,) of each, and the places extended by the centres of rings.
 
-    Places that lie on an edge of a ring become corners of it, so that neighbours share whole edges.
+    Places that lie on an edge of a ring become corners of the ring, so that neighbours share whole edges.
     """
     order = np.argsort(places[:, 0], kind="stable")
     x = places[order, 0]
@@ -266,7 +271,7 @@ def _triangles(
 def _with_places_between(
     places: FloatArray, order: NDArray[np.int64], x: FloatArray, ring: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """A ring with all places that lie on its edges, in their order along them; order : of the places by x."""
+    """Return a ring extended by all places on its edges, in order along them; order : of the places by x."""
     whole = []
     for a, b in zip(ring, np.roll(ring, -1), strict=True):
         begin, way = places[a], places[b] - places[a]
@@ -287,7 +292,7 @@ def _with_places_between(
 def _with_facets(
     terrain: Terrain, facets: NDArray[np.int64], owner: NDArray[np.int64], on_ridge: NDArray[np.bool_], zone: str
 ) -> Terrain:
-    """The terrain with facets (N, 3) in the stead of their owners (N,); some of them (N,) belong to the zone."""
+    """Return the terrain with facets (N, 3) that replace their owners (N,); facets on the ridge (N,) get the zone."""
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     number = np.where(on_ridge, zones.index(zone), terrain.zone[owner]).astype(np.int32)
     corners: IntArray = facets.astype(np.int32)

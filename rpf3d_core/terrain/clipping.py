@@ -1,7 +1,7 @@
-"""Facets cut off exactly at an outline in plan: each is clipped in space by vertical planes.
+"""Facets cut off exactly at an outline in plan: vertical planes clip each facet in space.
 
-Clipping in space, not in plan, serves vertical and overhanging faces alike (Sutherland and Hodgman 1974, Communications
-of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
+Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
+Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
 """
 
 from typing import NamedTuple
@@ -13,15 +13,17 @@ from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CORNERS = 9
-"""Room for the corners of a triangle clipped by three planes: 6, and 9 if rounding should bend its straight edges."""
+"""Room for the corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
-"""Facets that are looked at together: a prism looks at every tile first, and then at the facets of those it meets."""
+"""Number of facets in a tile: each prism is tested against every tile, and then against the facets of the tiles it
+meets."""
 
 
 class _Tiles(NamedTuple):
-    """Facets in tiles of the plan.
+    """Facets grouped into tiles of the plan.
 
-    order : (F,) facets by tile; start, facets : (N,) of each tile, its first place in that order and how many it has
+    order : (F,) facets by tile; start, facets : (N,) of each tile, its first place in that order and its number of
+        facets
     low, high : (N, 2) m, the box in plan around the facets of a tile
     """
 
@@ -33,7 +35,7 @@ class _Tiles(NamedTuple):
 
 
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
-    """The parts (P, 3, 3) m of facets that lie, in plan, in triangles that do not overlap one another.
+    """Return the parts (P, 3, 3) m of facets that lie, in plan, in triangles that do not overlap one another.
 
     corners : (F, 3, 3) m, F >= 1; prisms : (T, 3, 2) m in plan, wound either way
     """
@@ -52,18 +54,18 @@ def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
 
 
 def areas_of(triangles: FloatArray) -> FloatArray:
-    """True areas (P,) m^2 of triangles (P, 3, 3) m in space."""
+    """Return the true areas (P,) m^2 of triangles (P, 3, 3) m in space."""
     x, y, z = normals_of(triangles).T
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def normals_of(triangles: FloatArray) -> FloatArray:
-    """The area of each of P triangles (P, 3, 3) m times its unit normal (P, 3), m^2."""
+    """Return the area of each triangle (P, 3, 3) m times its unit normal, (P, 3) m^2."""
     return area_vectors(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
 
 
 def _tiles_of(corners: FloatArray) -> _Tiles:
-    """Facets (F, 3, 3) by tile."""
+    """Group facets (F, 3, 3) into tiles."""
     low, high = corners[..., :2].min(axis=1), corners[..., :2].max(axis=1)
     side = max(int((len(corners) / FACETS_A_TILE) ** 0.5), 1)
     origin = low.min(axis=0)
@@ -77,7 +79,10 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """(T, 3) which edges leave a wall that stands exactly on them to the prism on their other side: one of each two."""
+    """Return (T, 3) true for edges where a wall that stands exactly on the edge belongs to the prism on the other side.
+
+    Of the two prisms at an edge exactly one gets the wall.
+    """
     edges = [[(*prism[k].tolist(), *prism[(k + 1) % 3].tolist()) for k in range(3)] for prism in prisms]
     known = {edge for row in edges for edge in row}
     left = [[(*edge[2:], *edge[:2]) in known and edge[:2] > edge[2:] for edge in row] for row in edges]
@@ -85,7 +90,7 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """The facets (N,) of the tiles that a prism may meet: not beside its box, nor beyond one of its edges."""
+    """Return the facets (N,) of the tiles that a prism may meet: not outside its box, nor beyond one of its edges."""
     meets = ((tiles.high >= prism.min(axis=0)) & (tiles.low <= prism.max(axis=0))).all(axis=1)
     for k in range(3):
         begin, along = prism[k], prism[(k + 1) % 3] - prism[k]
@@ -98,19 +103,19 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """How far points (..., 3) lie to the left of a line in plan, times its length (...) m^2."""
+    """Return the distance of points (..., 3) to the left of a line in plan, times the line's length (...) m^2."""
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 
 
 def _counter_clockwise(prisms: FloatArray) -> FloatArray:
-    """Triangles (T, 3, 2) in plan with the interior on the left of their edges."""
+    """Return triangles (T, 3, 2) in plan with the interior on the left of their edges."""
     u, w = prisms[:, 1] - prisms[:, 0], prisms[:, 2] - prisms[:, 0]
     return np.where((u[:, 0] * w[:, 1] < u[:, 1] * w[:, 0])[:, None, None], prisms[:, ::-1], prisms)
 
 
 def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
-    """The parts (P, 3, 3) of triangles (N, 3, 3) inside a prism (3, 2), as triangles."""
+    """Return the parts (P, 3, 3) of triangles (N, 3, 3) inside a prism (3, 2), as triangles."""
     points = np.zeros((len(triangles), MOST_CORNERS, 3))
     points[:, :3] = triangles
     count = np.full(len(triangles), 3)
@@ -123,7 +128,10 @@ def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
 def _cut(
     points: FloatArray, count: NDArray[np.int64], begin: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Convex polygons (N, 9, 3) of `count` (N,) corners, less what lies to the right of a line in plan."""
+    """Return convex polygons (N, 9, 3) of `count` (N,) corners without the parts to the right of a line in plan.
+
+    The second result is the number of corners (N,) of each result.
+    """
     off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))
     for i in range(MOST_CORNERS):

@@ -1,7 +1,7 @@
-"""A cloud of points in no order, cut into triangles in plan (Delaunay).
+"""A cloud of unordered points, cut into triangles in plan (Delaunay).
 
-A triangle with a side longer than a given length spans a gap of the survey and is left out: far gaps are holes. Where
-two points have one place in plan the first counts.
+A triangle with a side longer than a given length spans a gap of the survey and is left out: large gaps are holes. If
+two points have the same place in plan, the first one counts.
 """
 
 from typing import Any
@@ -17,26 +17,26 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Over the usual longest side of a triangle (their median): the longest side where a user gives none."""
+"""Default longest side over the usual longest side of a triangle, which is their median (-)."""
 SLOTS = 2
-"""Slots of the table of places, at least, over the points."""
+"""Least number of slots in the table of places over the number of points (-)."""
 
 
 def cloud_mesh(
     points: FloatArray, longest_edge: float | None = None, origin: tuple[float, float, float] | None = None
 ) -> Mesh:
-    """The mesh over points (N, 3) m, a point with a NaN being none, all facets looking up.
+    """Return the mesh over points (N, 3) m, without points that hold a NaN; all facets face up.
 
-    longest_edge : m, of a triangle in plan; None for GAP times what is usual
+    longest_edge : m, of a triangle in plan; None for GAP times the usual length
     origin : of the local frame (m); None for the middle of the points
 
-    Raises TerrainError where no triangle is left, or a point is infinite.
+    Raises TerrainError if no triangle is left, or a point is infinite.
     """
     there = points[~np.isnan(points).any(axis=1)]
     if len(there) < 3:
         raise TerrainError(f"the cloud has {len(there)} points that are no NaN; the terrain needs at least three")
     first = origin_of(np.stack([there.min(axis=0), there.max(axis=0)])[None])
-    vertices = np.ascontiguousarray(there - np.array(first if origin is None else origin)) + 0.0  # no -0.0 is left
+    vertices = np.ascontiguousarray(there - np.array(first if origin is None else origin)) + 0.0  # turns -0.0 into 0.0
     plan = np.ascontiguousarray(vertices[:, :2])
     parts = shapely.get_coordinates(shapely.delaunay_triangles(shapely.linestrings(plan)))
     triangles = _numbers(plan, parts).reshape(-1, 4)[:, :3]
@@ -48,7 +48,7 @@ def cloud_mesh(
 
 
 def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:
-    """The triangles without too long a side, counter-clockwise."""
+    """Return the triangles without a side that is too long, counter-clockwise."""
     a, b, c = (plan[triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     turned = np.where(area[:, None] < 0.0, triangles[:, [0, 2, 1]], triangles)
@@ -59,7 +59,7 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
 
 def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
-    """The number of the point (of N) at each of M places, which are points bit for bit."""
+    """Return the number of the point (of N) at each of M places, which equal points bit for bit."""
     table = np.full(1 << (SLOTS * len(plan)).bit_length(), -1, np.int32)
     keys, wanted = plan.view(np.int64), np.ascontiguousarray(places).view(np.int64)
     out = np.empty(len(places), np.int32)
@@ -70,14 +70,14 @@ def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
 
 @kernel
 def _slot(a: int, b: int, mask: int) -> int:
-    """Where to look for a pair of keys first: their bits folded, so that no product leaves 64 bits."""
+    """Return the first slot to try for a pair of keys: their bits folded, so that no product exceeds 64 bits."""
     mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
     return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
 
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Put the number of each pair of keys into the table, unless an equal pair is there; open addressing."""
+    """Put the number of each pair of keys into the table, unless the table has an equal pair; open addressing."""
     mask = len(table) - 1
     for n in range(len(keys)):
         slot = _slot(keys[n, 0], keys[n, 1], mask)
@@ -92,7 +92,7 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write the number of the entry with each pair of keys."""
+    """Write the number of the entry for each pair of keys."""
     mask = len(table) - 1
     for n in range(len(wanted)):
         slot = _slot(wanted[n, 0], wanted[n, 1], mask)

@@ -1,4 +1,4 @@
-"""The geometry of one facet, as the kernels ask for it."""
+"""The geometry of one facet, for the kernels."""
 
 import math
 
@@ -10,49 +10,57 @@ from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 ALONG_EDGE = 1e-14
 """Sine below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
 ALONG_GULLY = 1e-10
-"""The same for the line between two facets, whose direction is known to 1e-16 over the sine of their angle."""
+"""Sine below which a direction counts as parallel to the line between two facets. The direction of that line is
+known to 1e-16 over the sine of the angle between the facets."""
 PARALLEL = 1e-5
-"""Sine below which two facets count as one plane: their normals tell the line between them to less than 1e-10."""
+"""Sine below which two facets count as one plane: above it their normals give the line between them to better than
+1e-10."""
 BESIDE = 16.0
-"""Widths of a crack for which a way along an edge must stay within a crack of the facet that carries the rock on."""
+"""Length, in widths of a crack, for which a path along an edge must stay within a crack of the facet that carries
+the rock on."""
 FLAT = 1.0 / 64.0
-"""Sine below which a direction on a facet may run along an edge, just outside the facet, where it must not fall."""
+"""Sine below which a direction on a facet may run along an edge, just outside the facet, where the rock must not
+fall."""
 NEAR = 4.0
 """Tolerances within which a rock counts as on the plane of a facet.
 
-More than one: a rock within one tolerance of the edge of a facet it stands on is off its neighbours by as much again,
-and what it does within that distance must not add up to a fall.
+More than one: a rock within one tolerance of the edge of a facet it stands on is off the neighbouring facets by
+as much again. What the rock does within that distance must not add up to a fall.
 """
 TIP = 2.0
-"""Slacks around a facet's box within which points beyond its corners may count as in it.
+"""Slacks around a facet's box within which points beyond its corners may count as in the facet.
 
-Beyond the tip of a needle a point can be near to both edges and yet any number of times as far from the corner: by one
-over the sine of half its angle. Whether a locator offered the facet there would then decide.
+Beyond the tip of a needle a point can be near both edges and still far from the corner: by one over the sine of
+half the angle. The locator's choice of facets would then decide.
 """
 REACH = 1024.0
-"""Tolerances around a facet's box within which a locator must offer it.
+"""Tolerances around a facet's box within which a locator must offer the facet.
 
-A rock may be NEAR CRACK = 256 tolerances off the plane of a facet, and TIP times as many off its corners: 768 together.
+A rock may be NEAR CRACK = 256 tolerances off the plane of a facet, and TIP times as many off its corners: 768
+together.
 """
 
 
 @kernel
 def corner(facets: Facets, f: int, k: int) -> Vec:
-    """Corner k (0, 1, 2) of facet f (m)."""
+    """Return corner k (0, 1, 2) of facet f (m)."""
     first = 12 * f + 3 * k
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def stored_normal(facets: Facets, f: int) -> Vec:
-    """Unit normal of facet f towards its free side; zero where it has no area."""
+    """Return the unit normal of facet f towards its free side; zero if the facet has no area."""
     first = 12 * f + 9
     return facets.geometry[first], facets.geometry[first + 1], facets.geometry[first + 2]
 
 
 @kernel
 def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bool:
-    """Whether point p (m) over the plane of f lies in the facet: up to a slack (m) outside it, or inside by more."""
+    """True if point p (m), projected onto the plane of f, lies in the facet.
+
+    strictly : the point must lie inside by more than `slack` (m); otherwise it may lie up to `slack` outside
+    """
     for k in range(3):
         squared, distance = edge_distance(facets, f, k, p)
         near = distance * distance <= slack * slack * squared
@@ -64,7 +72,7 @@ def contains(facets: Facets, f: int, p: Vec, strictly: bool, slack: float) -> bo
 
 @kernel
 def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
-    """Whether p (m) lies in the box around facet f, widened by a slack (m)."""
+    """True if p (m) lies in the box around facet f, widened by a slack (m)."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     inside = True
     for k in range(3):
@@ -74,7 +82,7 @@ def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
 
 @kernel
 def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
-    """Squared length of edge k and the distance of p inwards from it, times that length (m^2, m^2)."""
+    """Return the squared length of edge k, and the distance of p inwards from the edge times its length (m^2, m^2)."""
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
     inward = cross(stored_normal(facets, f), edge)
@@ -83,21 +91,24 @@ def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]
 
 @kernel
 def edge_inward(facets: Facets, f: int, k: int) -> Vec:
-    """Vector in the plane of f, perpendicular to edge k and pointing into the facet, of the edge's length (m)."""
+    """Return the vector in the plane of f, perpendicular to edge k and into the facet, of the edge's length (m)."""
     edge = subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k))
     return cross(stored_normal(facets, f), edge)
 
 
 @kernel
 def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
-    """The point of the plane of f closest to x (m): takes out what rounding has left."""
+    """Return the point of the plane of f closest to x (m), which removes the rounding of x."""
     n = stored_normal(facets, f)
     return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n))
 
 
 @kernel
 def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
-    """The point common to two planes closest to x (m), which lies on the first; x itself if they are as good as one."""
+    """Return the point common to two planes that is closest to x (m); x itself if the planes are almost the same.
+
+    x lies on the plane of the first facet.
+    """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     across = without(m, n)
     squared = dot(across, across)
@@ -109,10 +120,10 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 
 @kernel
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
-    """Distance (m) along a direction in the plane of f until a rock at x leaves it.
+    """Return the distance (m) along a direction in the plane of f after which a rock at x leaves the facet.
 
-    parallel : sine below which the direction runs along an edge and does not cross it
-    slack : m by which the rock may come beyond an edge that it crosses at a sine below `FLAT`
+    parallel : sine below which the direction runs along an edge and does not cross the edge
+    slack : m by which the rock may pass an edge that it crosses at a sine below `FLAT`
     """
     leave = math.inf
     for k in range(3):
@@ -128,9 +139,10 @@ def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, s
 
 @kernel
 def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> float:
-    """Distance (m) along a direction until a rock at x leaves the box around facet f, widened by a slack (m).
+    """Return the distance (m) along a direction after which a rock at x leaves the box of facet f.
 
-    Beyond the tip of a needle a way may run along both edges for long.
+    slack : m by which the box is widened
+    Beyond the tip of a needle a path may run along both edges for a long distance.
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     leave = math.inf
@@ -144,9 +156,9 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """Whether a way (3,) from x in the plane of f runs along an edge of f, or in f, no further outside than a crack.
+    """True if a path `way` (3,) from x in the plane of f stays in f, or outside f within a crack along an edge.
 
-    It does for BESIDE cracks and more; at rest a rock goes nowhere.
+    It must do so for more than BESIDE cracks. A path of length zero counts as true.
     """
     length = norm(way)
     if length == 0.0:
@@ -156,5 +168,5 @@ def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
 
 @kernel
 def leads_on(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float) -> bool:
-    """Whether a line from x stays on facet f for more than the tolerance."""
+    """True if a line from x stays on facet f for more than the tolerance."""
     return line_exit(facets, f, x, direction, parallel, 0.0) > facets.tolerance

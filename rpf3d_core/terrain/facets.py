@@ -1,6 +1,6 @@
-"""Terrain as arrays: `Terrain` for people, `Facets` for the kernels.
+"""The terrain as arrays: `Terrain` for general use, `Facets` for the kernels.
 
-Both engines read `Facets`; the reference engine through `plain`, which hands out Python floats.
+Both engines read `Facets`; the reference engine reads them through `plain`, which gives Python floats.
 """
 
 import math
@@ -27,30 +27,30 @@ A contact point is computed from coordinates no larger than the diagonal L with 
 
 
 CRACK = 64.0
-"""Tolerances up to which a crack between facets counts as none.
+"""Width, in tolerances, up to which a crack between facets is ignored.
 
-2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH is made for it, so that the
+2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width, so the
 locators offer all facets that may count.
 """
 SURVEYED = 2.0**-57
-"""Contact tolerance over the largest coordinate of the input (-), where that is more than the diagonal gives.
+"""Contact tolerance over the largest coordinate of the input (-), used if it exceeds the tolerance from the diagonal.
 
-The input's coordinates are rounded by up to 2^-53 of themselves before the origin comes off: a vertex on an edge
-(T-junction) may then lie beside it by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than a 2^-17th of
-their coordinates are concerned: 35 m at a northing of 4,600 km.
+The input's coordinates are rounded by up to 2^-53 of their size before the origin is subtracted. A vertex on an
+edge (T-junction) may then lie off the edge by 2^-51. CRACK = 64 tolerances cover that. Only scenes smaller than
+2^-17 of their coordinates are affected: 35 m at a northing of 4,600 km.
 """
 
 
 class Facets(NamedTuple):
-    """What the kernels know of a terrain.
+    """The arrays of a terrain that the kernels read.
 
-    geometry : (12 F,) of each facet what follows, side by side: what is looked at together shares lines of the cache
-    corners : (F, 9) m, local frame, three corners a facet, counter-clockwise seen from the free side
+    geometry : (12 F,) corners and normal of each facet, side by side, so that data used together share cache lines
+    corners : (F, 9) m, local frame, three corners per facet, counter-clockwise seen from the free side
     normals : (F, 3) unit, towards the free side; zero for a facet without area, which no rock can touch
     zone : (F,) index into `Terrain.zones`
     low, high : corners of the bounding box, m
     tolerance : distance within which a point counts as on a facet, m
-    crack : width up to which a crack between facets is none, m
+    crack : width up to which a crack between facets is ignored, m
     """
 
     geometry: Any
@@ -64,7 +64,7 @@ class Facets(NamedTuple):
 
 
 WORLD = Frame()
-"""The frame of a terrain that is local already: origin 0, z up."""
+"""The frame of a terrain that is already local: origin 0, z up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Terrain:
     triangles : (F, 3) indices into vertices, counter-clockwise seen from the free side
     zone : (F,) index into zones
     zones : names, in order of first mention
-    frame : how to return to the input's coordinates
+    frame : conversion to the input's coordinates
     """
 
     vertices: FloatArray
@@ -86,45 +86,48 @@ class Terrain:
 
 
 def facets_of(terrain: Terrain) -> Facets:
-    """The arrays that the kernels read, made from a terrain of F >= 1 facets."""
+    """Return the arrays that the kernels read, for a terrain of F >= 1 facets."""
     geometry, (low, high) = _geometry(terrain.vertices, terrain.triangles)
     zone = np.ascontiguousarray(terrain.zone, dtype=np.int32)
     return facets_from(geometry, zone, low, high, contact_tolerance(low, high, terrain.frame.origin))
 
 
 def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
-    """The facets of rows (F, 12) of corners and normal and of zones (F,); nothing is copied."""
+    """Return the facets for a geometry (F, 12) m of corners and unit normal, and zones (F,); nothing is copied."""
     corners, normals = geometry[:, :9], geometry[:, 9:]
     return Facets(geometry.reshape(-1), corners, normals, zone, low, high, tolerance, CRACK * tolerance)
 
 
 def tolerance_of(terrain: Terrain) -> float:
-    """The tolerance of contacts (m) with the facets of a terrain, as `facets_of` tells it."""
+    """Return the contact tolerance (m) of a terrain, the same as in `facets_of`."""
     corners = terrain.vertices[np.unique(terrain.triangles)]
     low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     return contact_tolerance(low, high, terrain.frame.origin)
 
 
 def contact_tolerance(low: Sequence[float], high: Sequence[float], origin: Sequence[float]) -> float:
-    """Return the tolerance of contacts (m) with a terrain in a box (3,), (3,) m whose frame has an origin (3,) m."""
+    """Return the contact tolerance (m) of a terrain in a box from low (3,) to high (3,) m.
+
+    origin : (3,) m, of the terrain's frame
+    """
     largest = max(abs(o) + max(abs(a), abs(b)) for o, a, b in zip(origin, low, high, strict=True))
     return max(RELATIVE_TOLERANCE * math.dist(low, high), SURVEYED * largest)
 
 
 def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """Unit normals (F, 3) of facets, from vertices (V, 3) m and triangles (F, 3); zero where one has no area."""
+    """Return the unit normals (F, 3) of facets with vertices (V, 3) m and triangles (F, 3); zero without area."""
     return _geometry(vertices, triangles)[0][:, 9:]
 
 
 def area_vectors(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """The area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3)."""
+    """Return the area of each facet times its unit normal (F, 3), m^2, from vertices (V, 3) m and triangles (F, 3)."""
     areas = np.empty((len(triangles), 3))
     _measure(*_as_the_loops_want(vertices, triangles), areas)
     return areas
 
 
 def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tuple[Vec, Vec]]:
-    """`Facets.geometry`, a row a facet (F, 12), and the corners of the bounding box."""
+    """Return `Facets.geometry` as rows (F, 12), and the corners of the bounding box."""
     geometry, box = np.empty((len(triangles), 12)), np.array([[np.inf] * 3, [-np.inf] * 3])
     lay_out(*_as_the_loops_want(vertices, triangles), 0, len(triangles), geometry, box)
     (x, y, z), (u, v, w) = box.tolist()
@@ -132,19 +135,22 @@ def _geometry(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, tu
 
 
 def _as_the_loops_want(vertices: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
-    """Row by row, for another layout or width would be compiled for once more; nearly all are so already."""
+    """Return the arrays as contiguous float64 and int32; any other layout or type would trigger another compilation.
+
+    Nearly all arrays have this layout already.
+    """
     return np.ascontiguousarray(vertices, dtype=np.float64), np.ascontiguousarray(triangles, dtype=np.int32)
 
 
 @kernel
 def area_vector(a: Vec, b: Vec, c: Vec) -> Vec:
-    """The area of the triangle a b c times its unit normal (m^2)."""
+    """Return the area of the triangle a b c times its unit normal (m^2)."""
     return scale(0.5, cross(subtract(b, a), subtract(c, a)))
 
 
 @kernel
 def _unit_normal(area: Vec) -> Vec:
-    """The unit normal of an area vector; zero where there is no area."""
+    """Return the unit normal of an area vector; zero if there is no area."""
     length = norm(area)
     if length > 0.0:
         return area[0] / length, area[1] / length, area[2] / length
@@ -153,7 +159,7 @@ def _unit_normal(area: Vec) -> Vec:
 
 @kernel
 def vertex(vertices: Any, v: int) -> Vec:
-    """Vertex v of (V, 3) m."""
+    """Return vertex v of vertices (V, 3) m."""
     return vertices[v, 0], vertices[v, 1], vertices[v, 2]
 
 
@@ -182,7 +188,7 @@ def lay_out(vertices: Any, triangles: Any, begin: int, end: int, geometry: Any, 
 
 @loop
 def lay_out_some(vertices: Any, triangles: Any, rows: Any, geometry: Any) -> None:
-    """Write corners and unit normal (F, 12) of some facets, by their rows."""
+    """Write corners and unit normal (F, 12) of the facets listed in `rows`."""
     for n in range(len(rows)):
         f = rows[n]
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -203,9 +209,9 @@ def widen_to_corners(corners: Any, marks: Any, begin: int, end: int, box: Any) -
 
 
 def plain(value: Any) -> Any:
-    """The same record with memoryviews for arrays: indexing them gives Python floats, five times as fast as NumPy.
+    """Return the same record with memoryviews for arrays, nested records included.
 
-    Records within it, however deep, alike.
+    Indexing a memoryview gives Python floats, five times as fast as NumPy.
     """
     return type(value)(*(_plain_part(part) for part in value))
 

@@ -1,7 +1,7 @@
-"""The local frame: the input's axes turned z up, less one origin.
+"""The local frame: the input's axes turned z up, minus one origin.
 
-Survey coordinates are large (5e5, 4.5e6): subtracting one origin at load keeps float64 rounding near 1e-13 m
-instead of 1e-9 m (docs/design.md, decisions on contact).
+Survey coordinates are large (5e5, 4.5e6): subtracting one origin when the terrain is read keeps float64 rounding near
+1e-13 m instead of 1e-9 m (docs/design.md, decisions on contact).
 """
 
 from typing import Literal, NamedTuple
@@ -14,26 +14,26 @@ FloatArray = NDArray[np.float64]
 
 
 class Frame(NamedTuple):
-    """Origin (3,) m of the local frame, in z-up axes, and the axis that points up in the input."""
+    """The origin (3,) m of the local frame, in z-up axes, and the axis that points up in the input."""
 
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     up: Up = "z"
 
     def directions_to_local(self, vectors: ArrayLike) -> FloatArray:
-        """Turn input vectors (..., 3) z up."""
+        """Return input vectors (..., 3), turned z up."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], -v[..., 2], v[..., 1]], axis=-1)
 
     def directions_to_input(self, vectors: ArrayLike) -> FloatArray:
-        """Turn local vectors (..., 3) back to the input's axes."""
+        """Return local vectors (..., 3), turned back to the input's axes."""
         v = np.asarray(vectors, dtype=float)
         return v if self.up == "z" else np.stack([v[..., 0], v[..., 2], -v[..., 1]], axis=-1)
 
     def points_to_local(self, points: ArrayLike) -> FloatArray:
-        """Input points (..., 3) m as local points."""
+        """Return input points (..., 3) m as local points."""
         local: FloatArray = self.directions_to_local(points) - np.array(self.origin)
         return local
 
     def points_to_input(self, points: ArrayLike) -> FloatArray:
-        """Local points (..., 3) m as input points."""
+        """Return local points (..., 3) m as input points."""
         return self.directions_to_input(np.asarray(points, dtype=float) + np.array(self.origin))

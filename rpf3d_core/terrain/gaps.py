@@ -1,14 +1,13 @@
-"""Gaps of a terrain, and the caps that close them: where a rock passes through one, it falls below the ground.
+"""Gaps of a terrain, and the caps that close them: a rock that passes through a cap falls below the ground.
 
-A gap is a region in plan, within the convex hull of the terrain, over which the mesh has no ground: a hole, a strip
-between two components, or a bay of the rim. Its cap is a triangulation over the corners of the border around it, at
-their heights, so cap and terrain together are watertight and a cap lies over no ground.
+A gap is a region in plan, within the convex hull of the terrain, where the mesh has no ground: a hole, a strip between
+two components, or a bay of the rim. Its cap is a triangulation over the corners of the border around the gap, at their
+heights. Cap and terrain together are therefore watertight, and a cap lies over no ground.
 
-How often a place in plan is covered follows from the border alone: facets that look up count 1, facets that look down
-count -1, so the sum is the winding number of the border around the place. It is the same all over each face of the
-drawing that the border makes in plan, and a face where it is below 1 is a gap. An overhang over ground counts
-1 - 1 + 1.
-Around the hull stand walls where it is no upright rectangle (`outer_walls.py`).
+The border alone gives the number of times a place in plan is covered: facets that face up count 1, facets that face
+down count -1, so the sum is the winding number of the border around the place. The sum is constant on each face of the
+drawing that the border makes in plan, and a face with a sum below 1 is a gap. An overhang over ground counts 1 - 1 + 1.
+Walls stand around the hull unless it is a rectangle along the axes (`outer_walls.py`).
 A hole in a steep face has hardly any area in plan; its ring is closed in its own plane (`steep_gaps.py`).
 """
 
@@ -35,7 +34,7 @@ class Caps(NamedTuple):
 
     corners : (T, 3, 3) m, counter-clockwise seen from the free side
     outcome : (T,) of a rock that passes through: LOST_TO_HOLE; LEFT_TERRAIN in a bay of the outer rim and at its walls
-    layered : whether ground lies above other ground, so that a rock below the upper one may still meet the lower
+    layered : true if ground lies above other ground, so that a rock below the upper ground may still meet the lower one
     """
 
     corners: FloatArray
@@ -64,7 +63,7 @@ NOTHING = Caps(np.empty((0, 3, 3)), np.empty(0, np.int32))
 def caps_over(border: FloatArray, crack: float) -> Caps:
     """Return the caps of a terrain with border sides (B, 3, 3) m, as `border.border_of` gives them.
 
-    crack : width (m) up to which a gap is a crack between facets, which is not capped
+    crack : width (m) up to which a gap is a crack between facets, which gets no cap
     """
     if len(border) == 0:
         return NOTHING
@@ -81,7 +80,10 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
 
 
 def _outline(border: FloatArray) -> Outline:
-    """Return the border in plan; sides that run back along each other in plan, as at a vertical wall, cancel out."""
+    """Return the border in plan, without pairs of sides that run along each other in opposite directions.
+
+    Such pairs occur at a vertical wall.
+    """
     ends = border[:, :2].reshape(-1, 3) + 0.0
     plan, number = np.unique(ends[:, 0] + 1j * ends[:, 1], return_inverse=True)
     places, height = np.column_stack([plan.real, plan.imag]), np.full(len(plan), np.inf)
@@ -93,7 +95,7 @@ def _outline(border: FloatArray) -> Outline:
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
-    """Return the faces (polygons in plan) within the hull that no ground covers, and whether any is covered twice.
+    """Return the faces (polygons in plan) within the hull that no ground covers, and if any face is covered twice.
 
     Faces no wider than a crack do not count.
     """
@@ -111,10 +113,10 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 
 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
-    """Return a point well inside each of some faces: (G, 2), the middle of its largest triangle.
+    """Return a point well inside each face: (G, 2), the centroid of the face's largest triangle.
 
-    `shapely.point_on_surface` may lie on a corner where a face is pinched; it serves where rounding makes a face, thin
-    as the crack of a T-junction, one that cannot be cut into triangles.
+    `shapely.point_on_surface` may give a corner where a face is pinched. It is used only if rounding makes a face as
+    thin as the crack of a T-junction, so that the face cannot be cut into triangles.
     """
     parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
     order = np.lexsort((-shapely.area(parts), face))
@@ -123,7 +125,7 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
 
 
 def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
-    """Return a face cut into triangles; a point of it where rounding leaves no convex corner to begin with."""
+    """Return a face cut into triangles; a point of the face if rounding leaves no convex corner to start from."""
     try:
         return shapely.constrained_delaunay_triangles(face)
     except shapely.errors.GEOSException:
@@ -131,9 +133,9 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return how often the border runs around each point (Q, 2) m counter-clockwise: (Q,).
+    """Return how often the border runs counter-clockwise around each point (Q, 2) m: (Q,).
 
-    A ray to the east counts sides that cross it northwards, less those that cross it southwards.
+    A ray to the east counts sides that cross it northwards, minus sides that cross it southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -149,10 +151,10 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:
-    """Return which faces (G,) lie open to the outside of the hull and touch one ring of the border only.
+    """Return which faces (G,) are open to the outside of the hull and touch only one ring of the border.
 
-    A face that is open and touches several rings lies between components of the terrain: a rock that flew over it
-    would find ground again.
+    An open face that touches several rings lies between components of the terrain: a rock that flew over it would find
+    ground again.
     """
     owner, corners = _edges_of(faces)
     middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
@@ -170,7 +172,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return the face (N,) and the ends (N, 2, 2) m of each edge around some faces."""
+    """Return the face (N,) and the ends (N, 2, 2) m of each edge around the faces."""
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]
@@ -179,13 +181,13 @@ def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
 
 
 def _places_at(outline: Outline, points: FloatArray) -> Ids:
-    """Return the place of the outline with the very coordinates of each point (N, 2) m; -1 where there is none."""
+    """Return the place of the outline with exactly the coordinates of each point (N, 2) m; -1 if there is none."""
     number = {place: n for n, place in enumerate(map(tuple, outline.places.tolist()))}
     return np.array([number.get(point, -1) for point in map(tuple, (points + 0.0).tolist())], dtype=np.int64)
 
 
 def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tuple[FloatArray, Ids]:
-    """Return triangles (T, 3, 3) m that close some faces, at the heights of the border, and the face (T,) of each."""
+    """Return triangles (T, 3, 3) m that close the faces, at the heights of the border, and the face (T,) of each."""
     parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)
@@ -197,7 +199,7 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
 
 def _lowest_at(points: FloatArray, outline: Outline, crack: float) -> FloatArray:
-    """Return the lowest height (N,) m of the sides that each point (N, 2) m lies on, where sides cross in plan."""
+    """Return the lowest height (N,) m of the sides through each point (N, 2) m, where sides cross in plan."""
     places, height = outline.places[outline.sides], outline.height[outline.sides]
     tree, there = shapely.STRtree(outline.lines), shapely.points(points)
     point, side = np.concatenate([tree.query(there, "dwithin", crack), tree.query_nearest(there)], axis=1)

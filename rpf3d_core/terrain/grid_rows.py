@@ -1,8 +1,8 @@
-"""An organised grid of points laid out as a mesh, row by row: nothing to weld, and one winding for all of it.
+"""An organised grid of points as a mesh, built row by row: there is nothing to weld, and the winding is uniform.
 
 Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`); a
-square with a hole at a corner is a hole. A grid is one sheet whichever way its rows run, so all of its facets look to
-the side that most of its area in plan looks to.
+square with a hole at a corner is a hole. A grid is one sheet whichever way its rows run, so all of its facets face the
+side that most of its area in plan faces.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate
 
 
 class Mesh(NamedTuple):
-    """vertices : (V, 3) m, local; triangles : (F, 3); origin : of the local frame (m)."""
+    """A mesh; vertices : (V, 3) m, local; triangles : (F, 3); origin : of the local frame (m)."""
 
     vertices: FloatArray
     triangles: IntArray
@@ -32,11 +32,11 @@ def grid_mesh(
     points: FloatArray, memory: Memory = fresh, share: Share = one_by_one,
     origin: tuple[float, float, float] | None = None,
 ) -> Mesh:  # fmt: skip
-    """The mesh over an organised grid, points (H, W, 3) m, a point with a NaN being a hole.
+    """Return the mesh over an organised grid, points (H, W, 3) m; a point with a NaN is a hole.
 
     origin : of the local frame (m); None for the middle of the points
 
-    Raises TerrainError where no full square is left, or a point is infinite.
+    Raises TerrainError if no full square is left, or a point is infinite.
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     rows, columns = points.shape[:2]
@@ -62,7 +62,10 @@ def grid_mesh(
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
-    """Where the local frame begins (m): the middle of some boxes (N, 2, 3), in whole metres. Raises TerrainError."""
+    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3), in whole metres. Raises TerrainError.
+
+    A box that is not finite is an error.
+    """
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise TerrainError(NOT_FINITE)
@@ -76,7 +79,7 @@ def _in_halves(share: Share, count: int, work: Callable[[int, int, int], Any]) -
 
 @loop
 def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> None:
-    """Write how many points each row has, and the box (2, 3) of all."""
+    """Write the number of points in each row, and the box (2, 3) of all points."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for r in range(begin, end):
@@ -93,7 +96,7 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 def _place(
     points: Any, begin: int, end: int, x0: float, y0: float, z0: float, before: Any, vertices: Any, number: Any
 ) -> None:
-    """Write the points of some rows, less the origin, and the number of each; -1 for a hole."""
+    """Write the points of some rows, minus the origin, and the number of each point; -1 for a hole."""
     for r in range(begin, end):
         n = before[r]
         for c in range(points.shape[1]):
@@ -107,7 +110,7 @@ def _place(
 
 @loop
 def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: Any, plan: Any) -> None:
-    """Write how many full squares each row has, and twice their area in plan, counter-clockwise."""
+    """Write the number of full squares in each row, and twice their area in plan, counter-clockwise."""
     for r in range(begin, end):
         for c in range(number.shape[1] - 1):
             a, b, d, e = number[r, c], number[r, c + 1], number[r + 1, c], number[r + 1, c + 1]
@@ -119,7 +122,7 @@ def _count_squares(number: Any, vertices: Any, begin: int, end: int, squares: An
 
 @loop
 def _cut(number: Any, begin: int, end: int, turned: bool, first: Any, triangles: Any) -> None:
-    """Write the two triangles of each full square; turned: the other way round."""
+    """Write the two triangles of each full square; turned : true to reverse their winding."""
     one, two = (2, 1) if turned else (1, 2)
     for r in range(begin, end):
         f = 2 * first[r]

@@ -1,4 +1,4 @@
-"""What the obstacles of a scene are called and where they stand, for those who write and draw them."""
+"""Names and places of the obstacles of a scene, for the code that writes and draws them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
-    """The obstacles of a scene, N of them, numbered over all its effects.
+    """The obstacles of a scene, N of them, numbered over all effects. Coordinates are in the terrain's local frame.
 
     names : such as "barriers.fence_1" or "forest"; owner : (N,) index into names of each obstacle
-    lines : (name, points (P, 3) m along its foot) of each that is a line; stems : (T, 4) m, of trees: foot and diameter
-    All in the terrain's local frame.
+    lines : (name, points (P, 3) m along its foot) of each obstacle that is a line
+    stems : (T, 4) m, foot and diameter of each tree
     """
 
     names: tuple[str, ...]
@@ -25,7 +25,7 @@ class Obstacles:
 
 
 def all_of(parts: Sequence[Obstacles]) -> Obstacles:
-    """The obstacles of several effects as those of one scene, numbered on."""
+    """Return the obstacles of several effects as one, numbered consecutively."""
     names = tuple(name for part in parts for name in part.names)
     before = np.cumsum([0, *(len(part.names) for part in parts)])
     owners = [part.owner + n for part, n in zip(parts, before[:-1], strict=True)]

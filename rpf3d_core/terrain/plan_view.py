@@ -1,4 +1,4 @@
-"""The terrain seen from above, as pixels: which facet each pixel shows."""
+"""The terrain seen from above, as pixels: the facet that each pixel shows."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 CANDIDATES_AT_ONCE = 500_000
-"""Pairs of facet and pixel looked at together: bounds the memory to about 50 MB, and stays fast."""
+"""Pairs of facet and pixel processed together: this bounds the memory to about 50 MB, and stays fast."""
 
 EDGE = 1e-9
-"""Barycentric slack (-): a pixel centre on an edge belongs to both facets, never to none."""
+"""Barycentric slack (-): a pixel centre on an edge belongs to both facets, so it is never lost."""
 
 
 class Window(NamedTuple):
@@ -27,30 +27,30 @@ class Window(NamedTuple):
 
     @property
     def width(self) -> float:
-        """East to west, m."""
+        """Extent from west to east, m."""
         return self.right - self.left
 
     @property
     def height(self) -> float:
-        """North to south, m."""
+        """Extent from south to north, m."""
         return self.top - self.bottom
 
 
 @dataclass(frozen=True, eq=False)
 class PlanView:
-    """Facet (H, W) that each pixel shows, -1 where there is none; row 0 is the bottom of the window."""
+    """The facet (H, W) that each pixel shows, -1 for no facet; row 0 is the bottom of the window."""
 
     facet: IntArray
     window: Window
 
 
 def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
-    """The uppermost facet under the centre of each pixel.
+    """Return the uppermost facet under the centre of each pixel, (H, W).
 
     Parameters
     ----------
     terrain : Terrain
-        Facets of any size, overlapping in plan or not; vertical ones show no pixel.
+        Facets of any size, overlapping in plan or not; vertical facets show no pixel.
     window : Window
         Of width and height > 0.
     pixels : int
@@ -65,7 +65,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
     for chunk, pixel, height in _candidates(in_pixels, terrain.triangles, shape):
         above = height > highest[pixel]
         order = np.flatnonzero(above)[np.argsort(height[above], kind="stable")]
-        # Of several candidates for one pixel the last assigned stays: the highest.
+        # Of several candidates for one pixel the last one assigned stays, which is the highest.
         highest[pixel[order]], facet[pixel[order]] = height[order], chunk[order]
     return PlanView(facet.reshape(shape), window)
 
@@ -73,7 +73,7 @@ def seen_from_above(terrain: Terrain, window: Window, pixels: int) -> PlanView:
 def _candidates(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]]:
-    """Facet, pixel and height of the facet there, for every pixel centre that a facet covers; in chunks."""
+    """Yield facet, pixel and height of the facet, in chunks, for every pixel centre that a facet covers."""
     some, first, counts = _pixel_boxes(vertices, triangles, shape)
     pairs = counts[:, 0] * counts[:, 1]
     ends = np.cumsum(pairs)
@@ -92,9 +92,10 @@ def _candidates(
 def _pixel_boxes(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Facets (N,) whose boxes hold a pixel centre; the first pixel (N, 2) and number of them (N, 2), column and row.
+    """Return the facets (N,) whose box holds a pixel centre; and column and row of the first pixel, and their counts.
 
-    Of millions of facets, few hold one: those without are dropped row by row first, then column by column.
+    Both arrays are (N, 2). Of millions of facets only a few hold a pixel centre: the others are dropped by rows first,
+    then by columns.
     """
     height, width = shape
     row, rows = _pixels(vertices[:, 1], triangles, height)
@@ -107,7 +108,10 @@ def _pixel_boxes(
 
 
 def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """The first of `count` pixels that each facet's box holds (F,), and how many, along one axis; places (V,)."""
+    """Return the first of `count` pixels in each facet's box (F,) and their number (F,), along one axis.
+
+    places : (V,) coordinates of the vertices along the axis, in pixels
+    """
     after = np.ceil(np.clip(places, -1.0, count)).astype(np.int32)
     before = np.floor(np.clip(places, -1.0, count)).astype(np.int32)
     a, b, c = triangles.T
@@ -117,9 +121,10 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
 
 
 def _planes(corners: FloatArray) -> FloatArray:
-    """Coefficients (9, F) of three linear functions of (column, row) over facets of corners (F, 3, 3).
+    """Return the coefficients (9, F) of three linear functions of (column, row) over facets of corners (F, 3, 3).
 
-    The weights of the second and third corner, and the height; not finite for a facet that is vertical.
+    The functions are the weights of the second and third corner, and the height. They are not finite for a vertical
+    facet.
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -134,7 +139,10 @@ def _planes(corners: FloatArray) -> FloatArray:
 def _heights(
     planes: FloatArray, repeats: NDArray[np.int64], column: NDArray[np.int64], row: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], FloatArray]:
-    """Which of N pixel centres their facets cover, and the heights there; facet f has the next repeats[f] pixels."""
+    """Return which of N pixel centres lie in their facet, and the heights there.
+
+    repeats : number of consecutive pixels of each facet
+    """
 
     def at(pixels: NDArray[np.int64] | slice, function: int) -> FloatArray:
         x, y, constant = (np.repeat(planes[3 * function + i], repeats)[pixels] for i in range(3))

@@ -1,8 +1,8 @@
-"""The ring between the ground that stays and a patch, cut into triangles in plan.
+"""The ring between the terrain that stays and a patch, cut into triangles in plan.
 
-A Delaunay triangulation of the corners on both sides, in which every given edge is then brought in by turning the
-diagonals that cross it (Sloan 1993, Computers & Structures 47:441). No point is added, so nothing lies in the middle of
-an edge: the seam has no T-junction. Which way three points turn is told exactly.
+A Delaunay triangulation of the corners on both sides. Each given edge is then enforced by swapping the diagonals that
+cross it (Sloan 1993, Computers & Structures 47:441). No point is added, so no point lies in the middle of an edge: the
+seam has no T-junction. The orientation of three points is computed exactly.
 """
 
 from collections import deque
@@ -21,33 +21,33 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""How far off, over the width of the ring, four points are put around it, so that all of its edges lie inside."""
+"""Distance, over the width of the ring, of four extra points around the ring, so that all of its edges lie inside."""
 SURE = 4e-16
-"""Rounding of the turn of three points over the sum of its two products: (3 + 16 eps) eps (Shewchuk 1997, Discrete
-Comput Geom 18:305), eps = 2^-53."""
+"""Rounding of the orientation of three points over the sum of its two products: (3 + 16 eps) eps (Shewchuk 1997,
+Discrete Comput Geom 18:305), eps = 2^-53."""
 TURNS = 64
-"""Turns of diagonals for each edge that crosses a given one, after which it is taken for impossible."""
+"""Number of swaps for each edge that crosses a given edge, after which the edge counts as impossible."""
 CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
-    """Triangles (T, 3), counter-clockwise, over points (N, 2) m in plan, in which all of the edges (E, 2) occur.
+    """Return triangles (T, 3), counter-clockwise, over points (N, 2) m in plan, that contain all edges (E, 2).
 
-    They cover the hull of the points, and what is in its bays as well: who calls picks. Raises TerrainError where two
-    points are one in plan, or two edges cross.
+    The triangles cover the hull of the points, including its bays: the caller selects. Raises TerrainError if two
+    points coincide in plan, or two edges cross.
     """
     given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
     try:
         mesh = _Mesh(plan)
         for a, b in sorted(given):
             mesh.bring_in(a, b, given)
-    except (KeyError, shapely.errors.GEOSException) as error:  # the first triangulation has a gap, or failed
+    except (KeyError, shapely.errors.GEOSException) as error:  # the Delaunay triangulation has a gap, or failed
         raise TerrainError(CROSSING) from error
     return mesh.triangles(len(plan))
 
 
 class _Mesh:
-    """Triangles by their directed edges: the corner to the left of each."""
+    """A triangulation, stored as the corner to the left of each directed edge."""
 
     def __init__(self, plan: FloatArray) -> None:
         low, high = plan.min(axis=0), plan.max(axis=0)
@@ -69,7 +69,7 @@ class _Mesh:
             self._beside[q].add(p)
 
     def _add(self, a: int, b: int, c: int) -> None:
-        """Add a triangle, counter-clockwise."""
+        """Add a counter-clockwise triangle."""
         for p, q, r in ((a, b, c), (b, c, a), (c, a, b)):
             self._left[p, q] = r
             self._beside[p].add(q)
@@ -79,7 +79,7 @@ class _Mesh:
         return turn(self._at[a], self._at[b], self._at[c])
 
     def bring_in(self, u: int, v: int, given: set[Edge]) -> None:
-        """Turn diagonals until u v is an edge."""
+        """Swap diagonals until u v is an edge."""
         crossing = deque(self._crossing(u, v))
         for _ in range(TURNS * (len(crossing) + 1)):
             if not crossing:
@@ -97,7 +97,7 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def _swap(self, a: int, b: int, c: int, d: int) -> None:
-        """The other diagonal, c d, of the two triangles at the edge a b."""
+        """Replace the edge a b of two triangles by the other diagonal, c d."""
         del self._left[a, b], self._left[b, a]
         self._beside[a].discard(b)
         self._beside[b].discard(a)
@@ -105,7 +105,7 @@ class _Mesh:
         self._add(d, c, a)
 
     def _crossing(self, u: int, v: int) -> list[Edge]:
-        """The edges that u v crosses, from u on; none where it is an edge itself."""
+        """Return the edges that u v crosses, starting at u; none if u v is already an edge."""
         if v in self._beside[u]:
             return []
         p, q = self._first_crossed(u, v)
@@ -128,13 +128,13 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def triangles(self, count: int) -> IntArray:
-        """Those whose corners are all among the first `count` points."""
+        """Return the triangles (T, 3) whose corners are all among the first `count` points."""
         some = [(a, b, c) for (a, b), c in self._left.items() if a < b and a < c and max(b, c) < count]
         return np.array(some, dtype=np.int32).reshape(-1, 3)
 
 
 def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
-    """Triangles (T, 3) with the last two corners of those that run clockwise changed about."""
+    """Return triangles (T, 3) counter-clockwise: the last two corners of clockwise triangles are exchanged."""
     (ax, ay), (bx, by), (cx, cy) = (points[corner].T for corner in triangles.T)
     left, right = (ax - cx) * (by - cy), (ay - cy) * (bx - cx)
     backwards = left < right
@@ -144,7 +144,10 @@ def _counter_clockwise(points: FloatArray, triangles: IntArray) -> IntArray:
 
 
 def turn(a: Place, b: Place, c: Place) -> float:
-    """Twice the area of a triangle in plan, its sign exact: above 0 where it runs counter-clockwise."""
+    """Return twice the area of a triangle in plan with an exact sign: positive if counter-clockwise.
+
+    If rounding could change the sign, the result is only the sign: -1, 0 or 1.
+    """
     left, right = (a[0] - c[0]) * (b[1] - c[1]), (a[1] - c[1]) * (b[0] - c[0])
     if abs(left - right) > SURE * (abs(left) + abs(right)):
         return left - right
@@ -154,7 +157,7 @@ def turn(a: Place, b: Place, c: Place) -> float:
 
 
 def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
-    """The sides (E, 2) of triangles (F, 3) that no other of them runs back along."""
+    """Return the sides (E, 2) of triangles (F, 3) along which no other triangle runs in the opposite direction."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     ahead, back = sides[:, 0] * vertices + sides[:, 1], sides[:, 1] * vertices + sides[:, 0]
     back.sort()

@@ -1,6 +1,6 @@
-"""The ground straight below points in plan, and along lines: exact, from the facets, for what is put on a terrain.
+"""The ground straight below points in plan, and along lines: exact, from the facets, for objects placed on a terrain.
 
-Of several sheets above each other the highest counts.
+Where several sheets lie above each other, the highest sheet counts.
 """
 
 from collections.abc import Iterator
@@ -14,17 +14,19 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 AT_ONCE = 65_536
-"""Facets that are looked at together."""
+"""Number of facets processed together."""
 NEAR = 1e-9
-"""Share of a facet's width in plan by which it is widened, so that no place on an edge lies beside both its facets."""
+"""Share of a facet's width in plan (-) by which the facet is widened, so that no place on an edge lies outside both
+facets."""
 SHORTEST = 1e-6
-"""Metres of a line without ground that are no hole but a crack."""
+"""Length (m) of a line without ground up to which the gap is a crack and not a hole."""
 
 
 class Section(NamedTuple):
-    """N pieces of a line in plan over one facet each, in order.
+    """N segments of a line in plan, each over one facet, in order.
 
-    share : (N, 2) of the line's length at which each begins and ends; z : (N, 2) m, the ground there; facet : (N,)
+    share : (N, 2) of the line's length at which each begins and ends; z : (N, 2) m, the ground there
+    facet : (N,) under each segment
     """
 
     share: FloatArray
@@ -33,13 +35,16 @@ class Section(NamedTuple):
 
 
 def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Height (N,) m of the ground at points (N, 2) m in plan, and the facet there (N,); -inf and -1 where none is."""
+    """Return the height (N,) m of the ground at points (N, 2) m in plan, and the facet (N,).
+
+    Where there is no ground the height is -inf and the facet -1.
+    """
     z, facet = np.full(len(points), -np.inf), np.full(len(points), -1, dtype=np.int64)
     for f, p in _pairs(terrain, points):
         corners = terrain.vertices[terrain.triangles[f]]
         height, inside = _height_in(corners, points[p])
         f, p, height = f[inside], p[inside], height[inside]
-        order = np.lexsort((-f, height, p))  # of each point the highest last, of equals the first facet
+        order = np.lexsort((-f, height, p))  # for each point the highest is last; of equal heights the first facet
         f, p, height = f[order], p[order], height[order]
         last = np.append(p[1:] != p[:-1], True) if len(p) else np.empty(0, dtype=bool)
         f, p, height = f[last], p[last], height[last]
@@ -49,7 +54,10 @@ def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray
 
 
 def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Height (N,) m of the plane of facets (N, 3, 3) at points (N, 2) in plan, and whether they lie in the facet."""
+    """Return the height (N,) m of the planes of facets (N, 3, 3) at points (N, 2) in plan.
+
+    The second result is true (N,) for points that lie in their facet.
+    """
     a, u, w = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0]
     flat = area == 0.0
@@ -61,7 +69,10 @@ def _height_in(corners: FloatArray, points: FloatArray) -> tuple[FloatArray, NDA
 
 
 def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Facets and points (P,), (P,) whose boxes in plan meet: points lie sorted by rows of a grid, and along each."""
+    """Yield facets (P,) and points (P,) whose boxes in plan overlap.
+
+    Points are sorted by rows of a grid, and along each row.
+    """
     if not len(points):
         return
     low, high = points.min(axis=0), points.max(axis=0)
@@ -81,7 +92,7 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
         last = np.clip(np.floor((top[near] - low[1]) / depth).astype(np.int64), 0, rows - 1)
         facet, within = _spread(near, last - first + 1)
         at_row = np.repeat(first, last - first + 1) + within
-        # A share of a row's key is known to 2^-52 of the largest key.
+        # The fraction within a row is known to 2^-52 of the largest key.
         slip = 2.0**-50 * (2.0 * rows + 1.0)
         start = np.searchsorted(key, 2.0 * at_row + np.clip((left[facet] - low[0]) / width, 0.0, 1.0) - slip)
         stop = np.searchsorted(key, 2.0 * at_row + np.clip((right[facet] - low[0]) / width, 0.0, 1.0) + slip)
@@ -90,14 +101,14 @@ def _pairs(terrain: Terrain, points: FloatArray) -> Iterator[tuple[NDArray[np.in
 
 
 def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Each value as often as its count, and 0, 1, ... of each."""
+    """Return each value repeated by its count, and the index 0, 1, ... of each repetition."""
     ends = np.cumsum(counts)
     total = int(ends[-1]) if len(ends) else 0
     return np.repeat(values, counts), np.arange(total) - np.repeat(ends - counts, counts)
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """The ground along a straight line in plan from begin (2,) to end (2,) m; None where there is a hole below it."""
+    """Return the ground along a straight line in plan from begin (2,) to end (2,) m; None if there is a hole below."""
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]
@@ -122,10 +133,14 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 
 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
-    """The facets (N,) whose boxes in plan meet that of a line, and that it passes on neither side."""
+    """Return the facets (N,) that a line may cross in plan.
+
+    A facet is left out if its box does not meet the box of the line, or if the facet lies entirely on one side of the
+    line.
+    """
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     x, y = (terrain.vertices[:, k] for k in (0, 1))
-    # Of each vertex on which sides of the box, and of the line, it lies: bits that all three share put a facet off it.
+    # One bit per side of the box and of the line: a bit that all three vertices share means that the facet is outside.
     side = (end[0] - begin[0]) * (y - begin[1]) - (end[1] - begin[1]) * (x - begin[0])
     off = (x < low[0]) + 2 * (x > high[0]) + 4 * (y < low[1]) + 8 * (y > high[1]) + 16 * (side < 0) + 32 * (side > 0)
     code = off.astype(np.uint8)
@@ -133,8 +148,11 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
 
 
 def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shares (N,), (N,) of a line at which it comes over facets (N, 3, 3) in plan and leaves them (Cyrus and Beck 1978,
-    Computers and Graphics 3:23-28); a facet without a plan is left before it is entered."""
+    """Return the shares (N,), (N,) of a line at which it enters and leaves facets (N, 3, 3) in plan.
+
+    Cyrus and Beck 1978, Computers and Graphics 3:23-28. For a facet without area in plan, and one that the line misses,
+    the second share is below the first.
+    """
     plan = corners[..., :2]
     u, w = plan[:, 1] - plan[:, 0], plan[:, 2] - plan[:, 0]
     turn = np.sign(u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0])

@@ -7,12 +7,12 @@ from rpf3d_core.terrain.facets import IntArray
 
 
 def grid_triangles(there: NDArray[np.bool_], rows_run_south: bool = False) -> IntArray:
-    """Two triangles (F, 3) for each square of four neighbouring points, all cut along the same diagonal.
+    """Return two triangles (F, 3) for each square of four neighbouring points, all cut along the same diagonal.
 
-    there : (H, W) whether a point exists; points are numbered row by row, those that exist only
-    rows_run_south : whether later rows lie south of earlier ones, columns running east; the facets then still look up
+    there : (H, W) true where a point exists; only existing points are numbered, row by row
+    rows_run_south : true if later rows lie south of earlier rows, with columns running east; facets then still face up
 
-    A square with a point missing is a hole. The diagonal runs from each point to that of the next row and column.
+    A square with a missing point is a hole. The diagonal runs from each point to the point of the next row and column.
     """
     number = np.full(there.shape, -1, np.int32)
     number[there] = np.arange(np.count_nonzero(there), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Holes in faces so steep that they have hardly any area in plan, closed in the plane of their own ring."""
+"""Holes in faces so steep that the holes have hardly any area in plan, closed in the plane of their own ring."""
 
 import numpy as np
 import shapely
@@ -8,14 +8,15 @@ from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
-"""Vertical part of the area of a ring over all of it below which the ring is closed in its own plane: 78 degrees."""
+"""Vertical component of a ring's area vector over its length (-) below which the ring is closed in its own plane: 78
+degrees."""
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
-    """Return the border sides that are left, and the triangles (T, 3, 3) m that close the holes in steep faces.
+    """Return the remaining border sides, and the triangles (T, 3, 3) m that close the holes in steep faces.
 
-    A ring is a hole where it runs clockwise seen from the free side of the facets around it; a ring around a component
-    runs counter-clockwise and stays. So does a ring that crosses itself in its own plane.
+    A ring is a hole if it runs clockwise seen from the free side of the facets around it. A ring around a component
+    runs counter-clockwise and stays. A ring that crosses itself in its own plane stays as well.
 
     border : (B, 3, 3) m, as `border.border_of` gives it; crack : width (m) up to which a hole is a crack
     """
@@ -43,7 +44,7 @@ def _ring_of(border: FloatArray) -> Corners:
 
 
 def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
-    """Return the area vector (R, 3) m2 of each ring, and the normals (R, 3) around it by length of side."""
+    """Return the area vector (R, 3) m2 of each ring, and the sum (R, 3) of its facets' normals by side length."""
     count = int(label.max()) + 1
     a, b, third = border.transpose(1, 0, 2)
     a, way = a - border[0, 0], b - a
@@ -57,9 +58,9 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
 
 
 def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m over one ring of sides (N, 2, 3), looking to where a vector (3,) points.
+    """Return triangles (T, 3, 3) m over one ring of sides (N, 2, 3), which face along a vector (3,).
 
-    None where the sides are not one ring, or it crosses itself in the plane across that vector.
+    Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to that vector.
     """
     ring = _in_order(sides)
     if ring is None:
@@ -80,7 +81,7 @@ def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray 
 
 
 def _in_order(sides: FloatArray) -> FloatArray | None:
-    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None where there are several."""
+    """Return the corners (N, 3) m of one ring in the order of its sides (N, 2, 3); None if there are several rings."""
     following = {tuple(begin): tuple(end) for begin, end in (sides + 0.0).tolist()}
     ring = [next(iter(following))]
     while len(ring) <= len(sides) and following.get(ring[-1]) not in (ring[0], None):

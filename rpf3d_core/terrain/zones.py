@@ -1,4 +1,4 @@
-"""Zones drawn in plan: which facets a polygon covers."""
+"""Zones drawn in plan: the facets that a polygon covers."""
 
 from dataclasses import replace
 
@@ -14,29 +14,29 @@ Flags = NDArray[np.bool_]
 
 
 def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
-    """Plan coordinates (..., 2) m in the input's own axes of local points (..., 3): x y, or x z where y is up."""
+    """Return plan coordinates (..., 2) m of local points (..., 3), in the input's axes: x y, or x z if y is up."""
     there = frame.points_to_input(points)
     return there[..., :2] if frame.up == "z" else there[..., ::2]
 
 
 def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
-    """(N,) whether plan points (N, 2) m lie in the polygons or on their rim."""
+    """Return (N,) true for plan points (N, 2) m in the polygons or on their rim."""
     shapely.prepare(polygons)
     return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
 
 
 def covered_facets(terrain: Terrain, polygons: MultiPolygon) -> Flags:
-    """(F,) whether the centroid of a facet lies, in plan, in the polygons."""
+    """Return (F,) true for facets whose centroid lies, in plan, in the polygons."""
     return covered(polygons, centroids_in_plan(terrain))
 
 
 def centroids_in_plan(terrain: Terrain) -> FloatArray:
-    """Plan coordinates (F, 2) m, in the input's own axes, of the centroids of facets."""
+    """Return the plan coordinates (F, 2) m, in the input's axes, of the centroids of the facets."""
     return in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1))
 
 
 def with_zone(terrain: Terrain, zone: str, facets: Flags) -> Terrain:
-    """The terrain with the flagged facets (F,) in a zone, which is added if the terrain does not have it yet."""
+    """Return the terrain with the flagged facets (F,) in a zone; a new zone is added to the terrain."""
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     numbers: IntArray = np.where(facets, np.int32(zones.index(zone)), terrain.zone).astype(np.int32)
     return replace(terrain, zone=numbers, zones=zones)

@@ -1,1 +1,1 @@
-"""What is wrong with a mesh, and its repair: welding, winding, edges, borders."""
+"""Faults of a mesh and their repair: welding, winding, edges, borders."""

@@ -1,4 +1,4 @@
-"""The border of a mesh: the sides of facets that no neighbour runs back along.
+"""The border of a mesh: the sides of facets along which no neighbour runs in the opposite direction.
 
 Seen from the free side, the terrain lies to the left of each side. The sides of a whole mesh form closed rings:
 counter-clockwise around a component, clockwise around a hole.
@@ -20,8 +20,9 @@ Corners = NDArray[np.integer[Any]]
 def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh) -> FloatArray:
     """Return the border sides (B, 3, 3) m: begin, end and third corner of their facet.
 
-    A side counts as often as facets run along it more than back along it: an edge between two facets, and one between
-    two facets and two duplicates of them, do not count. Facets with two corners on one vertex have no sides.
+    A side counts as many times as facets run along it more often than in the opposite direction. An edge between two
+    facets therefore does not count, and neither does one between two facets and two duplicates of them. Facets with two
+    corners on one vertex have no sides.
 
     Parameters
     ----------
@@ -39,10 +40,10 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 
 
 def net_sides(gone: Corners, came: Corners) -> Corners:
-    """Return the sides (N, 3) that a border gains where triangles (G, 3) go and triangles (C, 3) come.
+    """Return the sides (N, 3) that a border gains if triangles `gone` (G, 3) are replaced by triangles `came` (C, 3).
 
-    A side of the border that has a neighbour afterwards stands there running backwards (`border_after`). The third
-    corner of a side that a triangle left behind is that of the triangle which went.
+    A side of the old border that has a neighbour afterwards is included in the opposite direction (`border_after`). A
+    side left open by a removed triangle has the third corner of that triangle.
     """
     triangles = np.concatenate([gone[:, [0, 2, 1]], came]).astype(np.int64)
     sides = np.concatenate([triangles[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
@@ -50,9 +51,9 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 
 
 def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
-    """Return the border (B, 3, 3) m that has gained sides (N, 3, 3) m: sides that run back along each other cancel out.
+    """Return the border (B, 3, 3) m plus gained sides (N, 3, 3) m, without pairs of opposite sides.
 
-    Vertices are told apart by their coordinates, so those that stay must keep every bit.
+    Vertices are identified by their coordinates, so vertices that stay must keep every bit.
     """
     sides = np.concatenate([border, gained])
     ends = np.ascontiguousarray(sides[:, :2]).reshape(-1, 3) + 0.0  # -0.0 and 0.0 are one coordinate
@@ -62,7 +63,7 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return which sides (N, 2), given by the numbers of their ends, are left where opposite sides cancel out: (N,)."""
+    """Return true (N,) for sides left after opposite sides cancel out; sides : (N, 2) numbers of their ends."""
     low, high = number.min(axis=1).astype(np.int64), number.max(axis=1).astype(np.int64)
     up = number[:, 0] < number[:, 1]
     edge = np.unique(low * (int(high.max(initial=0)) + 1) + high, return_inverse=True)[1]
@@ -70,7 +71,7 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
         edge[~up], minlength=edge.max(initial=-1) + 1
     )
     wanted = np.where(up, net[edge], -net[edge])
-    order = np.lexsort((~up, edge))  # sides of one edge and direction lie together
+    order = np.lexsort((~up, edge))  # places sides of the same edge and direction next to each other
     runs = np.concatenate([[True], (np.diff(edge[order]) != 0) | (np.diff(up[order].astype(np.int8)) != 0)])
     place = np.arange(len(order)) - np.maximum.accumulate(np.where(runs, np.arange(len(order)), 0))
     kept = np.zeros(len(number), dtype=bool)
@@ -81,7 +82,7 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 def _marks(vertices: int) -> NDArray[np.int64]:
     """Return a number of 43 bits for each vertex, so scattered that sums of them hardly ever agree by chance.
 
-    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of them add up to less than 2^63.
+    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to less than 2^63.
     """
     z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -91,9 +92,9 @@ def _marks(vertices: int) -> NDArray[np.int64]:
 
 @loop
 def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
-    """Add up at each vertex the marks of the vertices that sides run to, less those that sides come from.
+    """Add up at each vertex the marks of the ends of its outgoing sides, minus those of the starts of incoming sides.
 
-    It is 0 where every side runs back, so a vertex with another balance lies on the border.
+    The balance is 0 where every side has an opposite side, so a vertex with another balance lies on the border.
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -105,7 +106,7 @@ def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
 
 @loop
 def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
-    """Return how many sides run between two vertices out of balance; write as many as `sides` (N, 3) has rows."""
+    """Return the number of sides between two vertices out of balance; write as many as `sides` (N, 3) has rows."""
     count = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]

@@ -1,4 +1,4 @@
-"""Connected components of a graph given as pairs."""
+"""Connected components of a graph given as pairs of nodes."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ Index = NDArray[np.int32]
 
 
 def components(count: int, a: Index, b: Index) -> Index:
-    """The smallest node that each node is connected to; it does not depend on the order of the pairs.
+    """Return the smallest node that each node is connected to, (count,); the order of the pairs does not matter.
 
     Parameters
     ----------
@@ -32,10 +32,10 @@ def components(count: int, a: Index, b: Index) -> Index:
 
 @loop
 def _join(above: Any, a: Any, b: Any) -> None:
-    """Hang the larger root of each pair under the smaller, then every node under its root.
+    """Attach the larger root of each pair to the smaller root, then every node to its root.
 
-    Halving the way up at every look keeps it short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node hangs under a
-    smaller one always, so that in rising order all above it hang under their roots already.
+    Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node is always
+    attached to a smaller one, so in rising order the parent of each node is already attached to its root.
     """
     for p in range(len(a)):
         i, j = a[p], b[p]

@@ -1,4 +1,4 @@
-"""The edges of a triangle mesh: which facets meet at each, and in which direction each runs through it."""
+"""The edges of a triangle mesh: the facets that meet at each edge, and the direction of the edge in each facet."""
 
 from typing import Any, NamedTuple
 
@@ -13,13 +13,13 @@ Flags = NDArray[np.bool_]
 
 
 class Edges(NamedTuple):
-    """Edges of a mesh, each with its run of uses; a use is one facet's side.
+    """Edges of a mesh, each with its run of uses; a use is one side of a facet.
 
     low, high : (E,) the vertices of each edge, low < high
-    start : (E,) first use of each edge; uses : (E,) their number
+    start : (E,) first use of each edge; uses : (E,) number of uses
     facet : (U,) the facet of each use
-    down : (U,) whether the facet runs from high to low
-    A facet with two corners on one vertex has no sides here: its neighbours meet as if it were not there.
+    down : (U,) true if the facet runs from high to low
+    A facet with two corners on one vertex has no sides here: its neighbours meet as if the facet did not exist.
     """
 
     low: Index
@@ -31,7 +31,7 @@ class Edges(NamedTuple):
 
 
 def edges_of(triangles: Index, vertices: int) -> Edges:
-    """The edges of F triangles (F, 3) over a number of vertices, sorted by their vertices."""
+    """Return the edges of F triangles (F, 3) over `vertices` vertices, sorted by their vertices."""
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     reach, keys = _reach(triangles).bit_length(), np.empty(3 * len(triangles), np.int64)
     _write_side_keys(triangles, vertices, reach, keys)
@@ -45,26 +45,26 @@ def edges_of(triangles: Index, vertices: int) -> Edges:
 
 
 def collapsed(triangles: Index) -> Flags:
-    """(F,) whether two corners of a facet are the same vertex."""
+    """Return (F,) true for facets with two corners on the same vertex."""
     a, b, c = triangles.T
     return np.asarray((a == b) | (b == c) | (c == a))
 
 
 def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
-    """Facets (P,), (P,) on the two sides of each manifold edge, and whether their windings agree there."""
+    """Return the facets (P,), (P,) on both sides of each manifold edge, and true (P,) if their windings agree there."""
     first = edges.start[edges.uses == 2]
     agree = edges.down[first] != edges.down[first + 1]
     return edges.facet[first], edges.facet[first + 1], agree
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """The facets (B,) of all uses of edges that have not exactly two: boundaries and non-manifold edges."""
+    """Return the facets (B,) of all uses of edges without exactly two uses: boundaries and non-manifold edges."""
     return np.asarray(edges.facet[np.repeat(edges.uses != 2, edges.uses)])
 
 
 @loop
 def _reach(triangles: Any) -> int:
-    """The largest difference between two vertices of a side."""
+    """Return the largest difference between the two vertices of a side."""
     reach = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -74,10 +74,10 @@ def _reach(triangles: Any) -> int:
 
 @loop
 def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> None:
-    """Write a number for each side (3 F,), k F + f for side k of facet f, with `reach` bits for the reach of an edge.
+    """Write a key for each side into keys (3 F,), at k F + f for side k of facet f.
 
-    It packs the lower vertex, the reach to the higher one and the direction, so that sorting brings the uses of an
-    edge together; sides of collapsed facets come last.
+    A key packs the lower vertex, the reach to the higher vertex (`reach` bits) and the direction, so that sorting
+    brings the uses of an edge together. Sides of collapsed facets come last.
     """
     count = len(triangles)
     for f in range(count):
@@ -96,7 +96,7 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 def _cut_into_edges(
     keys: Any, side: Any, used: int, reach: int, facets: int, low: Any, high: Any, start: Any, facet: Any, down: Any
 ) -> int:  # fmt: skip
-    """Write the edges and their uses from sorted keys (3 F,) and the sides (3 F,) that they are of; how many edges."""
+    """Write the edges and their uses from sorted keys (3 F,) and their sides (3 F,); return the number of edges."""
     count = 0
     for use in range(used):
         edge = keys[use] >> 1

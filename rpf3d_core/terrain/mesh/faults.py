@@ -1,4 +1,4 @@
-"""The fault report: what a mesh holds, what is wrong with it, and what was repaired."""
+"""The fault report: contents, faults and repairs of a mesh."""
 
 import re
 from dataclasses import dataclass
@@ -19,20 +19,20 @@ from rpf3d_core.values import Vec
 
 @dataclass(frozen=True)
 class FaultReport:
-    """What a terrain's mesh holds and what is wrong with it; lengths in m, areas in m^2.
+    """Contents and faults of a terrain's mesh; lengths in m, areas in m^2.
 
     files : where the mesh came from
     triangles, vertices, edges : counts, after welding
-    area, area_by_zone : of all facets, and of each zone's
-    pieces : parts that no edge connects
-    boundary_edges : edges of one facet; holes : closed rings of them, besides one outer ring for each piece (rings
+    area, area_by_zone : of all facets, and of the facets of each zone
+    pieces : number of components, which no edge connects
+    boundary_edges : edges of one facet; holes : closed rings of them, besides one outer ring for each component (rings
         that touch at a vertex count as one)
     non_manifold_edges : edges of three facets or more
-    zero_area_facets, duplicate_facets : counts; they are kept, so facet ids are those of the files
-    flipped_facets : facets that were turned over to look towards the free side
-    one_sided_pieces : pieces without two sides, left as they were
+    zero_area_facets, duplicate_facets : counts; these facets are kept, so facet numbers are those of the files
+    flipped_facets : facets that were turned over to face the free side
+    one_sided_pieces : components with only one side, left unchanged
     low, high : corners of the bounding box in the input's own coordinates
-    steepest_deg : the largest angle of a facet from the horizontal; above 90 it overhangs
+    steepest_deg : the largest angle of a facet from the horizontal; a facet above 90 overhangs
     median_edge : median length of an edge
     """
 
@@ -57,11 +57,11 @@ class FaultReport:
 
     @property
     def repaired(self) -> bool:
-        """Whether anything was changed on the way in."""
+        """True if facets were turned over while the mesh was read."""
         return self.flipped_facets > 0
 
     def describe(self) -> list[str]:
-        """The report as lines for people."""
+        """Return the report as lines of text."""
         span = "  ".join(f"{n} {a:.1f} .. {b:.1f}" for n, a, b in zip("xyz", self.low, self.high, strict=True))
         zones = ", ".join(f"{zone} {area:,.0f}" for zone, area in _folded(self.area_by_zone).items())
         return [
@@ -80,7 +80,10 @@ class FaultReport:
 
 
 def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
-    """Areas by zone; zones that differ only in a number at the end are one, in place of their first."""
+    """Return the areas by zone; zones whose names differ only in a final number are summed.
+
+    A sum stands at the place of its first zone.
+    """
     families: dict[str, list[str]] = {}
     for zone in area_by_zone:
         families.setdefault(re.sub(r"\d+$", "*", zone), []).append(zone)
@@ -91,9 +94,9 @@ def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
 
 
 def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[str, ...]) -> FaultReport:
-    """Inspect a terrain whose winding was repaired.
+    """Return the faults of a terrain whose winding is repaired.
 
-    The edges may be those from before the repair, which changes only their `down`, which is not asked for here.
+    The edges may be those from before the repair, which changes only their `down`, and `down` is not used here.
     """
     area = np.sqrt(np.einsum("ij,ij->i", winding.areas, winding.areas))
     flat = without_area(terrain.vertices, terrain.triangles, winding.areas)
@@ -124,7 +127,7 @@ def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[
 
 
 def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
-    """Corners of the bounding box in the input's coordinates."""
+    """Return the corners of the bounding box in the input's coordinates."""
     local = [[column.min() for column in terrain.vertices.T], [column.max() for column in terrain.vertices.T]]
     corners = terrain.frame.points_to_input(local)
     (x, y, z), (u, v, w) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -132,7 +135,7 @@ def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
 
 
 def _pieces(piece: Index, edges: Edges) -> Index:
-    """(F,) pieces connected across edges of any number of facets, from those across edges shared by two."""
+    """Return (F,) components across all shared edges, from components across edges of exactly two facets."""
     crowded = np.repeat(edges.uses > 2, edges.uses)
     if not crowded.any():
         return piece
@@ -141,7 +144,7 @@ def _pieces(piece: Index, edges: Edges) -> Index:
 
 
 def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
-    """Rings of boundary edges, less one for each piece that has any."""
+    """Return the number of rings of boundary edges, minus one for each component that has any."""
     ring = components(vertices, edges.low[boundary], edges.high[boundary])[edges.low[boundary]]
     owner = piece[edges.facet[edges.start[boundary]]]
     rings = np.unique(np.stack([owner, ring], axis=1), axis=0)
@@ -149,7 +152,7 @@ def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
 
 
 def _duplicates(triangles: Index, vertices: int) -> int:
-    """Number of facets on the same three vertices as an earlier one, collapsed ones apart."""
+    """Return the number of facets on the same three vertices as an earlier facet, without collapsed facets."""
     corners = triangles[~collapsed(triangles)]
     mark = _marks(vertices)
     marks = mark[corners[:, 0]] + mark[corners[:, 1]] + mark[corners[:, 2]]
@@ -160,7 +163,7 @@ def _duplicates(triangles: Index, vertices: int) -> int:
 
 
 def _marks(vertices: int) -> NDArray[np.uint64]:
-    """A 64-bit number for each vertex, scattered so that the sums of different threes hardly ever meet.
+    """Return a 64-bit number for each vertex, scattered so that sums of different triples hardly ever agree.
 
     The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
     """
@@ -171,13 +174,13 @@ def _marks(vertices: int) -> NDArray[np.uint64]:
 
 
 def _steepest(areas: FloatArray, area: FloatArray, flat: Flags) -> float:
-    """Largest angle (degrees) between a normal and the vertical."""
+    """Return the largest angle (degrees) between a normal and the vertical."""
     cosine = np.divide(areas[:, 2], area, out=np.ones_like(area), where=~flat)
     return float(np.degrees(np.arccos(np.clip(cosine.min(), -1.0, 1.0))))
 
 
 def _median_edge(vertices: FloatArray, edges: Edges) -> float:
-    """Median length of the edges (m), 0 where there are none."""
+    """Return the median length of the edges (m), 0 if there are no edges."""
     if len(edges.low) == 0:
         return 0.0
     squared = np.empty(len(edges.low))

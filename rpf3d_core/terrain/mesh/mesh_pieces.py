@@ -1,7 +1,7 @@
-"""Which pieces of a mesh whose facets agree look the wrong way: as `winding` tells it, without sorting.
+"""Components of a consistently wound mesh that face the wrong way: the result of `winding`, without sorting.
 
-An open piece is to look up, a closed one outwards. Only a mesh with facets that look up and others that look down needs
-to be asked piece by piece.
+An open component has to face up, a closed one outwards. Only a mesh with facets that face up and others that face down
+needs this test of each component.
 """
 
 from typing import Any
@@ -18,9 +18,10 @@ from rpf3d_core.vectors import dot
 def turn_wrong_pieces(
     vertices: FloatArray, triangles: IntArray, starts: IntArray, to: IntArray, memory: Memory, share: Share
 ) -> None:
-    """Turn over the pieces that look down, or inwards if they are closed; each facet keeps its first corner.
+    """Turn over components that face down, or inwards if they are closed; each facet keeps its first corner.
 
-    starts (V + 1,), to : where the sides that run from each vertex run to, of which none runs twice the same way
+    vertices : (V, 3) m; triangles : (F, 3), changed in place
+    starts (V + 1,), to : ends of the sides that start at each vertex; no side runs twice in the same direction
     """
     count = len(triangles)
     of, cursor = memory("out_of", len(to), np.int32), memory("out_cursor", len(starts), np.int32)
@@ -35,7 +36,7 @@ def turn_wrong_pieces(
 
 @loop
 def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None:
-    """Write the facets of the sides that run from some vertices, in the order that `to` has."""
+    """Write the facet of each side that starts at a vertex from `begin` to `end`, in the order of `to`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -47,7 +48,7 @@ def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None
 
 @loop
 def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
-    """Hang each facet under the smallest of its piece (as `components`); mark facets with a side on a border."""
+    """Attach each facet to the smallest facet of its component, as `components`; mark facets on a border."""
     for f in range(len(above)):
         above[f], border[f] = f, False
     for v in range(len(starts) - 1):
@@ -73,7 +74,7 @@ def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
 
 @loop
 def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Write what area in plan (m^2), and three times what volume (m^3), the facets of each piece add up to."""
+    """Write the area in plan (m^2), and three times the volume (m^3), of the facets of each component."""
     for f in range(len(above)):
         sums[f, 0], sums[f, 1] = 0.0, 0.0
     for f in range(len(above)):
@@ -88,7 +89,7 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
 
 @loop
 def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Turn over the facets of the pieces whose sum is below 0."""
+    """Turn over the facets of the components whose sum is below 0."""
     for f in range(len(above)):
         piece = above[f]
         if sums[piece, 0 if border[piece] else 1] < 0.0:

@@ -1,9 +1,9 @@
-"""Whether a mesh needs any repair: most that a survey brings are welded and wound, and are told so in a few passes.
+"""The test whether a mesh needs repair: most surveys arrive welded and wound, and a few passes over the mesh prove it.
 
-Vertices that only welding would join lie on borders, where facets that should meet do not; so only those are held
-against each other. (A facet shorter than the tolerance within a closed fan is left as it is, which `weld` would
-collapse.) Every side of a facet is looked up at the vertex that it runs from: the winding agrees where none runs twice
-the same way.
+Vertices that only welding would join lie on borders, where facets that should meet do not. So only border vertices are
+compared with each other. (A facet shorter than the tolerance within a closed fan is left unchanged, although `weld`
+would collapse it.) Every side of a facet is looked up at the vertex that it runs from: the winding agrees if no side
+runs twice in the same direction.
 """
 
 import math
@@ -24,7 +24,7 @@ from rpf3d_core.terrain.survey import mesh_terrain
 from rpf3d_core.vectors import dot, subtract
 
 UP, DOWN, MIXED = 1, -1, 0
-"""Where the facets of a mesh look to."""
+"""The direction that the facets of a mesh face."""
 FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
 
 
@@ -32,10 +32,10 @@ def ready_mesh(
     vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
     share: Share = one_by_one,
 ) -> Mesh:  # fmt: skip
-    """A mesh of vertices (V, 3) m and triangles (F, 3), repaired where it needs to be: welded, wound, local.
+    """Return a mesh of vertices (V, 3) m and triangles (F, 3), repaired if necessary: welded, wound, local.
 
-    As `survey.mesh_terrain` lays it out, which does the repairs. Raises TerrainError as that, and where a triangle
-    names a vertex that there is not.
+    `survey.mesh_terrain` makes the repairs, and the layout is the same. Raises TerrainError in the same cases, and if a
+    triangle refers to a vertex that does not exist.
     """
     if len(triangles) == 0:
         raise TerrainError("the terrain holds no triangles; it needs at least one")
@@ -52,7 +52,7 @@ def ready_mesh(
 
 
 def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Share) -> Mesh:
-    """Copies about a local origin."""
+    """Return a copy of the mesh with a local origin."""
     vertices = np.ascontiguousarray(vertices, dtype=np.float64)
     parts, boxes = halves(len(vertices)), np.empty((2, 2, 3))
     share([lambda k=k, a=a, b=b: _box_of(vertices, a, b, boxes[k]) for k, (a, b) in enumerate(parts)])  # type: ignore[misc]
@@ -67,7 +67,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
-    """UP or DOWN where all facets look there, MIXED where some do not. Raises TerrainError where none has an area."""
+    """Return UP or DOWN if all facets face there, else MIXED. Raises TerrainError if no facet has an area."""
     seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
     up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
     if up + down + level == 0:
@@ -76,7 +76,7 @@ def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
 
 
 def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
-    """Where the sides that run from vertex v run to: those of v are to[starts[v] : starts[v + 1]]."""
+    """Return the ends of the sides that start at each vertex v: to[starts[v] : starts[v + 1]]."""
     count = len(mesh.vertices)
     starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
     starts[:] = 0
@@ -92,7 +92,7 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """Whether no side runs twice the same way, and no two vertices on borders are within the tolerance (m)."""
+    """True if no side runs twice in the same direction, and no two border vertices are within the tolerance (m)."""
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
     parts = halves(len(mesh.vertices))
@@ -103,7 +103,7 @@ def _is_sound(
 
 
 def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
-    """The mesh as `mesh_terrain` repairs it, in the memory."""
+    """Return the mesh as `mesh_terrain` repairs it, in arrays of the memory."""
     terrain = mesh_terrain(vertices, triangles, zone, tolerance)
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
     corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
@@ -113,7 +113,7 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
 
 @loop
 def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
-    """Write the box (2, 3) of some vertices; NaN where one has a NaN."""
+    """Write the box (2, 3) of some vertices; NaN if a vertex has a NaN."""
     for axis in range(3):
         box[0, axis], box[1, axis] = np.inf, -np.inf
     for v in range(begin, end):
@@ -127,14 +127,14 @@ def _box_of(vertices: Any, begin: int, end: int, box: Any) -> None:
 
 @loop
 def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, local: Any) -> None:
-    """Write some vertices less the origin."""
+    """Write some vertices minus the origin."""
     for v in range(begin, end):
         local[v, 0], local[v, 1], local[v, 2] = vertices[v, 0] - x, vertices[v, 1] - y, vertices[v, 2] - z
 
 
 @loop
 def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int, int]:
-    """How many of some facets look up, down, and neither way; those without area are not counted."""
+    """Return how many of some facets face up, down, and neither way; facets without area are not counted."""
     up, down, level = 0, 0, 0
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -160,7 +160,7 @@ def _turn(triangles: Any) -> None:
 
 @loop
 def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
-    """Count the sides that run from vertex v, of those from `begin` to `end`, into starts[v + 1]."""
+    """Count the sides that start at vertex v into starts[v + 1], for vertices from `begin` to `end`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -171,7 +171,7 @@ def _count_out(triangles: Any, begin: int, end: int, starts: Any) -> None:
 
 @loop
 def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> None:
-    """Write where those sides run to."""
+    """Write the end vertex of each side that starts at a vertex from `begin` to `end`."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         if a != b and b != c and c != a:
@@ -183,7 +183,10 @@ def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> Non
 
 @loop
 def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
-    """Whether none of these sides runs twice the same way; marks the vertices of those that do not run back."""
+    """True if no side of these vertices runs twice in the same direction; mark the ends of unpaired sides.
+
+    An unpaired side has no opposite side and lies on a border.
+    """
     for v in range(begin, end):
         for e in range(starts[v], starts[v + 1]):
             w, back = to[e], False

@@ -1,4 +1,4 @@
-"""Sorting whole numbers together with where they came from."""
+"""Sorting of whole numbers together with their original places."""
 
 from typing import Any
 
@@ -14,15 +14,15 @@ LARGEST_BITS = 63
 
 
 def bits_left(count: int) -> int:
-    """Bits that each of a number of keys may have to be sorted the fast way."""
+    """Return the number of bits that each of `count` keys may have for the fast sort."""
     return LARGEST_BITS - count.bit_length()
 
 
 def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
-    """Keys (N,) >= 0 of at most a number of bits in rising order, and the place (N,) that each had; keys is spent.
+    """Return keys (N,) >= 0 of at most `bits` bits in rising order, and the original place (N,) of each.
 
-    Key and place are packed into one integer where they fit: sorting values is several times faster than sorting
-    indices. Equal keys then stay in their order; otherwise their order is left open.
+    The array `keys` is overwritten. Key and place are packed into one integer if they fit: sorting values is several
+    times faster than sorting indices. Equal keys then stay in their order; otherwise their order is undefined.
     """
     if bits > bits_left(len(keys)):
         order = np.argsort(keys)
@@ -36,14 +36,14 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Put the place of each key behind it."""
+    """Append the place of each key to the key, in its low bits."""
     for i in range(len(keys)):
         keys[i] = (keys[i] << shift) + i
 
 
 @loop
 def _unpack(keys: Any, shift: int, place: Any) -> None:
-    """Take the places from behind the keys."""
+    """Split keys and places."""
     for i in range(len(keys)):
         place[i] = keys[i] & ((1 << shift) - 1)
         keys[i] >>= shift

@@ -1,7 +1,7 @@
 """Welding: points nearer than a tolerance become one vertex.
 
-No grid of cells is involved, so no pair is split by a cell's border: points are sorted along one oblique direction,
-and two points within the tolerance of each other are within the tolerance along that direction too.
+No grid of cells is involved, so the border of a cell cannot split a pair. Points are sorted along one oblique
+direction, and two points within the tolerance of each other are within the tolerance along that direction too.
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,14 @@ from rpf3d_core.terrain.mesh.ordering import bits_left, sort_keys
 Index = NDArray[np.int32]
 
 OBLIQUE = (0.6180339887498949, 0.4142135623730951, 0.6681786379192989)
-"""Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the rest.
+"""Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
 
-Any direction is right; one that no survey grid is square to keeps few points at equal heights along it.
+Any direction gives the right result. A direction that is perpendicular to no survey grid leaves few points at
+equal places.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
-"""Relative rounding of a place along OBLIQUE: three products and two sums, doubled for the difference of two."""
+"""Relative rounding of a place along OBLIQUE: three products and two sums, doubled for the difference of two places."""
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
@@ -32,17 +33,17 @@ SMALLER_THAN_ONE = 1.0 - 2.0**-40
 
 
 def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
-    """Make points one vertex where they are no further apart than a tolerance.
+    """Return the vertices and the vertex of each point: points no further apart than a tolerance become one vertex.
 
-    Chains count: a vertex stands for all points that are linked by steps of at most the tolerance. It lies on the
-    first of them, and vertices are numbered in the order in which they are first met.
+    Chains count: a vertex stands for all points that are linked by steps of at most the tolerance. The vertex lies on
+    the first of these points, and vertices are numbered in order of first appearance.
 
     Parameters
     ----------
     points : (N, 3) float
         Finite, m, in a local frame, so that float64 resolves the tolerance. Fastest in column order.
     tolerance : float
-        m, >= 0; 0 makes only equal points one.
+        m, >= 0; with 0 only equal points become one.
 
     Returns
     -------
@@ -64,7 +65,7 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
 
 
 def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
-    """Some of the points of which these are the columns, (N, 3)."""
+    """Return some of the points with these columns, (N, 3)."""
     return np.stack([column[some] for column in columns], axis=1)
 
 
@@ -76,7 +77,7 @@ def _project(x: Any, y: Any, z: Any, along: Any) -> None:
 
 
 def _sorted_along(along: FloatArray) -> tuple[Index, float]:
-    """The points (N,) in rising order of their place, as far as whole steps tell, and the length of a step (m)."""
+    """Return the points (N,) sorted by place, to the precision of whole steps, and the length of a step (m)."""
     bits, steps = bits_left(len(along)), np.empty(len(along), np.int64)
     low = float(along.min())
     span = float(along.max()) - low
@@ -86,14 +87,17 @@ def _sorted_along(along: FloatArray) -> tuple[Index, float]:
 
 @loop
 def _count_steps(along: Any, low: float, per_metre: float, steps: Any) -> None:
-    """Write how many whole steps each place lies above the lowest."""
+    """Write the number of whole steps between the lowest place and each place."""
     for p in range(len(along)):
         steps[p] = np.int64((along[p] - low) * per_metre)
 
 
 @loop
 def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) -> int:
-    """Number the runs of equal points along the order: the point that each begins with, and that of each place."""
+    """Number the runs of equal points along the order; return the number of runs.
+
+    Writes the point that each run begins with into `first`, and the run of each place into `run`.
+    """
     count = 0
     for place in range(len(order)):
         p = order[place]
@@ -106,7 +110,7 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """(M,) the smallest of `first` in the chain of each of M places, which are sorted along OBLIQUE by steps (m)."""
+    """Return (M,) the smallest of `first` in the chain of each of M places, sorted along OBLIQUE by steps (m)."""
     a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
     if len(a) == 0:
         return first
@@ -117,7 +121,7 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Pairs of places (a < b) at most the tolerance apart, sought no further than a window (m) along OBLIQUE."""
+    """Return pairs of places (a < b) at most the tolerance apart, searched within a window (m) along OBLIQUE."""
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):
         a = np.flatnonzero(along[step:] - along[:-step] <= window)
@@ -132,9 +136,9 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 
 @loop
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
-    """Write the vertex of each point into index, and the point that each vertex lies on into kept; how many there are.
+    """Write the vertex of each point into `index`, and the point of each vertex into `kept`; return the vertex count.
 
-    The first point of a chain has no later number than any other of it, so its vertex is known when theirs is asked.
+    The first point of a chain has the smallest number of the chain, so its vertex is known before the others need it.
     """
     for place in range(len(order)):
         index[order[place]] = first[run[place]]

@@ -1,8 +1,8 @@
-"""Winding repair: every normal towards the free side.
+"""Winding repair: every normal points towards the free side.
 
-Neighbours are made to agree across every edge that two facets share. Then each piece of the mesh is turned as a whole:
-an open one so that it faces up (the sum of n_z times area is not negative), a closed one so that it faces outwards
-(its signed volume is not negative).
+First, neighbours are made to agree across every edge that two facets share. Then each component of the mesh is turned
+as a whole: an open component so that it faces up (the sum of n_z times area is not negative), a closed component so
+that it faces outwards (its signed volume is not negative).
 """
 
 from typing import NamedTuple
@@ -16,13 +16,13 @@ from rpf3d_core.terrain.mesh.edges import Edges, Flags, Index, facets_on_borders
 
 
 class Winding(NamedTuple):
-    """A mesh whose winding is repaired.
+    """A mesh with repaired winding.
 
-    triangles : (F, 3), in the same order and each with the same first corner as before
+    triangles : (F, 3), in the order of the input, each with the same first corner
     areas : (F, 3) m^2, the area of each facet times its unit normal
-    flipped : (F,) whether a facet was turned over
-    piece : (F,) the smallest facet that each facet is connected to across edges shared by two
-    one_sided : number of pieces that have only one side (as a Moebius strip); they are left as they were
+    flipped : (F,) true for facets that were turned over
+    piece : (F,) the smallest facet that each facet is connected to across edges shared by two facets
+    one_sided : number of components that have only one side (as a Moebius strip); they are left unchanged
     """
 
     triangles: Index
@@ -33,7 +33,7 @@ class Winding(NamedTuple):
 
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
-    """Turn over the facets that look away from the free side.
+    """Return the mesh with all facets that face away from the free side turned over.
 
     Parameters
     ----------
@@ -56,10 +56,11 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
-    """The piece of each facet, which facets to turn for neighbours to agree, and the number of one-sided pieces.
+    """Return the component of each facet, true (F,) for facets to turn, and the number of one-sided components.
 
-    Each facet f stands for two nodes, f as it is and f + F turned over; neighbours are joined node by node so that
-    they agree. The two copies of a piece stay apart, unless it is one-sided.
+    After the turns neighbours agree. Each facet f stands for two nodes, f unchanged and f + F turned over; neighbours
+    are joined node by node so that they agree. The two copies of a component stay apart, unless the component is
+    one-sided.
     """
     f, g, agree = shared_by_two(edges)
     if agree.all():
@@ -72,7 +73,7 @@ def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
 
 
 def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edges) -> Flags:
-    """(F,) whether the piece of each facet looks down or inwards; first : (F, 3) m, a corner of each facet."""
+    """Return (F,) true if the component of a facet faces down or inwards; first : (F, 3) m, a corner of each facet."""
     upward = np.bincount(piece, areas[:, 2], len(piece))
     has_border = np.zeros(len(piece), bool)
     has_border[piece[facets_on_borders(edges)]] = True

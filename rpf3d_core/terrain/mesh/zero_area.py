@@ -1,4 +1,4 @@
-"""Facets without area: the one test of them, for the fault report and for whoever must not touch them."""
+"""Facets without area: the one test for them, for the fault report and for code that must not touch such facets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,18 +6,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 NO_AREA = 1e-12
-"""A facet has no area if twice its area is below this times its longest side squared (-).
+"""A facet has no area if twice its area is below this factor times its longest side squared (-).
 
-Corners on one line, computed with a rounding of 1e-16 times coordinates up to 1e4 sides large, come out below it; the
-narrowest facet of a survey is wider by many powers of ten.
+Corners on one line stay below this limit, computed with a rounding of 1e-16 and coordinates up to 1e4 times the
+sides. The narrowest facet of a survey is wider by many powers of ten.
 """
 NO_AREA_AT_ALL = "no facet has an area, for the corners of each lie on one line; a terrain needs at least one that has"
 
 
 def without_area(vertices: FloatArray, triangles: NDArray[np.int32], areas: FloatArray) -> NDArray[np.bool_]:
-    """(F,) whether a facet has no area.
+    """Return (F,) true for facets without area.
 
-    The longest side is only looked up for the few facets that may have none.
+    The longest side is computed only for the few facets that may have no area.
 
     Parameters
     ----------

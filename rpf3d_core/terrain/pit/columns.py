@@ -1,8 +1,8 @@
 """Points of a pit in columns: each column is a profile from the floor out to the natural ground.
 
-Columns differ in their number of points, because rows stop where the ramp cuts them. Keys say in which order the
-points of two neighbouring columns follow each other, and equal keys are joined by an edge: so crests, toes and the
-ramp's edges are lines of edges in the mesh.
+Columns differ in their number of points, because rows end where the ramp cuts them. Keys give the order in which the
+points of two neighbouring columns follow each other, and an edge joins points of equal keys. Crests, toes and the edges
+of the ramp are therefore lines of edges in the mesh.
 """
 
 from typing import NamedTuple
@@ -20,24 +20,25 @@ Mask = NDArray[np.bool_]
 SECTION = 1.0e6
 """Step of the keys from one section of a profile (wall, ramp, wall, ...) to the next; far above any row or offset."""
 GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
-"""Keys of ground and floor: these plus the offset in m, so after and before all rows of the wall."""
+"""Keys of ground and floor: the key is this value plus the offset in m, so it lies after or before all rows of the
+wall."""
 OUTWARD_GROWTH = 1.5
-"""Edge length on the natural ground over that in the pit (-)."""
+"""Edge length on the natural ground over the edge length in the pit (-)."""
 
 
 class Spacing(NamedTuple):
-    """Edge length aimed at, m."""
+    """The edge length aimed at, m."""
 
     edge: float
 
     @property
     def feature_gap(self) -> float:
-        """Toes and crests nearer to the ramp's edge than this (m) merge with it: thinner slivers serve nobody."""
+        """Distance (m) to the ramp's edge within which toes and crests merge with it, to avoid thinner slivers."""
         return min(0.15 * self.edge, 0.5)
 
     @property
     def row_gap(self) -> float:
-        """The same for the other rows, which mark nothing, m."""
+        """Distance (m) to the ramp's edge within which all other rows merge with it."""
         return 0.4 * self.edge
 
 
@@ -45,10 +46,10 @@ class Columns(NamedTuple):
     """P points in N columns, sorted by column, then outwards.
 
     column : (P,) ; offset : (P,) m ; height : (P,) m above the floor
-    key_ahead, key_behind : (P,) the point's place among the points of its own and the next, or the previous, column
-    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp the point is on, else -1
-    at_foot, at_top : (P,) whether the point is on the ramp's first, or last, line across
-    rows : of the wall ; wall : (W, N) offset of every row in every column, m, dropped points too ; around : N
+    key_ahead, key_behind : (P,) place of the point among the points of its own and the next, or the previous, column
+    row : (P,) index into `rows`, -1 off the wall ; ramp : (P,) turn of the ramp that the point is on, else -1
+    at_foot, at_top : (P,) true if the point is on the ramp's first, or last, line across
+    rows : of the wall ; wall : (W, N) offset of every row in every column, m, dropped points included ; around : N
     """
 
     column: IndexArray
@@ -66,10 +67,10 @@ class Columns(NamedTuple):
 
 
 class RampTurn(NamedTuple):
-    """One turn of the ramp as it crosses the N columns; arrays (N,).
+    """One turn of the ramp as it crosses the N columns; every array is (N,).
 
-    exists : whether the ramp is there ; face : number of the face it cuts ; part : how far up that face (-)
-    height : m ; inner, outer : offsets of its edges, m ; coordinate : height told in benches
+    exists : true where the ramp is ; face : number of the face that it cuts ; part : share of that face below it (-)
+    height : m ; inner, outer : offsets of its edges, m ; coordinate : height as a bench coordinate
     """
 
     exists: Mask
@@ -82,7 +83,7 @@ class RampTurn(NamedTuple):
 
 
 class Points(NamedTuple):
-    """A block of points as arrays (rows, N), to be joined with others; see `Columns`."""
+    """A block of points as arrays (rows, N), to be joined with other blocks; for the fields see `Columns`."""
 
     offset: FloatArray
     height: FloatArray
@@ -93,7 +94,7 @@ class Points(NamedTuple):
 
 
 def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
-    """The points of a pit in `count` columns, the first at the foot of the ramp."""
+    """Return the points of a pit in `count` columns, the first at the foot of the ramp."""
     last = round(design.turns * count) if design.turns > 0.0 else -1
     crossings = [crossing_of(design, count, last, turn) for turn in range(last // count + 1)]
     rows = rows_of(design, spacing.edge)
@@ -104,7 +105,7 @@ def columns_of(design: Design, spacing: Spacing, count: int) -> Columns:
 
 
 def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
-    """Where this turn of the ramp crosses the columns; its length is stretched to end at a column."""
+    """Return where a turn of the ramp crosses the columns; the ramp's length is stretched to end at a column."""
     step = np.arange(count) + turn * count
     height = design.ramp_height(np.minimum(step, last) * (design.turns / last))
     coordinate = design.bench_coordinate(height)
@@ -114,12 +115,12 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
-    """Points of faces and benches; their offsets also where a point is dropped."""
+    """Return the points of faces and benches; dropped points have an offset as well."""
     shape = (len(rows.kind), len(p))
     below = np.zeros(shape)
     for crossing in crossings:
         below += crossing.exists & (crossing.coordinate <= rows.coordinate[:, None])
-    below[0] = 0.0  # the floor's edge lies inside of the ramp's foot
+    below[0] = 0.0  # the edge of the floor lies inside the foot of the ramp
     offset = design.wall_offset(p, rows.height[:, None], rows.berms[:, None], below)
     valid = np.ones(shape, dtype=bool)
     for crossing in crossings:
@@ -131,9 +132,10 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 
 
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
-    """How far (W, N), m, to move the face that the ramp cuts: the berm below tapers to the ramp, that above from it.
+    """Return the distance (W, N), m, by which to move the face that the ramp cuts.
 
-    With a share f of the face left below the ramp, the berm at its toe is f w wide and that at its crest (1 - f) w.
+    The berm below the ramp tapers towards the ramp, and the berm above tapers away from it. If a share f of the face
+    lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest (1 - f) w.
     """
     kind = rows.kind[:, None]
     cut = crossing.exists & (rows.face[:, None] == crossing.face) & (kind != BENCH)
@@ -143,7 +145,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Which inner bench rows (W, N) a tapered berm leaves no room for."""
+    """Return true for inner bench rows (W, N) for which a tapered berm leaves no room."""
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
     steps_up = rows.face[:, None] - crossing.face
@@ -153,7 +155,7 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 
 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
-    """Which points (W, N) nearly coincide with an edge of the ramp, so that the edge stands for them."""
+    """Return true for points (W, N) that nearly coincide with an edge of the ramp, which replaces them."""
     feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
     gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
     rise = np.abs(rows.height[:, None] - crossing.height)
@@ -164,7 +166,7 @@ def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing)
 
 
 def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing) -> Points:
-    """Points across one turn of the ramp, level from its inner to its outer edge."""
+    """Return the points across one turn of the ramp, level from its inner to its outer edge."""
     parts = max(1, round(design.strip / spacing.edge))
     across = np.arange(parts + 1)[:, None]
     offset = crossing.inner + across * (design.strip / parts)
@@ -175,7 +177,7 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
-    """Points of the floor's outer part, up to the toe of the lowest face."""
+    """Return the points of the floor's outer part, up to the toe of the lowest face."""
     reach = wall.offset[0] - design.inner
     parts = max(1, round(float(reach.mean()) / spacing.edge))
     offset = design.inner + np.arange(parts)[:, None] / parts * reach
@@ -183,7 +185,7 @@ def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
 
 
 def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spacing: Spacing) -> Points:
-    """Points of the natural ground from the crest out, level here (its relief comes with the roughness)."""
+    """Return the points of the natural ground outside the crest, still level: relief is added with the roughness."""
     crest = wall.offset[-1]
     parts = max(2, round((design.outer - float(crest.mean())) / (OUTWARD_GROWTH * spacing.edge)))
     offset = crest + np.arange(1, parts + 1)[:, None] / parts * (design.outer - crest)
@@ -192,13 +194,13 @@ def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spaci
 
 
 def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
-    """Points off the wall and off the ramp."""
+    """Return points that are neither on the wall nor on the ramp."""
     nowhere = np.full(offset.shape, -1)
     return Points(offset, height, key, nowhere, nowhere, np.ones(offset.shape, dtype=bool))
 
 
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
-    """The valid points of all blocks, sorted by column and key."""
+    """Return the valid points of all blocks, sorted by column and key."""
     count = blocks[0].offset.shape[1]
     valid = np.concatenate([block.valid for block in blocks])
     column = np.broadcast_to(np.arange(count), valid.shape)[valid]
@@ -216,7 +218,7 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
 def key_at_top(
     column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
 ) -> FloatArray:
-    """Keys towards the next column: seen from there, the ramp's top is ground, with the crest at its inner edge."""
+    """Return the keys towards the next column, where the ramp's top is ground with the crest at its inner edge."""
     if not at_top.any():
         return key
     key, edge = key.copy(), np.flatnonzero(at_top)[0]
@@ -228,7 +230,7 @@ def key_at_top(
 
 
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
-    """Keys towards the previous column: seen from there, the ramp's foot is floor, with the toe at its outer edge."""
+    """Return the keys towards the previous column, where the ramp's foot is floor with the toe at its outer edge."""
     if not at_foot.any():
         return key
     key, edge = key.copy(), np.flatnonzero(at_foot)[-1]

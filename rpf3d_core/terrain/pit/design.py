@@ -1,10 +1,11 @@
-"""The design of a synthetic pit, free of any mesh: plan outline, haul ramp, bench widths, zones.
+"""The design of a synthetic pit, without any mesh: plan outline, haul ramp, bench widths, zones.
 
-Places on the wall are told by p, the fraction of the way round the pit (counter-clockwise, 0 at the foot of the ramp),
-and by the offset o (m) outwards from the floor outline, along its normal. Offsets along the normal keep the faces at
-their angle whatever the outline. A profile at p is, from the floor up: face, berm, face, berm, ..., crest. The ramp is
-a strip let into the profiles at a height that rises with p; what lies above it is pushed outwards. So with every turn
-the wall moves out by the ramp's width less one berm, and all level lines are slowly opening spirals that meet the ramp.
+A place on the wall has two coordinates: p, the fraction of the way round the pit (counter-clockwise, 0 at the foot of
+the ramp), and the offset o (m) outwards from the floor outline, along its normal. Offsets along the normal keep the
+faces at their angle, whatever the outline. A profile at p is, from the floor up: face, berm, face, berm, ..., crest.
+The ramp is a strip cut into the profiles at a height that rises with p; the parts above the strip are pushed outwards.
+With every turn the wall therefore moves out by the width of the ramp minus one berm, and all level lines are slowly
+opening spirals that meet the ramp.
 """
 
 import math
@@ -17,23 +18,23 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.pit.parameters import Pit
 
 SAMPLES = 4096
-"""Samples of the plan in one turn: about 1 m each on a pit of the thesis' size."""
+"""Samples of the plan in one turn: about 1 m apart on a pit of the thesis' size."""
 LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
 """Waves of the outline: number round the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
 WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
 """Waves of the bench width round the pit: number, relative amplitude (-), phase (rad); chosen by eye."""
 INNER_SHARE = 0.14
-"""The floor's outer part that is meshed with the walls, as a share of its radius (-)."""
+"""Part of the floor's radius that is meshed with the walls, from the outside (-)."""
 LEAST_STRETCH = 0.25
-"""Least length of an offset line over that of the outline (-) before the plan counts as folded."""
+"""Least length of an offset line over the length of the outline (-); below it the plan counts as folded."""
 MOST_TURNS = 12
 FACES_BETWEEN_TURNS = 2.5
-"""Least height between two turns of the ramp over that of a face (-)."""
+"""Least height between two turns of the ramp over the height of a face (-)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """All that the mesh needs to know of a pit.
+    """All data of a pit that the mesh needs.
 
     pit : its parameters; cot : run over rise of the faces (-)
     angle : (SAMPLES + 1,) polar angle of the floor outline at p = 0 ... 1, rad
@@ -55,18 +56,18 @@ class Design:
 
     @property
     def zones(self) -> tuple[str, ...]:
-        """Names of the zones, benches first, from the top."""
+        """Names of the zones: the benches from the top, then the other zones."""
         benches = tuple(f"bench_{number}" for number in range(1, self.benches + 1))
         return (*benches, "face", "ramp", "floor", "spill", "ground")
 
     @property
     def benches(self) -> int:
-        """How many catch benches there are."""
+        """Number of catch benches."""
         return len(self.pit.levels) - 2 if self.pit.bench_widths[1] > 0.0 else 0
 
     @property
     def surface_area(self) -> float:
-        """Rough area of the true surface, m2: only a start for the edge length."""
+        """Rough area of the true surface, m2: only a first value for the edge length."""
         rings = np.linspace(0.0, self.crest_offset, 2)
         plan = math.pi * (self.pit.floor_radius + rings) ** 2
         steepness = 1.0 / math.sin(math.radians(self.pit.face_angle_deg)) * self.pit.levels[-1] / self.crest_offset
@@ -80,25 +81,28 @@ class Design:
         return float(self.pit.levels[-1]) * self.cot + berms + float(self.push(0.5, 0.5))
 
     def width_at(self, p: FloatArray) -> FloatArray:
-        """Bench width, m, at p."""
+        """Return the bench width, m, at p."""
         return sampled(p % 1.0, 1.0, self.width)
 
     def plan(self, p: FloatArray, offset: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """x and y, m, of places on the wall."""
+        """Return x and y, m, of places on the wall."""
         x, y, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return x + offset * nx, y + offset * ny
 
     def outward(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """x and y of the outline's outward unit normal at p."""
+        """Return x and y of the outline's outward unit normal at p."""
         _, _, nx, ny, _, _ = outline(self.pit, self.angle_at(p))
         return nx, ny
 
     def angle_at(self, p: FloatArray) -> FloatArray:
-        """Polar angle, rad, of the outline's place at p."""
+        """Return the polar angle, rad, of the outline at p."""
         return sampled(p % 1.0, 1.0, self.angle)
 
     def push(self, p: FloatArray | float, ramps_below: FloatArray | float) -> FloatArray:
-        """How far, m, the wall at p stands further out because of the ramp, where so many of its turns lie below."""
+        """Return the distance, m, by which the ramp pushes the wall at p outwards.
+
+        ramps_below : number of turns of the ramp below the place
+        """
         if self.pit.ramp_width == 0.0:
             return np.zeros(np.broadcast(p, ramps_below).shape)
         p = np.asarray(p, dtype=float)
@@ -106,34 +110,34 @@ class Design:
         return pushed
 
     def ramp_height(self, turn: FloatArray) -> FloatArray:
-        """Height of the ramp above the floor, m, so many turns from its foot."""
+        """Return the height of the ramp above the floor, m, `turn` turns from its foot."""
         return sampled(turn, self.turns, self.climb)
 
     def bench_coordinate(self, height: FloatArray) -> FloatArray:
-        """Height told in benches: i at level i, in between in proportion."""
+        """Return the height as a bench coordinate: i at level i, linear in between."""
         benches: FloatArray = np.interp(height, self.pit.levels, np.arange(len(self.pit.levels), dtype=float))
         return benches
 
     def wall_offset(
         self, p: FloatArray, height: FloatArray, berms: FloatArray, ramps_below: FloatArray | float
     ) -> FloatArray:
-        """Offset, m, of the wall at p and a height in m, with so many bench widths and turns of the ramp below.
+        """Return the offset, m, of the wall at p and a height in m, with a number of bench widths and ramp turns below.
 
-        The ramp's inner edge is there with one berm less than its height told in benches: at level i it is the crest
-        of face i, so the berm at that level tapers to nothing, and goes on outside of the ramp.
+        At the ramp's inner edge `berms` is the bench coordinate minus one: at level i the inner edge is the crest of
+        face i. The berm at that level therefore tapers to nothing, and continues outside the ramp.
         """
         offset: FloatArray = height * self.cot + berms * self.width_at(p) + self.push(p, ramps_below)
         return offset
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Values at places between 0 and `end` of a quantity sampled evenly there."""
+    """Return the values, at places between 0 and `end`, of a quantity sampled evenly there."""
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
 
 
 def design_of(pit: Pit) -> Design:
-    """Work out outline, bench widths and ramp."""
+    """Return the design of a pit: compute outline, bench widths and ramp."""
     cot = 1.0 / math.tan(math.radians(pit.face_angle_deg))
     berms = max(0, len(pit.levels) - 2) * 0.5 * sum(pit.bench_widths)
     middle = 0.5 * (pit.levels[-1] * cot + berms + pit.ramp_width)
@@ -149,7 +153,7 @@ def design_of(pit: Pit) -> Design:
 
 
 def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
-    """The floor outline at polar angles in rad: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
+    """Return the floor outline at polar angles in rad: x, y (m), outward normal nx, ny, speed (m/rad), curvature (1/m).
 
     An ellipse of the given elongation with a few waves; closed forms of a polar curve r(angle).
     """
@@ -161,7 +165,7 @@ def outline(pit: Pit, angle: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The outline's radius (m) at polar angles in rad, and its first and second derivative."""
+    """Return the outline's radius (m) at polar angles in rad, and its first and second derivative."""
     a2, turned = pit.elongation, angle - math.radians(pit.long_axis_deg)
     g = 0.5 * (1.0 / a2 + a2) + 0.5 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
     g1, g2 = -(1.0 / a2 - a2) * np.sin(2.0 * turned), -2.0 * (1.0 / a2 - a2) * np.cos(2.0 * turned)
@@ -175,7 +179,10 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Polar angles (SAMPLES + 1,) from the ramp's foot round, spaced evenly along the line at this offset in m."""
+    """Return polar angles (SAMPLES + 1,) round the pit from the foot of the ramp, evenly spaced along an offset line.
+
+    offset : of the line, m
+    """
     start = math.radians(pit.ramp_foot_deg)
     angle = start + np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1)
     _, _, _, _, speed, curvature = outline(pit, angle)
@@ -186,7 +193,7 @@ def evenly_round(pit: Pit, offset: float) -> FloatArray:
 
 
 def bench_width(pit: Pit) -> FloatArray:
-    """Bench width (SAMPLES + 1,) round the pit, m: waves that touch the least and the greatest width."""
+    """Return the bench width (SAMPLES + 1,) round the pit, m: waves that reach the least and the greatest width."""
     p = np.linspace(0.0, 1.0, SAMPLES + 1)
     wave = np.zeros(SAMPLES + 1)
     for number, amplitude, phase in WIDENINGS:
@@ -198,15 +205,15 @@ def bench_width(pit: Pit) -> FloatArray:
 
 
 def obliqueness(pit: Pit, cot: float) -> float:
-    """Ramp width along the outline's normal over its true width (-): the ramp runs aslant as it moves out."""
+    """Return the ramp width along the outline's normal over its true width (-): the ramp moves out while it runs."""
     drift = pit.ramp_grade * (cot + 0.5 * sum(pit.bench_widths) * (len(pit.levels) - 1) / pit.levels[-1])
     return math.sqrt(1.0 + drift**2)
 
 
 def climb_ramp(pit: Pit, cot: float, angle: FloatArray, width: FloatArray, strip: float) -> tuple[FloatArray, float]:
-    """Heights of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its turns.
+    """Return the heights of the ramp (L,) at evenly spaced p from the foot to the crest, m, and its number of turns.
 
-    The rise per step is the grade times the way along the ramp's middle line (explicit Euler, steps of about 1 m).
+    The rise per step is the grade times the distance along the ramp's middle line (explicit Euler, steps of about 1 m).
     """
     _, _, _, _, speed, curvature = outline(pit, angle)
     along = speed * np.gradient(angle)
@@ -238,7 +245,7 @@ def refuse_folds(pit: Pit, inner: float, outer: float) -> None:
 
 
 def refuse_close_turns(pit: Pit, climb: FloatArray, turns: float) -> None:
-    """Raise `TerrainError` if the ramp passes itself with less than a whole bench and two faces in between."""
+    """Raise `TerrainError` if two turns of the ramp have less than FACES_BETWEEN_TURNS faces between them."""
     place = np.linspace(0.0, turns, len(climb))
     between = np.diff(pit.levels).max() * FACES_BETWEEN_TURNS
     if turns > 1.0 and np.any((sampled(place + 1.0, turns, climb) - climb)[place <= turns - 1.0] < between):

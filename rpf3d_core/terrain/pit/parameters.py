@@ -1,4 +1,4 @@
-"""The parameters of a synthetic open pit, with the bounds within which it can be made."""
+"""The parameters of a synthetic open pit, and their valid ranges."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,23 +35,23 @@ RANGES: dict[str, tuple[float, float]] = {
 
 @dataclass(frozen=True)
 class Pit:
-    """What the synthetic pit looks like; lengths in m, angles in degrees (the scene file's edge).
+    """The parameters of a synthetic pit; lengths in m, angles in degrees, as in the scene file.
 
-    The plan is the same for every seed and every number of triangles, so that a scene's sources stay where they are;
-    the seed moves roughness, spills and the relief of the natural ground.
+    The plan is the same for every seed and every number of triangles, so that the sources of a scene stay in place. The
+    seed changes roughness, spills and the relief of the natural ground.
 
-    triangles : how many are wanted, 2,000 to 5,000,000; the mesh has within 3 % of it, 5 % below 5,000
+    triangles : number wanted, 2,000 to 5,000,000; the mesh is within 3 % of it, within 5 % below 5,000
     seed : of roughness, spills and relief, >= 0
     floor_radius : mean radius of the pit floor
     elongation : length over width of the floor, 1 to 2; long_axis_deg : of the floor, counter-clockwise from east
-    waste_benches, waste_bench_height : the upper benches; ore_benches, ore_bench_height : the lower ones
-    bench_widths : least and greatest width of the catch benches; (0, 0) makes a pit without them
+    waste_benches, waste_bench_height : the upper benches; ore_benches, ore_bench_height : the lower benches
+    bench_widths : least and greatest width of the catch benches; (0, 0) makes a pit without catch benches
     face_angle_deg : of the bench faces from the horizontal, 30 to 80
-    ramp_width : of the haul ramp; 0 makes a pit without one; ramp_grade : rise over run (-)
-    ramp_foot_deg : where the ramp leaves the floor, counter-clockwise from east; it climbs counter-clockwise
+    ramp_width : of the haul ramp; 0 makes a pit without a ramp; ramp_grade : rise over run (-)
+    ramp_foot_deg : where the ramp leaves the floor, counter-clockwise from east; the ramp climbs counter-clockwise
     spills : cones of loose rock on the benches; repose_deg : their steepest slope
-    roughness : standard deviation of the small-scale relief of faces and benches, normal to the surface; the floor
-        and the ramp have a third of it
+    roughness : standard deviation of the small-scale relief of faces and benches, normal to the surface; the floor and
+        the ramp have a third of it
     rim_width : least width of the natural ground outside the crest; crest_altitude : of the crest, above sea level
 
     Raises `TerrainError` for values out of range. Source of the defaults: the thesis, section 5.1 (Miranda et al.
@@ -79,7 +79,7 @@ class Pit:
     crest_altitude: float = 1688.0
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, by name."""
+        """Refuse values out of range, with the name of the parameter."""
         for name, (low, high) in RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
@@ -101,6 +101,6 @@ class Pit:
 
     @cached_property
     def levels(self) -> FloatArray:
-        """Heights (n + 1,) of floor, benches and crest above the floor, from below, m."""
+        """Heights (n + 1,) of floor, benches and crest above the floor, from the lowest, m."""
         heights = [self.ore_bench_height] * self.ore_benches + [self.waste_bench_height] * self.waste_benches
         return np.concatenate([[0.0], np.cumsum(heights)])

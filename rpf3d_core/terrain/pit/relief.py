@@ -1,6 +1,6 @@
-"""What makes a designed pit look mined: rough surfaces, cones of loose rock on the benches, hills around it.
+"""The relief that makes a designed pit look mined: rough surfaces, cones of loose rock on the benches, hills around it.
 
-All are functions of place and seed alone, so that meshes of any resolution sample the same surface.
+All relief is a function of place and seed alone, so that meshes of any resolution sample the same surface.
 """
 
 import math
@@ -15,29 +15,29 @@ from rpf3d_core.terrain.pit.design import Design
 from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE
 
 OCTAVES = (24.0, 12.0, 6.0, 3.0)
-"""Wave lengths of the roughness, m. Shorter waves would only be aliased by facets of 1 m2."""
+"""Wavelengths of the roughness, m. Facets of 1 m2 would only alias shorter waves."""
 HURST = 0.8
-"""Amplitude grows with wave length to this power: a common value for rough rock surfaces."""
+"""The amplitude grows with the wavelength to this power (-): a common value for rough rock surfaces."""
 WAVES = 6
-"""Plane waves of random direction an octave."""
+"""Number of plane waves of random direction per wavelength."""
 SMOOTH_SHARE = 1.0 / 3.0
-"""Roughness of the graded surfaces, ramp and floor, over that of faces and benches (-)."""
+"""Roughness of the graded surfaces, ramp and floor, over the roughness of faces and benches (-)."""
 HILLS = (900.0, 420.0)
-"""Wave lengths of the natural ground, m."""
+"""Wavelengths of the natural ground, m."""
 HILL_HEIGHT = 8.0
-"""Standard deviation of the natural ground at the outer edge, m; it sets in over the width of the rim."""
+"""Standard deviation of the natural ground at the outer edge, m; it increases from zero over the width of the rim."""
 LEAST_SPILL, MOST_SPILL = 0.6, 0.95
-"""How far a spill reaches over the bench, over its width (-): the thesis' figure 5-9 shows them within the bench."""
+"""Reach of a spill over the width of its bench (-): figure 5-9 of the thesis shows spills within the bench."""
 LONGEST_SPILL = 3.0
-"""A spill's reach along the bench over its reach across, at most (-)."""
+"""Largest reach of a spill along the bench over its reach across (-)."""
 HIGHEST_SPILL = 0.8
-"""A spill's height over the height of the face it leans on, at most (-)."""
+"""Largest height of a spill over the height of the face that it leans on (-)."""
 SLACK = 1.3
-"""Columns searched for a spill's points over those it needs where columns are evenly spaced (-)."""
+"""Number of columns searched for a spill's points over the number needed if columns were evenly spaced (-)."""
 RAISED = 0.1
-"""A point that a spill lifts by more than this, m, lies on the spill."""
+"""A point that a spill raises by more than this, m, lies on the spill."""
 TRIES = 40
-"""Places tried for a spill before it is given up because the ramp leaves no full bench."""
+"""Places tried for a spill; after that the spill is given up, because the ramp leaves no full bench."""
 
 
 class Waves(NamedTuple):
@@ -49,7 +49,7 @@ class Waves(NamedTuple):
 
 
 def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: bool) -> Waves:
-    """Waves of random direction (in plan or in space) whose sum has a standard deviation of 1."""
+    """Return waves of random direction (in plan or in space) whose sum has a standard deviation of 1."""
     vectors, amplitudes = [], []
     for length in lengths:
         direction = random.normal(size=(WAVES, 3))
@@ -63,7 +63,7 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """The sum of the waves at points (P,)."""
+    """Return the sum of the waves at points (P,)."""
     total = np.zeros(len(x))
     for (kx, ky, kz), phase, amplitude in zip(waves.vector, waves.phase, waves.amplitude, strict=True):
         total += amplitude * np.sin(kx * x + ky * y + (kz * z + phase))
@@ -71,16 +71,17 @@ def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -
 
 
 def roughness(design: Design, points: FloatArray) -> FloatArray:
-    """Height (P,), m, of the small-scale relief at points (P, 3), with the standard deviation asked for."""
+    """Return the height (P,), m, of the small-scale relief at points (P, 3), with the standard deviation of the pit."""
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=1))
     return design.pit.roughness * height_of_waves(drawn_waves(random, OCTAVES, plan=False), *points.T)
 
 
 def steepness(design: Design, columns: Columns) -> FloatArray:
-    """What to multiply the roughness of the columns' points (P,) by to displace them along z.
+    """Return the factor (P,) on the roughness of the columns' points for a displacement along z.
 
-    On faces that is more than the roughness, which is meant along the normal; edges of faces take the mean slope.
-    Displacing along z, not along the normal, keeps every facet's normal upwards, whatever the roughness.
+    On faces the factor exceeds 1, because the roughness is measured along the normal; at the edges of faces the mean
+    slope counts. A displacement along z, not along the normal, keeps every facet's normal upwards, whatever the
+    roughness.
     """
     steep = math.radians(design.pit.face_angle_deg)
     of_kind = np.ones(max(TOE, FACE, CREST, BENCH) + 1)
@@ -92,7 +93,7 @@ def steepness(design: Design, columns: Columns) -> FloatArray:
 
 
 def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
-    """Relief (P,), m, of the natural ground at points (P, 3): nothing at the crest, full some way outside."""
+    """Return the relief (P,), m, of the natural ground at points (P, 3): zero at the crest, full at the outer edge."""
     ground = np.flatnonzero((columns.row < 0) & (columns.ramp < 0) & (columns.height == design.pit.levels[-1]))
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=2))
     waves = drawn_waves(random, HILLS, plan=True)
@@ -117,7 +118,7 @@ class Spill(NamedTuple):
 
 
 def drawn_spills(design: Design) -> list[Spill]:
-    """The spills of a pit: none where the ramp cuts the bench or tapers it."""
+    """Return the spills of a pit; none lies where the ramp cuts the bench or tapers it."""
     if not design.benches:
         return []
     random = np.random.Generator(np.random.Philox(key=design.pit.seed, counter=3))
@@ -125,7 +126,7 @@ def drawn_spills(design: Design) -> list[Spill]:
 
 
 def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
-    """One spill, or None if no free place was found."""
+    """Return one spill; None if no free place was found."""
     for _ in range(TRIES):
         p, level = float(random.uniform()), int(random.integers(1, design.benches + 1))
         across = random.uniform(LEAST_SPILL, MOST_SPILL) * float(design.width_at(np.array([p]))[0])
@@ -138,14 +139,14 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
 
 
 def near_ramp(design: Design, p: float, level: int) -> bool:
-    """Whether the ramp passes within a bench height and a little of this level at p."""
+    """True if the ramp passes within 1.3 bench heights of this level at p."""
     turns = np.arange(p, max(design.turns, 0.0), 1.0)
     coordinate = design.bench_coordinate(design.ramp_height(turns))
     return bool(np.any(np.abs(coordinate - level) < 1.3))
 
 
 def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray[np.bool_]:
-    """Raise points (P, 3) under the spills, in place, and tell which (P,) now lie on one."""
+    """Raise points (P, 3) under the spills, in place; return true (P,) for points that lie on a spill."""
     raised = np.zeros(len(points), dtype=bool)
     first = np.searchsorted(columns.column, np.arange(columns.around + 1))
     for spill in drawn_spills(design):
@@ -157,7 +158,7 @@ def pile_spills(design: Design, columns: Columns, points: FloatArray) -> NDArray
 
 
 def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> FloatArray:
-    """Height (P,), m, of a spill above its bench at points (P, 3)."""
+    """Return the height (P,), m, of a spill above its bench at points (P, 3)."""
     apex_x, apex_y = on_toe_line(design, columns, spill, spill.p)
     x, y = points[:, 0] - apex_x, points[:, 1] - apex_y
     nx, ny = design.outward(np.array([spill.p]))
@@ -166,7 +167,7 @@ def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> 
 
 
 def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tuple[float, float]:
-    """x and y, m, of the place at p on the line of toes that a spill leans on."""
+    """Return x and y, m, of the place at p on the line of toes that a spill leans on."""
     toe = columns.wall[toe_row(columns, spill)]
     offset = np.interp(p * columns.around, np.arange(columns.around + 1), np.append(toe, toe[0]))
     x, y = design.plan(np.array([p]), np.array([offset]))
@@ -174,12 +175,12 @@ def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tup
 
 
 def toe_row(columns: Columns, spill: Spill) -> int:
-    """The row of the toe that a spill leans on."""
+    """Return the row of the toe that a spill leans on."""
     return int(np.flatnonzero((columns.rows.kind == TOE) & (columns.rows.face == spill.level + 1))[0])
 
 
 def points_near(design: Design, columns: Columns, first: NDArray[np.int64], spill: Spill) -> NDArray[np.int64]:
-    """Indices of the points of the bench and the face above it in the columns that a spill can reach."""
+    """Return the indices of points that a spill can reach: on its bench and the face above, in the columns near it."""
     middle = round(spill.p * columns.around)
     here, beside = (
         on_toe_line(design, columns, spill, column % columns.around / columns.around) for column in (middle, middle + 1)

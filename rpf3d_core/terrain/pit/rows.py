@@ -1,4 +1,4 @@
-"""The rows of a pit's wall: places that every profile of the wall has, from the floor's edge up to the crest."""
+"""The rows of a pit's wall: places that every profile of the wall has, from the edge of the floor to the crest."""
 
 from typing import NamedTuple
 
@@ -16,11 +16,12 @@ TOE, FACE, CREST, BENCH = range(4)
 class Rows(NamedTuple):
     """The W rows of a wall, in order from the floor up.
 
-    kind : (W,) TOE, FACE, CREST or BENCH (the last three: on face or bench, crest: where a face ends)
+    kind : (W,) TOE, FACE, CREST or BENCH (FACE and BENCH: on a face or bench; TOE and CREST: where a face begins or
+        ends)
     face : (W,) number of the face, 1 is the lowest; for BENCH rows the face below the bench
     height : (W,) m above the floor, without ramp or roughness
-    berms : (W,) how many bench widths lie between the floor's edge and the row; a fraction on a bench
-    coordinate : (W,) height told in benches
+    berms : (W,) number of bench widths between the edge of the floor and the row; a fraction on a bench
+    coordinate : (W,) height as a bench coordinate
     """
 
     kind: Array
@@ -31,7 +32,7 @@ class Rows(NamedTuple):
 
 
 def rows_of(design: Design, edge: float) -> Rows:
-    """Rows about `edge` m apart, with one at every toe and crest."""
+    """Return the rows, about `edge` m apart, with one at every toe and crest."""
     levels = design.pit.levels
     found: list[tuple[int, int, float, float, float]] = []
     for face in range(1, len(levels)):
@@ -43,7 +44,7 @@ def rows_of(design: Design, edge: float) -> Rows:
 
 
 def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Toe, inner rows and crest of a face; without berms its toe is the crest below, so that it has none of its own."""
+    """Return toe, inner rows and crest of a face; without berms the toe is the crest below and not a row of its own."""
     low, high = design.pit.levels[face - 1], design.pit.levels[face]
     parts = max(1, round((high - low) * np.hypot(1.0, design.cot) / edge))
     berms = float(face - 1)
@@ -54,7 +55,7 @@ def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, fl
 
 
 def bench_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """The rows on the bench above a face, its crest and the next toe apart."""
+    """Return the rows on the bench above a face, without its crest and the next toe."""
     parts = max(1, int(np.ceil(float(design.width.mean()) / edge - 0.25)))
     height = design.pit.levels[face]
     return [(BENCH, face, height, face - 1.0 + part / parts, float(face)) for part in range(1, parts)]

@@ -11,10 +11,10 @@ IndexArray = NDArray[np.int64]
 
 
 class StripLines(NamedTuple):
-    """StripLines of points, one a strip.
+    """Lines of points, one per strip.
 
-    strip : (A,) number of the strip, ascending ; key : (A,) place along the line, ascending within a strip
-    point : (A,) the point's index
+    strip : (A,) number of the strip, ascending; key : (A,) place along the line, ascending within a strip
+    point : (A,) index of the point
     """
 
     strip: IndexArray
@@ -23,18 +23,18 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Fill the strips between lines on their right and lines on their left, both walked in order of the keys.
+    """Return triangles that fill the strips between lines on their right and on their left, in order of the keys.
 
-    Each point but a line's first makes one triangle: with the point before it on its line and with the point last
-    passed on the other. Points of equal key are passed together, so an edge joins them. The two lines of a strip
-    begin at the same key.
+    Each point except the first of a line makes one triangle: with the previous point on its line and with the point
+    last passed on the other line. Points of equal key are passed together, so an edge joins them. The two lines of a
+    strip begin at the same key.
 
-    Returns triangles (T, 3), counter-clockwise seen from above, and the entry (T,) whose point made the triangle:
-    an index into the right lines, or, less the number of right entries, into the left ones.
+    Returns triangles (T, 3), counter-clockwise seen from above, and the entry (T,) whose point made the triangle: an
+    index into the right lines or, minus the number of right entries, into the left lines.
     """
     strip, key = np.concatenate([right.strip, left.strip]), np.concatenate([right.key, left.key])
     span = 2.0 * float(np.abs(key).max()) + 1.0
-    # A stable sort passes right before left where keys are equal, and is a mere merge of two sorted runs.
+    # A stable sort passes right before left where keys are equal, and only merges two sorted runs.
     order = np.argsort(strip * span + key, kind="stable")
     on_right = order < len(right.point)
     last_right = np.cumsum(on_right) - 1
@@ -50,7 +50,7 @@ def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, In
 
 
 def starts(strip: IndexArray) -> NDArray[np.bool_]:
-    """Which entries are the first of their strip."""
+    """Return true for entries that are the first of their strip."""
     first = np.ones(len(strip), dtype=bool)
     first[1:] = strip[1:] != strip[:-1]
     return first

@@ -1,4 +1,4 @@
-"""The mesh of a synthetic pit: its columns of points joined by triangles, and the zone of each."""
+"""The mesh of a synthetic pit: its columns of points, joined by triangles, and the zone of each triangle."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +12,16 @@ from rpf3d_core.terrain.pit.strips import StripLines, strip_triangles
 
 IndexArray = NDArray[np.int64]
 STEEP_SHARE = 0.5
-"""A piece of a profile steeper than this share of the faces' slope is face: pieces are either level or face."""
+"""A segment of a profile is face if its slope exceeds this share of the faces' slope (-): segments are either level
+or face."""
 ROUNDING = 1.0e-9
-"""Levels are told apart to this share of a bench height (-)."""
+"""Precision to which levels are compared, as a share of a bench height (-)."""
 FEWEST_ROUND = 6
-"""Points of the innermost ring of the floor."""
+"""Least number of points of a ring of the floor."""
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:
-    """Vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,) of a pit."""
+    """Return vertices (V, 3) m, z = 0 at the crest, triangles (F, 3) and zones (F,) of a pit."""
     points, spilled = wall_vertices(design, columns)
     triangles, zone = wall_triangles(design, columns)
     zone[spilled[triangles].sum(axis=1) >= 2] = design.zones.index("spill")
@@ -32,7 +33,7 @@ def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[Floa
 
 
 def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Points (P, 3) of the columns with all their relief, z above the floor, and which of them lie on a spill."""
+    """Return the points (P, 3) m of the columns with all their relief, z above the floor, and true (P,) for spills."""
     x, y = design.plan(columns.column / columns.around, columns.offset)
     points = np.stack([x, y, columns.height], axis=1)
     spilled = pile_spills(design, columns, points)
@@ -41,7 +42,7 @@ def wall_vertices(design: Design, columns: Columns) -> tuple[FloatArray, NDArray
 
 
 def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Triangles (T, 3) between the columns, and their zones (T,)."""
+    """Return triangles (T, 3) between the columns, and their zones (T,)."""
     every, ahead = np.arange(len(columns.column)), columns.column
     turned = np.roll(every, -int(np.searchsorted(columns.column, 1)))
     behind = (columns.column[turned] - 1) % columns.around
@@ -53,7 +54,7 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
 
 
 def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArray]:
-    """Zone of the piece of profile that ends at each point, as seen from the next and from the previous column."""
+    """Return the zone of the profile segment that ends at each point, for the next and for the previous column."""
     rise, run = np.diff(columns.height, prepend=0.0), np.diff(columns.offset, prepend=0.0)
     lower = design.bench_coordinate(columns.height - np.maximum(rise, 0.0))
     flat = np.array([flat_zone(design, level) for level in range(len(design.pit.levels))])
@@ -68,7 +69,7 @@ def piece_zones(design: Design, columns: Columns) -> tuple[IndexArray, IndexArra
 
 
 def flat_zone(design: Design, level: int) -> int:
-    """Zone of what is level at this level."""
+    """Return the zone of level ground at a level."""
     top = len(design.pit.levels) - 1
     if level in (0, top):
         return design.zones.index("floor" if level == 0 else "ground")
@@ -76,7 +77,7 @@ def flat_zone(design: Design, level: int) -> int:
 
 
 def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int]:
-    """Points of each ring of the floor's inner part, from the outermost new one to the middle."""
+    """Return the number of points of each ring of the floor's inner part, from the outermost new ring to the middle."""
     reach = design.pit.floor_radius + design.inner
     steps = max(1, round(reach / spacing.edge))
     around = 2.0 * np.pi * reach / spacing.edge
@@ -84,7 +85,10 @@ def floor_ring_sizes(design: Design, spacing: Spacing, columns: int) -> list[int
 
 
 def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IndexArray]:
-    """The floor's inner part: rings that shrink to its middle, with ever fewer points; new points and triangles."""
+    """Return the new points and triangles of the floor's inner part.
+
+    The part consists of rings that shrink to the middle, with fewer and fewer points.
+    """
     ring = np.searchsorted(columns.column, np.arange(columns.around))
     p = np.arange(columns.around) / columns.around
     sizes, used = floor_ring_sizes(design, spacing, columns.around), len(columns.column)
@@ -100,13 +104,13 @@ def floor_rings(design: Design, columns: Columns, spacing: Spacing) -> tuple[Flo
 
 
 def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
-    """Points (P, 3) of a ring of the floor: the innermost line of the walls' mesh, shrunk to a share of its size."""
+    """Return the points (P, 3) m of a ring of the floor: the innermost line of the walls' mesh, scaled by `share`."""
     x, y = design.plan(p, np.full(len(p), design.inner))
     return np.stack([share * x, share * y, np.zeros(len(p))], axis=1)
 
 
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
-    """Triangles between two rings; a ring of one point closes the floor."""
+    """Return the triangles between two rings; a ring of one point closes the floor."""
     right = StripLines(np.zeros(len(outer) + 1, dtype=np.int64), np.append(outer_key, 1.0), np.append(outer, outer[0]))
     if len(inner) > 1:
         inner_key, inner = np.append(inner_key, 1.0), np.append(inner, inner[0])

@@ -1,6 +1,6 @@
-"""A synthetic open pit after the thesis' Arturo mine: `Pit` says what is asked for, `pit_terrain` makes it.
+"""A synthetic open pit after the thesis' Arturo mine: `Pit` holds the parameters, `pit_terrain` makes the terrain.
 
-The pit is drawn as a mine planner draws one: level benches and steep faces around a floor, a haul ramp that climbs
+The pit looks like the drawing of a mine planner: level benches and steep faces around a floor, a haul ramp that climbs
 counter-clockwise from the floor to the rim and widens the pit where it passes, berms that taper into the ramp.
 """
 
@@ -17,19 +17,20 @@ from rpf3d_core.terrain.pit.surface import floor_ring_sizes, surface_of
 __all__ = ["Pit", "pit_terrain"]
 
 TRIAL_COLUMNS = 240
-"""Columns of the trial mesh whose points are counted to foretell how many columns give the triangles asked for."""
+"""Number of columns of the trial mesh, whose points are counted to predict how many columns give the triangles
+wanted."""
 FEWEST_COLUMNS = 12
-"""Fewer would cut across the pit's bends."""
+"""Least number of columns: fewer would cut across the bends of the pit."""
 
 
 def pit_terrain(pit: Pit) -> Terrain:
-    """The pit as a watertight mesh of `pit.triangles` within 3 % (below 5,000: 5 %); the same pit gives the same bits.
+    """Return the pit as a watertight mesh of `pit.triangles` within 3 % (below 5,000: 5 %).
 
-    Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`, `floor`, `spill`, `ground` (outside
-    the crest). x is east, y is north, the middle of the floor is at x = y = 0; vertices are local, z = 0 at the crest,
-    and `frame.origin` is (0, 0, crest altitude). Every facet's normal points up (n_z > 0), so no point of the plan
-    lies under two facets. `TerrainError` where the plan would fold over itself, where the ramp's turns would meet, and
-    where the triangles are too few for the number of benches.
+    The same pit gives the same bits. Zones: `bench_1` (the first below the crest) and so on down, `face`, `ramp`,
+    `floor`, `spill`, `ground` (outside the crest). x is east, y is north, the middle of the floor is at x = y = 0;
+    vertices are local, z = 0 at the crest, and `frame.origin` is (0, 0, crest altitude). Every facet's normal points up
+    (n_z > 0), so no point of the plan lies under two facets. Raises `TerrainError` if the plan would fold over itself,
+    if the turns of the ramp would meet, or if the triangles are too few for the number of benches.
     """
     design = design_of(pit)
     spacing = Spacing(math.sqrt(2.0 * design.surface_area / pit.triangles))
@@ -39,7 +40,7 @@ def pit_terrain(pit: Pit) -> Terrain:
 
 
 def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
-    """How many columns give a mesh of about so many triangles: each point makes one on either side of its column."""
+    """Return the number of columns for a mesh of about `triangles` triangles: each point makes one on either side."""
     trial = columns_of(design, spacing, TRIAL_COLUMNS)
     of_a_column = 2.0 * (len(trial.column) / TRIAL_COLUMNS - 1.0)
     count = triangles / of_a_column
@@ -52,6 +53,9 @@ def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
 
 
 def floor_triangles(design: Design, spacing: Spacing, columns: int) -> int:
-    """Triangles of the floor's inner part: a ring of a points around one of b makes a + b, and a around the middle."""
+    """Return the number of triangles of the floor's inner part.
+
+    A ring of a points around a ring of b points makes a + b triangles; the innermost ring of a points makes a.
+    """
     sizes = [columns, *floor_ring_sizes(design, spacing, columns)]
     return sum(sizes[:-1]) + sum(sizes[1:-1])
