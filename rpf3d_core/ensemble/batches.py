@@ -223,7 +223,7 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
-    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # key of its draws
+    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # key of the draws
     spins = spins_of(crew.flight.models)
     finals, counts = _room_for(len(rows), spins)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)

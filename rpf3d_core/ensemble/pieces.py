@@ -31,7 +31,7 @@ PIECES = 65_536
 
 
 class Breaking:
-    """Makes the fragments of the rocks of one block, generation by generation.
+    """The breaking of the rocks of one block: makes their fragments, generation by generation.
 
     flight : physics of the fragments made last; the last generation does not break again
     compiled : whether numba makes the fragments

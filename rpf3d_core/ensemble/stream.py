@@ -83,9 +83,9 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 
 @dataclass(eq=False)
 class Stream:
-    """Flies blocks of rocks, passes results to the sink and keeps the rocks to display.
+    """An ensemble in flight: flies blocks of rocks, passes results to the sink and keeps the rocks to display.
 
-    Fragments of rocks that break fly after their block. `rows` counts the rocks flown, `pieces` the fragments flown;
+    Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
     `dust` is the mass of what was too small to fly, in `broken.DUST_UNITS`.
 
     watch, stop, threads : as in `fly_batches`; sink : receives deposits and impacts; advance : called with the progress
