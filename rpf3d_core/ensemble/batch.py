@@ -1,4 +1,4 @@
-"""Rocks that have flown, with what was written down of them: chosen from, and put in order."""
+"""Batches of rocks that have flown and their records of impacts and paths: select, join and sort them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.values import Outcome
 
 Rocks = NDArray[np.bool_]
-"""Which of some rocks."""
+"""Flags (N,) of N rocks: True for each rock that is selected."""
 
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What was written down of N rocks, one after another.
+    """The recorded impacts and paths of N rocks, grouped by rock.
 
-    rows : (N,) rows of the releases
-    impacts : (I, 9), facets : (I,), pieces : (S, 10), modes : (S,) as of `simulation.record.Record`; where rocks spin
-        impacts and pieces have two columns more
+    rows : (N,) row of each rock in the releases
+    impacts : (I, 9), facets : (I,), pieces : (S, 10) path segments, modes : (S,), all as in `simulation.record.Record`;
+        if rocks spin, impacts and pieces have two more columns
     first : (N + 1, 2) the first row of each rock in impacts and in pieces
     """
 
@@ -35,11 +35,11 @@ class Written:
 
 @dataclass(frozen=True, eq=False)
 class Batch(Written):
-    """N rocks that have flown.
+    """N rocks that have flown: their records, how they ended, and the rocks that broke.
 
-    finals : (N, 8) `simulation.engines.FINAL_COLUMNS`, where rocks spin (N, 10) with `SPIN_FINALS`
+    finals : (N, 8) `simulation.engines.FINAL_COLUMNS`; (N, 10) with `SPIN_FINALS` if rocks spin
     counts : (N, 4) `COUNT_COLUMNS`
-    broken : those of them that broke, where that has been gathered
+    broken : the rocks of the batch that broke; `NONE_BROKEN` if they were not gathered
     """
 
     finals: FloatArray
@@ -48,13 +48,13 @@ class Batch(Written):
 
 
 def written_of(rows: IntArray) -> Written:
-    """N rocks of which nothing was written down."""
+    """Return an empty record of N rocks (N,): no impacts and no paths."""
     none = np.empty(0, dtype=np.int64)
     return Written(rows, np.empty((0, 9)), none, np.empty((0, 10)), none, np.zeros((len(rows) + 1, 2), dtype=np.int64))
 
 
 def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
-    """Copies of the impacts of some of N rocks (N,), and of the paths of some (N,)."""
+    """Return copies of the impacts of the rocks flagged in `impacts` (N,) and of the paths of those in `paths` (N,)."""
     if not impacts.any() and not paths.any():
         return written_of(batch.rows)
     lengths = np.diff(batch.first, axis=0)
@@ -64,7 +64,7 @@ def some_of(batch: Written, impacts: Rocks, paths: Rocks) -> Written:
 
 
 def only(batch: Batch, rocks: Rocks) -> Batch:
-    """A batch of some of its N rocks (N,), with all that is held of these."""
+    """Return a batch of the flagged rocks (N,) alone, with their records and ends but without `broken`."""
     lengths = np.diff(batch.first, axis=0)
     struck, moved = np.repeat(rocks, lengths[:, 0]), np.repeat(rocks, lengths[:, 1])
     written = (batch.impacts[struck], batch.facets[struck], batch.pieces[moved], batch.modes[moved])
@@ -72,7 +72,7 @@ def only(batch: Batch, rocks: Rocks) -> Batch:
 
 
 def joined_batches(batches: Sequence[Batch]) -> Batch:
-    """At least one batch as one: the rocks of each after those of the one before."""
+    """Return at least one batch as one batch: the rocks of each batch follow those of the previous batch."""
     lengths = np.concatenate([np.diff(batch.first, axis=0) for batch in batches])
     names = ("rows", "impacts", "facets", "pieces", "modes", "finals", "counts")
     columns: dict[str, Any] = {name: _stacked([getattr(batch, name) for batch in batches]) for name in names}
@@ -80,17 +80,17 @@ def joined_batches(batches: Sequence[Batch]) -> Batch:
 
 
 def with_ends(written: Written, finals: FloatArray, counts: IntArray) -> Batch:
-    """What was written down of N rocks with how they ended, (N, 8) and (N, 4)."""
+    """Return a batch from the records of N rocks and how the rocks ended: finals (N, 8) and counts (N, 4)."""
     return Batch(**vars(written), finals=finals, counts=counts)
 
 
 def in_order(parts: Sequence[Written]) -> Written:
-    """What was written down of all rocks of at least one part, in order of their rows."""
+    """Return the records of all rocks of at least one part, sorted by the rocks' rows."""
     rows = np.concatenate([part.rows for part in parts])
     if not any(len(part.facets) or len(part.modes) for part in parts):
         return written_of(np.sort(rows))
     lengths = np.concatenate([np.diff(part.first, axis=0) for part in parts])
-    order = np.argsort(rows)  # each row is there once, so this need not be stable
+    order = np.argsort(rows)  # rows are distinct, so the sort need not be stable
     struck, moved = (_gathered(lengths[:, k], order) for k in range(2))
     impacts, pieces = (_stacked([getattr(part, name) for part in parts]) for name in ("impacts", "pieces"))
     facets, modes = (np.concatenate([getattr(part, name) for part in parts]) for name in ("facets", "modes"))
@@ -99,17 +99,17 @@ def in_order(parts: Sequence[Written]) -> Written:
 
 
 def _stacked(arrays: Sequence[Any]) -> Any:
-    """Arrays one after another; of those without rows, which have no spins, only as many columns as the others."""
+    """Return arrays stacked by row. Empty arrays are left out: they lack the columns of spin."""
     return np.concatenate([array for array in arrays if len(array)] or arrays[:1])
 
 
 def _firsts(lengths: IntArray) -> IntArray:
-    """The first row (N + 1, 2) of each rock from how many it has (N, 2)."""
+    """Return the first row (N + 1, 2) of each rock, from the number of rows that each rock has (N, 2)."""
     return np.concatenate([np.zeros((1, 2), dtype=np.int64), np.cumsum(lengths, axis=0)])
 
 
 def _gathered(lengths: IntArray, order: IntArray) -> IntArray:
-    """Indices that put runs of rows, of given lengths (N,), in another order (N,)."""
+    """Return indices that reorder runs of rows: runs of given lengths (N,) into a new order (N,) of the runs."""
     if not lengths.any():
         return np.empty(0, dtype=np.int64)
     begins = (np.cumsum(lengths) - lengths)[order]
@@ -123,9 +123,9 @@ NOTHING = with_ends(written_of(np.empty(0, dtype=np.int64)), np.empty((0, 8)), n
 
 
 def broken_of(batch: Batch) -> Broken:
-    """Those of some rocks that broke, from what was written down: its last impact, and the end of its path.
+    """Return the rocks of a batch that broke, read from each rock's last impact and the end of its path.
 
-    `NONE_BROKEN` itself where none did.
+    Returns `NONE_BROKEN` itself if no rock broke.
     """
     which = np.flatnonzero(batch.counts[:, 0] == Outcome.FRAGMENTED)
     if not which.size:

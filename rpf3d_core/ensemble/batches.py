@@ -1,8 +1,8 @@
-"""Fly rocks in batches over threads: each into room of a fixed size, looked at, and handed on.
+"""Fly rocks in batches on several threads. Each batch uses a record of fixed size, is examined, and is handed on.
 
-A group takes rocks from all over the releases, and takes off as a whole, so whatever has flown when a run is
-interrupted stands for all: no source and no place comes first. Its batches lie side by side: the more rocks of a group
-start close together, the more often what they look at is in the cache, whichever thread flies them.
+A group takes rocks from all over the releases and takes off as a whole. So when a run is interrupted, the rocks that
+have flown represent all sources and all their places. The batches of a group lie side by side: the closer together the
+rocks of a group start, the more often the facets that they need are in the cache, whichever thread flies them.
 """
 
 import math
@@ -28,27 +28,32 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
 
 LARGEST_BATCH = 4096
-"""Rocks in a batch at most."""
+"""Largest number of rocks in a batch of the compiled engine."""
 BATCHES_A_GROUP = 2
-"""Of the largest size. Long falls take 1.6 times as long in groups of 512 rocks as in groups of 4096, and another tenth
-less in groups of 8192; but all of a group are flown to their end when the user interrupts."""
+"""Batches in a group, if all are of the largest size. Long falls take 1.6 times as long in groups of 512 rocks as in
+groups of 4096, and 10 % less again in groups of 8192. But a group flies to its end after the user interrupts."""
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+"""Ratio of the golden section (-)."""
 STRIPS = 0.25
-"""Strips across the places of R rocks, over the square root of R: rocks that fly one after another start side by side
-and look at the same facets, which are then in the cache."""
+"""Strips across the places of R rocks, per square root of R. Rocks that fly one after another then start side by side
+and need the same facets, which are still in the cache."""
 REFERENCE_BATCH = 4
-"""As LARGEST_BATCH, for the reference engine: two are flown to their end when the user interrupts, in about 0.3 s."""
+"""Largest number of rocks in a batch of the reference engine. When the user interrupts, two batches fly to their end,
+which takes about 0.3 s."""
 SMALLEST_BATCH = 512
-"""But for the last of a group. What it costs to begin one is then a hundredth of flying it."""
+"""Smallest number of rocks in a batch of the compiled engine, except for the last batch of a group. Starting a batch of
+this size takes about 1 % of the time of flying it."""
 BATCHES_A_THREAD = 4
-"""A batch is at most this share of what is left for each thread, so that no thread waits long for the last one."""
+"""A batch takes at most 1 / BATCHES_A_THREAD of one thread's share of the rocks that are left, so that no thread waits
+long for the last batch."""
 ROOM = 16_384
-"""Pieces of path, and impacts, that are written down before they are looked at: 3 MB, which stay in the cache."""
+"""Rows for path segments, and rows for impacts, that are recorded before they are examined: 3 MB, which stay in the
+cache."""
 
 
 @dataclass(frozen=True)
 class Flight:
-    """What flies: the physics, shared by every rock of an ensemble."""
+    """The physics that all rocks of an ensemble share: materials, settings and models."""
 
     materials: Materials | DrawnMaterials
     settings: Settings
@@ -56,14 +61,19 @@ class Flight:
 
 
 Advance = Callable[[int], None]
-"""Told the number of rocks flown since the last call."""
+"""Called with the number of rocks flown since the last call."""
 Watch = Callable[[Batch, Releases], FloatArray]
-"""Looks at a batch, on the thread that flew it, and tells each rock's largest height above the terrain (N,) m."""
+"""Called with each batch and its releases, on the thread that flew the batch; returns the largest height of each rock
+above the terrain (N,) m."""
 
 
 @dataclass(frozen=True, eq=False)
 class Keep:
-    """What is handed on of a batch: paths and impacts (R,), of which rocks; `record` False: nothing is written down."""
+    """Which records of R rocks are kept after their batch has been examined.
+
+    paths, impacts : (R,) flag of each rock whose path, or whose impacts, are kept
+    record : False if the engine is to record no impacts and no paths at all
+    """
 
     paths: NDArray[np.bool_]
     impacts: NDArray[np.bool_]
@@ -72,10 +82,10 @@ class Keep:
 
 @dataclass(frozen=True, eq=False)
 class Crew:
-    """What each thread needs to fly some of R rocks, and where it writes how they end.
+    """What each thread needs to fly some of R rocks, and the arrays for how the rocks end.
 
-    finals (R, 8), where rocks spin (R, 10), and counts (R, 4) : filled in
-    broken : a part is added of each batch that had rocks which broke
+    finals : (R, 8), or (R, 10) if rocks spin; counts : (R, 4); both are filled in
+    broken : receives one entry for each batch in which rocks broke
     """
 
     engine: Engine
@@ -98,14 +108,14 @@ def fly_batches(
     stop: Callable[[], bool] | None = None,
     advance: Advance | None = None,
 ) -> Batch:
-    """Fly R rocks, batch after batch, on threads where the engine allows; all that have flown, in order of their rows.
+    """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 
     Parameters
     ----------
-    keep : what is handed on; `watch` sees everything that was written down
-    threads : for the compiled engine; None for one a core
-    stop : asked between batches; once it says True, what flies comes to its end and nothing more takes off
-    advance : told of progress
+    keep : the records that the returned batch holds; `watch` sees all records
+    threads : for the compiled engine; None for one per core
+    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
+    advance : called with the progress
     """
     compiled = isinstance(engine, Compiled)
     workers = (threads or os.cpu_count() or 1) if compiled else 1
@@ -122,7 +132,7 @@ def fly_batches(
 
 
 def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
-    """Room for how R rocks end, and for their energies where they spin."""
+    """Return empty arrays for how R rocks end: finals and counts; the columns of energies, if rocks spin, hold NaN."""
     more = len(SPIN_FINALS) if spins else 0
     finals = np.empty((rocks, len(FINAL_COLUMNS) + more))
     finals[:, len(FINAL_COLUMNS) :] = np.nan
@@ -132,7 +142,10 @@ def _room_for(rocks: int, spins: bool) -> tuple[FloatArray, IntArray]:
 def _flown_by(
     workers: int, at_hand: int, crew: Crew, groups: Iterator[list[IntArray]], stop: Callable[[], bool] | None
 ) -> Iterator[list[Written]]:
-    """What was written down of each batch, in their order; a group takes off where fewer than `at_hand` wait."""
+    """Yield the records of each batch, in the order of the batches.
+
+    A new group takes off as soon as fewer than `at_hand` batches are flying or waiting.
+    """
     running: deque[Future[list[Written]]] = deque()
     with ThreadPoolExecutor(workers) as pool:
         group: list[IntArray] | None = next(groups, None)
@@ -146,7 +159,7 @@ def _flown_by(
 
 
 def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) -> Batch:
-    """The rocks of some parts, of all whose ends there is room for (R, 8) and (R, 4)."""
+    """Return the rocks of some parts as one batch, sorted by row; finals (R, 8) and counts (R, 4) hold all R rocks."""
     if not parts:
         return NOTHING
     written = in_order(parts)
@@ -156,12 +169,12 @@ def _in_order(parts: Sequence[Written], finals: FloatArray, counts: IntArray) ->
 
 
 def flight_order(releases: Releases, workers: int, largest: int) -> Iterator[IntArray]:
-    """The rows (N,) of the releases that each batch flies, in the order in which it does; at most `largest` a batch."""
+    """Yield the rows (N,) of the releases that each batch flies, in order of flight; at most `largest` rows a batch."""
     return (rows for group in _dealt(releases, workers, largest) for rows in group)
 
 
 def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntArray]]:
-    """The batches of each group: stretches of steps of the golden section are spread evenly, whatever their length."""
+    """Yield the batches of each group. Any run of steps of the golden section is spread evenly, whatever its length."""
     rocks = len(releases.x)
     spread, groups = np.arange(rocks) * _golden_step(rocks) % max(rocks, 1), -(-rocks // (BATCHES_A_GROUP * largest))
     for g in range(groups):
@@ -170,7 +183,7 @@ def _dealt(releases: Releases, workers: int, largest: int) -> Iterator[list[IntA
 
 
 def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[IntArray]:
-    """The batches of one group, at most a share of all rocks that are left, so that all threads end at the same time.
+    """Yield the batches of one group; batches shrink with the number of rocks left, so that all threads end together.
 
     Sources
     -------
@@ -184,9 +197,9 @@ def _batches(rows: IntArray, left: int, workers: int, largest: int) -> Iterator[
 
 
 def _golden_step(rocks: int) -> int:
-    """A step through R rows, round and round, that comes to each once and leaves no gap for long.
+    """Return a step that visits each of R rows once, modulo R, and spreads the rows visited so far evenly.
 
-    Every n-th row would not do: where rocks are dealt to n places in turn, a group would have those of one place.
+    Every n-th row would not do: where rocks are dealt to n places in turn, a group would hold the rocks of one place.
     """
     step = max(round(GOLDEN * rocks), 1)
     while math.gcd(step, rocks) > 1:
@@ -195,22 +208,22 @@ def _golden_step(rocks: int) -> int:
 
 
 def side_by_side(releases: Releases, rows: IntArray) -> IntArray:
-    """Rows (N,) of releases in an order in which those that follow each other start near each other, in strips."""
+    """Return rows (N,) of the releases, sorted in strips so that consecutive rocks start near each other."""
     x, y = releases.x.take(rows, axis=0)[:, :2].T
     if np.ptp(x) > np.ptp(y):
         x, y = y, x
     width = np.ptp(x) / max(STRIPS * np.sqrt(len(rows)), 1.0)
     strip = np.floor((x - x.min()) / width) if width > 0.0 else 0.0
-    across = max(np.ptp(y), width)  # one number for the strip and the place in it: sorted five times as fast as two
+    across = max(np.ptp(y), width)  # one key for strip and place sorts five times as fast as two
     return rows[np.argsort(strip + (y - y.min()) / (2.0 * across) if across > 0.0 else x)]
 
 
 def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
-    """Fly some rocks: as many as there is room to write down, then the next."""
+    """Fly some rocks, as many at a time as the record has room for; return the kept records of each such part."""
     releases, keep = crew.releases, crew.keep
-    x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # four times as fast as an index
+    x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
     starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
-    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # for its draws
+    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # key of the draws
     spins = spins_of(crew.flight.models)
     finals, counts = _room_for(len(rows), spins)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
@@ -230,9 +243,10 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
 
 
 def _look_at(crew: Crew, flown: Batch) -> Written:
-    """Show a batch to who watches; copies of what is handed on, for the next rocks write over the record.
+    """Pass a batch to `watch` and gather what broke; return copies of the records to keep.
 
-    The path of a rock that failed may hold anything, so it is not handed on: nothing could draw it.
+    Copies, because the next rocks overwrite the record. The path of a rock that failed may hold anything, so it is not
+    kept: nothing could draw it.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
         _count_from_release(flown, crew.releases.t[flown.rows])
@@ -251,14 +265,14 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
 
 
 def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record, first: IntArray) -> Batch:
-    """A batch that looks into the record."""
+    """Return a batch whose arrays are views of the record, without copies."""
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)
 
 
 def _count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Add to all times of N pieces those at which their flights began, t (N,) s."""
+    """Add the times t (N,) s at which the flights of N fragments began to all times of a batch, in place."""
     lengths = np.diff(batch.first, axis=0)
     batch.finals[:, 0] += t
     batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])

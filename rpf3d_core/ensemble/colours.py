@@ -20,7 +20,8 @@ GROUND_COLOURS = np.array(
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""Sand, stone, clay, dust, ochre, ...: one for each group of zones, in order of first mention; nothing like water."""
+"""Sand, stone, clay, dust, ochre, ...: one colour for each group of zones, in order of first mention; none looks like
+water."""
 
 ALTERNATE = 0.86
 """Brightness (-) of every second zone of a group, so that neighbouring benches differ."""
@@ -36,6 +37,7 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.FAILED: (255, 0, 255),
     Outcome.LOST_TO_HOLE: (0, 190, 190),
 }
+"""sRGB colour of each outcome."""
 
 SPEED_COLOURS = np.array(
     [(44, 90, 182), (0, 166, 202), (120, 205, 120), (249, 208, 87), (242, 140, 46), (200, 20, 28)], dtype=float
@@ -44,7 +46,7 @@ SPEED_COLOURS = np.array(
 
 
 def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
-    """Groups of zones that differ by a trailing number only: names, and the group (Z,) of each of Z zones.
+    """Return the groups of zones that differ only by a trailing number: their names, and the group (Z,) of each zone.
 
     Examples
     --------
@@ -57,7 +59,7 @@ def zone_groups(zones: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
 
 
 def zone_colours(zones: Sequence[str]) -> Colours:
-    """Colours (Z, 3) of Z zones: one hue for a group, every second zone of it darker."""
+    """Return colours (Z, 3) of Z zones: one hue for each group, and every second zone of a group darker."""
     _, group = zone_groups(zones)
     place = np.array([np.count_nonzero(group[:i] == group[i]) for i in range(len(group))], dtype=np.int64)
     brightness = np.where(place % 2 == 0, 1.0, ALTERNATE)[:, None]
@@ -65,7 +67,7 @@ def zone_colours(zones: Sequence[str]) -> Colours:
 
 
 def speed_colours(speed: ArrayLike, fastest: float) -> Colours:
-    """Colours (N, 3) of speeds (N,) between 0 and `fastest`, both m/s."""
+    """Return colours (N, 3) of speeds (N,) from 0 to `fastest`, both m/s."""
     at = np.clip(np.asarray(speed, dtype=float) / max(fastest, np.finfo(float).tiny), 0.0, 1.0)
     stops = np.linspace(0.0, 1.0, len(SPEED_COLOURS))
     return np.stack([np.interp(at, stops, channel) for channel in SPEED_COLOURS.T], axis=-1).astype(np.uint8)

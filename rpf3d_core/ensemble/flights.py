@@ -1,6 +1,6 @@
-"""What an ensemble of flights leaves behind: one row a rock, one row an impact, one row an event of a path.
+"""The result of flying an ensemble: one row per rock, one row per impact, one row per event of a path.
 
-All positions are in the terrain's local frame; `io` turns them back to the input's coordinates.
+All positions are in the terrain's local frame; `io` converts them to the input's coordinates.
 """
 
 from dataclasses import dataclass, field, fields
@@ -13,28 +13,28 @@ IntArray = NDArray[np.int64]
 
 
 def no_pieces() -> IntArray:
-    """What stands for a column of zeros."""
+    """Return an empty array (0,) that stands for a column of zeros: no rock is a fragment."""
     return np.empty(0, dtype=np.int64)
 
 
 def no_spins() -> FloatArray:
-    """What stands for a column of rocks that do not spin."""
+    """Return an empty array (0,) that stands for a column of rocks that do not spin."""
     return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)
 class Deposits:
-    """Where and how each of R rocks ended; every array has R rows: block after block, by source, then rock.
+    """Where and how each of R rocks ended; every array has R rows, block after block, by source, then by rock.
 
-    source : index into the scene's sources; rock : number within its source, from 0
-    outcome : `values.Outcome`; facet : facet of the last contact, -1 if it never touched the ground
+    source : index of the scene's source; rock : number within its source, from 0
+    outcome : `values.Outcome`; facet : facet of the last contact, -1 if the rock never touched the ground
     release : (R, 3) m; x : (R, 3) m, the end; t : s; path : m flown and slid; impacts : count
     max_speed : m/s; max_energy : J, translational
     max_height : m, vertical above the facet straight below, the largest on the whole path (`hazard.tallies` finds it);
-        NaN where nobody looked, and of a rock that failed
-    ground_speed : m/s at which the rock entered sustained contact for the first time; NaN if it never did
-    mass : kg; piece : number of a piece among those of its rock, from 1; 0 for the rock itself, and where left out
-    max_rotational_energy, max_total_energy : J, translation and rotation together; where left out rocks do not spin
+        NaN without a `watch`, and for a rock that failed
+    ground_speed : m/s at which the rock first entered sustained contact; NaN if it never did
+    mass : kg; piece : number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
+    max_rotational_energy, max_total_energy : J, total is translation plus rotation; if not given, rocks do not spin
     """
 
     source: IntArray
@@ -56,7 +56,7 @@ class Deposits:
     max_total_energy: FloatArray = field(default_factory=no_spins)
 
     def __post_init__(self) -> None:
-        """Whole rocks that do not spin, unless told."""
+        """Fill in columns that are not given: rocks do not spin, and no rock is a fragment."""
         if len(self.max_total_energy) != len(self.source):
             object.__setattr__(self, "max_rotational_energy", np.zeros(len(self.source)))
             object.__setattr__(self, "max_total_energy", self.max_energy)
@@ -69,9 +69,9 @@ class Impacts:
     """Every impact on the ground and every meeting with an obstacle; I rows, grouped by rock in order of time.
 
     row : row of the rock in `Deposits`; t : s; x : (I, 3) m
-    facet : id; of a meeting `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
-    normal : (I, 3) unit, turned against the incoming velocity; of a meeting against that velocity
-    speed_in, speed_out : m/s; spin_in, spin_out : rad/s, 0 where left out
+    facet : id; for an obstacle, `simulation.record.FIRST_OBSTACLE` minus the number of the obstacle: below 0
+    normal : (I, 3) unit, turned against the incoming velocity; for an obstacle, the direction against that velocity
+    speed_in, speed_out : m/s; spin_in, spin_out : rad/s, zeros if not given
     """
 
     row: IntArray
@@ -85,26 +85,26 @@ class Impacts:
     spin_out: FloatArray = field(default_factory=no_spins)
 
     def __post_init__(self) -> None:
-        """No spin, unless told."""
+        """Fill in zeros for spins that are not given."""
         if len(self.spin_in) != len(self.row):
             object.__setattr__(self, "spin_in", np.zeros(len(self.row)))
             object.__setattr__(self, "spin_out", np.zeros(len(self.row)))
 
 
 def on_ground(impacts: Impacts) -> Impacts:
-    """The impacts on the ground alone, without the meetings with obstacles."""
+    """Return the impacts on the ground, without the meetings with obstacles."""
     struck = impacts.facet >= 0
     return Impacts(*(getattr(impacts, column.name)[struck] for column in fields(Impacts)))
 
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """Every event of the paths; S rows, grouped by rock in order of time: the start of each piece, then its end.
+    """Every event of the paths; S rows, grouped by rock in order of time: the start of each segment, then the end.
 
     row : row of the rock in `Deposits`; t : s; x : (S, 3) m; v : (S, 3) m/s just after the event
-    v_end : (S, 3) m/s at the end of the piece that begins here
-    mode : `values.Mode` of the piece that begins here; the last row of a rock has mode END
-    A FLIGHT piece is the exact parabola from (x, v); `sample_paths` draws points from the pieces.
+    v_end : (S, 3) m/s at the end of the segment that begins with this event
+    mode : `values.Mode` of the segment that begins with this event; the last row of a rock has mode END
+    A FLIGHT segment is the exact parabola from (x, v); `sample_paths` draws points from the segments.
     """
 
     row: IntArray
@@ -117,9 +117,9 @@ class Paths:
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """The result of flying an ensemble: deposits always, impacts and paths where they were asked for.
+    """The result of flying an ensemble: all deposits, and the impacts and paths that were asked for.
 
-    engine : the engine that flew it ("reference" or "compiled"); compile_s, fly_s : wall seconds
+    engine : the engine used ("reference" or "compiled"); compile_s, fly_s : wall seconds
     """
 
     deposits: Deposits

@@ -1,4 +1,4 @@
-"""Fly an ensemble and keep all that came of it, in memory."""
+"""Fly an ensemble and keep all its results in memory."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -14,19 +14,21 @@ from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, wa
 from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
-"""Up to this many rocks `auto` takes the reference engine: it is done before the other has been compiled."""
+"""Up to this number of rocks, `auto` takes the reference engine: it finishes before the compiled engine is compiled."""
 REFERENCE_SPHERES = 40
-"""The same where rocks have a size: one takes about 0.5 s in plain Python (demo pit, rolling friction 0.3)."""
+"""As REFERENCE_ROCKS, for rocks with a size: one rock takes about 0.5 s in plain Python (demo pit, rolling friction
+0.3)."""
 
 Progress = Callable[[int], Callable[[int], None]]
-"""Called with the number of rocks before the first flies, once everything is compiled; what it returns is called with
-the number of rocks flown since the last call."""
+"""Called with the number of rocks when everything is compiled and no rock flies yet. Returns a function that is called
+with the number of rocks flown since its last call."""
 
 
 def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) -> str:
-    """The engine to use where a scene says `auto`: the answer is the same, so the one that is done first.
+    """Return the name of the engine to use: `name` itself or, for `auto`, the engine that finishes first.
 
-    compiled : whether numba is there; sized : whether rocks touch the ground as spheres of their size
+    Both engines give the same result.
+    compiled : whether numba is installed; sized : whether rocks touch the ground as spheres of their size
     """
     if name != "auto":
         return name
@@ -44,18 +46,18 @@ def fly_ensemble(
     threads: int | None = None,
     watch: Watch | None = None,
 ) -> Flights:
-    """Follow R rocks to their outcomes.
+    """Fly R rocks to their ends and return their deposits, impacts and paths.
 
     Parameters
     ----------
     engine : with its index over the terrain built (`engine_of`)
     flight : materials, settings and models
     releases : R rocks
-    record : whether to write down impacts and paths; without it only deposits
-    paths : of how many rocks, evenly spread over all, to keep the path; None for all
-    progress : called when rocks begin to fly, and then as batches are done
-    threads : for the compiled engine; None for one a core
-    watch : looks at each batch on the thread that flew it, and tells heights; without it they are not known (NaN)
+    record : whether to keep impacts and paths; False gives deposits only
+    paths : number of rocks, evenly spread over all, whose paths are kept; None for all
+    progress : called before the rocks fly; the function that it returns is called as batches finish
+    threads : for the compiled engine; None for one per core
+    watch : called with each batch on the thread that flew it; returns heights. Without `watch`, heights are NaN
 
     Returns
     -------
@@ -72,7 +74,7 @@ def fly_ensemble(
 
 
 def spread_over(rocks: int, some: int | None) -> NDArray[np.bool_]:
-    """Which of R rocks are among `some` (None: all) that are evenly spread over them: (R,)."""
+    """Return flags (R,) of `some` of R rocks, evenly spread over them; all rocks if `some` is None."""
     kept = np.ones(rocks, dtype=bool)
     if some is not None and some < rocks:
         kept[:] = False
@@ -83,7 +85,7 @@ def spread_over(rocks: int, some: int | None) -> NDArray[np.bool_]:
 def flights_of(
     batches: Sequence[Batch], releases: Releases, engine: str, compile_s: float = 0.0, fly_s: float = 0.0
 ) -> Flights:
-    """The flights of batches that, one after the other, are all rocks of the releases, in order of the releases."""
+    """Return the flights of batches that together, one after another, hold the rocks of the releases in their order."""
     batch = batches[0] if len(batches) == 1 else joined_batches([NOTHING, *batches])
     return Flights(
         deposits_of(batch.finals, batch.counts, releases), impacts_of(batch), _paths(batch), engine, compile_s, fly_s
@@ -91,7 +93,7 @@ def flights_of(
 
 
 def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Deposits:
-    """Deposits from the rows of the engine, (R, 8) or where rocks spin (R, 10), and (R, 4)."""
+    """Return deposits from the engine's rows: finals (R, 8), or (R, 10) if rocks spin, and counts (R, 4)."""
     speed, energies = finals[:, 5], dict(zip(SPIN_FINALS, finals[:, len(FINAL_COLUMNS) :].T, strict=False))
     return Deposits(
         source=releases.source,
@@ -114,15 +116,15 @@ def deposits_of(finals: FloatArray, counts: IntArray, releases: Releases) -> Dep
 
 
 def impacts_of(batch: Batch) -> Impacts:
-    """The impacts of a batch; rows count its rocks from 0."""
+    """Return the impacts of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.impacts
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 0]))
-    spins = rows[:, IMPACT_COLUMNS:].T  # two columns where rocks spin, else none
+    spins = rows[:, IMPACT_COLUMNS:].T  # two columns if rocks spin, else none
     return Impacts(owner, rows[:, 0], rows[:, 1:4], batch.facets, rows[:, 4:7], rows[:, 7], rows[:, 8], *spins)
 
 
 def _paths(batch: Batch) -> Paths:
-    """The paths of a batch; rows count its rocks from 0."""
+    """Return the paths of a batch; row numbers count the rocks of the batch from 0."""
     rows = batch.pieces
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     return Paths(owner, rows[:, 0], rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], batch.modes)

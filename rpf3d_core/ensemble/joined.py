@@ -1,4 +1,4 @@
-"""Flights of several parts of an ensemble as one."""
+"""Join the flights of several parts of an ensemble."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -12,9 +12,9 @@ Rows = TypeVar("Rows", Impacts, Paths)
 
 
 def joined(parts: Sequence[Flights]) -> Flights:
-    """The flights of at least one part as one: rows (R,) in order of source, then rock, whatever the order of parts.
+    """Return the flights of at least one part as one, rows (R,) sorted by source, then rock, whatever the parts' order.
 
-    compile_s is the longest of any part; fly_s the seconds of all together, as if one had flown after the other.
+    compile_s is the longest of any part, fly_s the sum of all parts, in seconds.
     """
     deposits = [part.deposits for part in parts]
     keys = [np.concatenate([getattr(some, name) for some in deposits]) for name in ("piece", "rock", "source")]
@@ -32,7 +32,10 @@ def joined(parts: Sequence[Flights]) -> Flights:
 
 
 def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntArray) -> Rows:
-    """Tables of rocks as one, in the order of the rocks: rock r of all parts together goes to place (R,)[r]."""
+    """Return tables of rocks as one table in the order of the rocks: rock r of all parts together gets row place[r].
+
+    place : (R,)
+    """
     before = np.cumsum([0, *(len(some.rock) for some in deposits)])
     moved = [replace(table, row=place[table.row + n]) for table, n in zip(tables, before[:-1], strict=True)]
     order = np.argsort(np.concatenate([table.row for table in moved]), kind="stable")
@@ -40,5 +43,5 @@ def _in_place(tables: Sequence[Rows], deposits: Sequence[Deposits], place: IntAr
 
 
 def _columns(tables: Sequence[Deposits] | Sequence[Impacts] | Sequence[Paths]) -> list[np.ndarray]:
-    """The columns of tables, each of all tables together."""
+    """Return the columns of all tables, each concatenated over the tables."""
     return [np.concatenate([getattr(table, field.name) for table in tables]) for field in fields(tables[0])]

@@ -1,7 +1,7 @@
-"""Places spread evenly over a surface: by its true area, not by its area in plan, where a steep face counts too little.
+"""Places spread evenly over a surface by its true area. Area in plan would give a steep face too few places.
 
-A rock's patch is found on the running sum of all areas, and its place in it by the square root that makes a triangle's
-places even (Turk 1990, Graphics Gems, "Generating random points in triangles"): three uniform numbers a rock.
+The running sum of all areas selects a rock's triangle. The square root that makes places in a triangle even (Turk 1990,
+Graphics Gems, "Generating random points in triangles") selects its place. That takes three uniform numbers a rock.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from rpf3d_core.terrain.frame import FloatArray
 class Patches:
     """Triangles that rocks may fall from.
 
-    corners : (P, 3, 3) m, local frame; reached : (P,) m^2, the running sum of their areas
+    corners : (P, 3, 3) m, local frame; reached : (P,) m^2, the running sum of the triangles' areas
     """
 
     corners: FloatArray
@@ -24,12 +24,15 @@ class Patches:
 
 
 def patches_of(corners: FloatArray) -> Patches:
-    """Patches from triangles (P, 3, 3) m, P >= 1."""
+    """Return release triangles with the running sum of their areas, from corners (P, 3, 3) m, P >= 1."""
     return Patches(corners, np.cumsum(areas_of(corners)))
 
 
 def places_on(patches: Patches, which: FloatArray, across: FloatArray, along: FloatArray) -> FloatArray:
-    """Places (R, 3) m, even over the patches for uniform numbers (R,) in [0, 1): the patch, and two within it."""
+    """Return places (R, 3) m, spread evenly over the triangles, from uniform numbers (R,) in [0, 1).
+
+    which : selects the triangle; across, along : select the place within the triangle
+    """
     area = patches.reached[-1]
     patch = np.searchsorted(patches.reached, which * area, side="right")
     a, b, c = (patches.corners[np.minimum(patch, len(patches.reached) - 1), k] for k in range(3))

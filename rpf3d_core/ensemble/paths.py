@@ -1,9 +1,9 @@
-"""Where rocks are between the events of their paths.
+"""Points along the paths of rocks, between the recorded events.
 
-A FLIGHT piece is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING pieces are drawn as the cubic Hermite curve
-that has the right position and velocity at both ends; between the ends it is a drawing, not a solution. Their velocity
-is drawn going straight from one end's to the other's, so that no drawn speed exceeds those that were computed. A slide
-of constant deceleration comes out as it is.
+A FLIGHT segment is the exact parabola x + v t + g t^2/2. SETTLING and SLIDING segments are drawn as the cubic Hermite
+curve with the right position and velocity at both ends; between the ends the curve is a drawing, not a solution. The
+velocity drawn along it changes linearly from one end to the other, so that no drawn speed exceeds the computed speeds.
+A slide of constant deceleration is drawn exactly.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ FINEST_STEP, COARSEST_STEP = 0.01, 1.0
 """Bounds of the step at which paths are drawn (m): a laboratory ramp is 2 m long, a pit wall 300 m."""
 
 STEPS_ACROSS = 400
-"""Steps across the widest side of all paths: about what a picture on a screen resolves."""
+"""Steps across the widest side of all paths: about the resolution of a picture on a screen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class PathSamples:
     """S points along paths, grouped by rock in order of time.
 
     row : (S,) row of the rock in `Deposits`; t : (S,) s; x : (S, 3) m; v : (S, 3) m/s; mode : (S,) `values.Mode`
-    An impact is two points of the same t and x: the velocity before it, then the velocity after it.
+    An impact is two points of the same t and x: the first has the velocity before the impact, the second after it.
     """
 
     row: IntArray
@@ -48,7 +48,7 @@ class PathSamples:
 
 
 def displayed_rows(paths: Paths, limit: int) -> IntArray:
-    """At most `limit` rows (N,) of the rocks that have a path, spread evenly over them."""
+    """Return at most `limit` rows (N,) of the rocks that have a path, spread evenly over them."""
     rows = np.unique(paths.row)
     if len(rows) <= limit:
         return rows
@@ -56,7 +56,7 @@ def displayed_rows(paths: Paths, limit: int) -> IntArray:
 
 
 def display_step(paths: Paths) -> float:
-    """Step (m) at which to draw paths: fine enough for their extent, coarse enough for a picture."""
+    """Return the step (m) at which to draw paths: fine enough for their extent, coarse enough for a picture."""
     extent = float(np.ptp(paths.x, axis=0).max()) if len(paths.x) else COARSEST_STEP
     return float(np.clip(extent / STEPS_ACROSS, FINEST_STEP, COARSEST_STEP))
 
@@ -67,23 +67,23 @@ def sample_paths(
     max_step: float | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> PathSamples:
-    """Points along the paths of some rocks, at most `max_step` apart along each piece.
+    """Return points along the paths of some rocks, at most `max_step` apart along each segment.
 
     Parameters
     ----------
     paths : Paths
         Events, local frame.
     rows : (N,) int, optional
-        Rows in `Deposits`; all that have a path if not given. A row without a path gives no points.
+        Rows in `Deposits`; default: all rocks that have a path. A row without a path gives no points.
     max_step : float, optional
-        m > 0; `display_step(paths)` if not given.
+        m > 0; default: `display_step(paths)`.
     gravity : float
         The scene's, m/s^2.
 
     Returns
     -------
     PathSamples
-        Every event and the points between; `t`, `x` and `v` are exact at events, and all along flights.
+        Every event and the points between events. `t`, `x` and `v` are exact at events and everywhere along flights.
     """
     step = display_step(paths) if max_step is None else max_step
     chosen = np.arange(len(paths.row)) if rows is None else np.flatnonzero(np.isin(paths.row, rows))
@@ -99,7 +99,7 @@ def sample_paths(
 
 
 def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STANDARD_GRAVITY) -> FloatArray:
-    """Positions (T, 3) m of one rock at times (T,) s; before its release and after its end it lies still.
+    """Return positions (T, 3) m of one rock at times (T,) s; the rock is still before its release and after its end.
 
     Raises
     ------
@@ -120,9 +120,12 @@ def positions_at(paths: Paths, row: int, times: FloatArray, gravity: float = STA
 def along_pieces(
     paths: Paths, piece: IntArray, fraction: FloatArray, gravity: float = STANDARD_GRAVITY
 ) -> tuple[FloatArray, FloatArray]:
-    """Position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of pieces (S,)."""
+    """Return position (S, 3) m and velocity (S, 3) m/s at fractions (S,) in [0, 1] of the durations of segments (S,).
+
+    piece : (S,) row in `Paths` of the event that begins each segment
+    """
     duration = _durations(paths)[piece]
-    x, v = (rows.take(piece, axis=0) for rows in (paths.x, paths.v))  # four times as fast as an index
+    x, v = (rows.take(piece, axis=0) for rows in (paths.x, paths.v))  # take() is four times as fast as indexing
     x, v = _parabola(x, v, fraction * duration, gravity)
     drawn = np.isin(paths.mode[piece], (Mode.SETTLING, Mode.SLIDING)) & (duration > 0.0)
     some = piece[drawn]
@@ -135,26 +138,26 @@ def along_pieces(
 
 
 def run_starts(values: NDArray[np.integer]) -> IntArray:
-    """Index of the first of every run of equal values in values (S,)."""
+    """Return the index of the first value of every run of equal values in values (S,)."""
     if len(values) == 0:
         return np.empty(0, dtype=np.int64)
     return np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
 
 
 def _durations(paths: Paths) -> FloatArray:
-    """Duration (S,) s of the piece that begins at each event; 0 where the path ends."""
+    """Return the duration (S,) s of the segment that begins at each event; 0 for the end of a path."""
     duration = np.zeros(len(paths.t))
     duration[:-1] = np.diff(paths.t)
     return np.where(paths.mode == Mode.END, 0.0, duration)
 
 
 def _next_event(paths: Paths, pieces: IntArray) -> IntArray:
-    """The event that ends each piece (P,); the last event of all stands for itself."""
+    """Return the event that ends each segment (P,); for the last event of all, that event itself."""
     return np.minimum(pieces + 1, len(paths.row) - 1)
 
 
 def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
-    """Number of steps (P,), at least 1.
+    """Return the number of drawing steps (P,), at least 1, along each segment.
 
     A flight is fastest at one of its ends, so its length is at most that speed times its duration.
     """
@@ -163,13 +166,13 @@ def _steps_of_pieces(paths: Paths, pieces: IntArray, step: float) -> IntArray:
 
 
 def _ends_with_a_jump(paths: Paths, pieces: IntArray) -> IntArray:
-    """1 where the velocity jumps at the end of a piece, so that its end is a point of its own."""
+    """Return 1 for each segment at whose end the velocity jumps, so that the end is a point of its own; else 0."""
     jumps = np.any(paths.v_end[pieces] != paths.v[_next_event(paths, pieces)], axis=1)
     return np.asarray(jumps & (paths.mode[pieces] != Mode.END), dtype=np.int64)
 
 
 def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tuple[FloatArray, FloatArray]:
-    """x + v t + g t^2/2 and v + g t; x, v (S, 3), t (S,)."""
+    """Return x + v t + g t^2/2 and v + g t; x, v (S, 3), t (S,)."""
     later, faster = x + v * t[:, None], v.copy()
     later[:, 2] -= 0.5 * gravity * (t * t)
     faster[:, 2] -= gravity * t
@@ -179,7 +182,10 @@ def _parabola(x: FloatArray, v: FloatArray, t: FloatArray, gravity: float) -> tu
 def _hermite(
     start: tuple[FloatArray, FloatArray], end: tuple[FloatArray, FloatArray], s: FloatArray, duration: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Cubic with given x (S, 3) and v (S, 3) at s = 0 and s = 1; and v, linear between them. s, duration (S,)."""
+    """Return the cubic with given x (S, 3) and v (S, 3) at s = 0 and s = 1, and the linear velocity between the ends.
+
+    s : (S,) share of the duration; duration : (S,) s
+    """
     (x0, v0), (x1, v1) = start, end
     s, h = s[:, None], duration[:, None]
     x = x0 + (x1 - x0) * s * s * (3.0 - 2.0 * s) + h * s * (1.0 - s) * (v0 * (1.0 - s) - v1 * s)

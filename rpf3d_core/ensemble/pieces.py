@@ -1,8 +1,9 @@
-"""The pieces of rocks that broke, as releases of their own.
+"""Make the fragments of rocks that broke, as releases of their own.
 
-A piece has its parent's source and number, and a number of its own within this family, from 1 in the order in which
-pieces come to be: generation by generation, by parent, by the power law. Its draws are those of the source's number
-plus SOURCES times its own: no other rock, piece or not, has that, as long as there are fewer than SOURCES sources.
+A fragment has its parent's source and rock number, and a number of its own within this family. Numbers count from 1 in
+the order in which fragments are made: generation by generation, by parent, by the power law. The draws of a fragment
+use the key source + SOURCES * number: no other rock or fragment has this key while there are fewer than SOURCES
+sources.
 """
 
 import math
@@ -24,19 +25,20 @@ from rpf3d_core.values import Rock, Vec
 from rpf3d_core.vectors import add, along, cross, dot, norm, scale
 
 TILT, TURN = int(Purpose.PIECE_TILT), int(Purpose.PIECE_TURN)
+"""Purposes of the draws that turn a fragment's direction away from, and around, its parent's direction."""
 PIECES = 65_536
-"""Pieces that are in memory at a time, about: one rock may have more."""
+"""Approximate number of fragments in memory at a time. One rock may have more."""
 
 
 class Breaking:
-    """Pieces of the rocks of one block, generation by generation.
+    """The breaking of the rocks of one block: makes their fragments, generation by generation.
 
-    flight : what governs the pieces that were made last: those of the last generation break no more
-    compiled : whether numba makes them
+    flight : physics of the fragments made last; the last generation does not break again
+    compiled : whether numba makes the fragments
     """
 
     def __init__(self, flight: Any, compiled: bool = True) -> None:
-        """Take the effect from what flies (`batches.Flight`)."""
+        """Take the effect `Fragmentation` from the physics of the flight (`batches.Flight`)."""
         self.flight, self._compiled = flight, compiled
         self._links = links_of(flight.models.effects)
         self._effect = next(effect for effect in self._links if isinstance(effect, Fragmentation))
@@ -45,13 +47,14 @@ class Breaking:
 
     @property
     def goes_on(self) -> bool:
-        """Whether rocks that fly now may break."""
+        """True if rocks that fly now may break."""
         return self._left > 0
 
     def pieces_of(self, releases: Releases, broken: Broken) -> Iterator[tuple[Releases, int]]:
-        """Yield the next generation, of rocks or pieces that flew, with its dust in DUST_UNITS: some parents at a time.
+        """Yield the fragments of rocks or fragments that flew, and the mass of their dust in DUST_UNITS.
 
-        The parts have about PIECES pieces, whatever the number of parents; together they are in order of these.
+        Each part holds the fragments of some parents, about PIECES of them, whatever the number of parents. Together
+        the parts are in the order of the parents.
         """
         self._left -= 1
         if not self._left:
@@ -64,7 +67,7 @@ class Breaking:
             yield pieces_of(self._effect, seed, releases, some, self._numbered, self._compiled)
 
     def warm(self) -> None:
-        """Compile what making pieces needs."""
+        """Compile the functions that make fragments."""
         nothing = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
         pieces_of(self._effect, self.flight.settings.seed, nothing, NONE_BROKEN, {}, self._compiled)
 
@@ -73,14 +76,14 @@ def pieces_of(
     effect: Fragmentation, seed: int, releases: Releases, broken: Broken, numbered: dict[Any, int],
     compiled: bool = True,
 ) -> tuple[Releases, int]:  # fmt: skip
-    """Return the pieces of N rocks that broke, and the mass of what is too small to fly, in DUST_UNITS.
+    """Return the fragments of N rocks that broke, and the mass of what is too small to fly, in DUST_UNITS.
 
-    releases : of the rocks, or pieces, that flew; numbered : the last number given in each family, which is carried on
+    releases : of the rocks, or fragments, that flew; numbered : the last number given in each family; is updated
 
     Raises
     ------
     InputError
-        A family has more pieces than there are numbers for.
+        A family has more fragments than there are numbers for.
     """
     source, rock, mass, radius = (getattr(releases, name)[broken.rows] for name in ("source", "rock", "mass", "radius"))
     cascades, counts = _sized(effect, releases, broken, compiled)
@@ -101,7 +104,7 @@ def pieces_of(
 def _sized(
     effect: Fragmentation, releases: Releases, broken: Broken, compiled: bool
 ) -> tuple[FloatArray, IntArray]:  # fmt: skip
-    """Return exponents and largest shares (N, 2), and numbers of pieces (N,), of N rocks that broke."""
+    """Return exponents and largest shares (N, 2), and numbers of fragments (N,), of N rocks that broke."""
     mass, radius = releases.mass[broken.rows], releases.radius[broken.rows]
     cascades, counts = np.empty((len(mass), 2)), np.empty(len(mass), dtype=np.int64)
     size: Any = _size_all
@@ -110,14 +113,14 @@ def _sized(
 
 
 def _parts(counts: IntArray, most: int) -> list[tuple[int, int]]:
-    """Return the stretches of N parents that have about `most` pieces each; counts (N,) of each parent."""
+    """Return ranges of N parents (begin, end) with about `most` fragments each; counts (N,) of each parent."""
     part = (np.cumsum(counts) - counts) // most
     begins = np.flatnonzero(np.diff(part, prepend=-1)).tolist()
     return list(zip(begins, [*begins[1:], len(counts)], strict=True))
 
 
 def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: dict[Any, int]) -> IntArray:
-    """Return the last number (N,) in its family before the pieces of each of N rocks get theirs."""
+    """Return the last number (N,) used in the family of each of N rocks; add the rock's new fragments to `numbered`."""
     last = []
     for place, number, count in zip(source.tolist(), rock.tolist(), counts.tolist(), strict=True):
         last.append(numbered.get((place, number), 0))
@@ -132,7 +135,7 @@ def _last_numbers(source: IntArray, rock: IntArray, counts: IntArray, numbered: 
 
 @loop
 def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cascades: Any, counts: Any) -> None:
-    """Fill exponents and largest shares, cascades (N, 2), and numbers of pieces, counts (N,), of N rocks that broke."""
+    """Fill in exponents and largest shares, cascades (N, 2), and numbers of fragments, counts (N,), of N rocks."""
     for i in range(len(mass)):
         rock = Rock(mass[i], radius[i])
         off = v[i, 0] * n[i, 0] + v[i, 1] * n[i, 1] + v[i, 2] * n[i, 2]
@@ -143,7 +146,7 @@ def _size_all(effect: Fragmentation, mass: Any, radius: Any, v: Any, n: Any, cas
 
 @loop
 def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: Any, v: Any, shares: Any) -> None:
-    """Fill velocities v (P, 3) and shares (P,) of P pieces.
+    """Fill in the velocities v (P, 3) and mass shares (P,) of P fragments.
 
     which : row of the parent, and rank by size; key : words of the draws; parents : cascades, velocities and normals
     """
@@ -162,9 +165,9 @@ def _make_all(effect: Fragmentation, seed: int, which: Any, key: Any, parents: A
 
 @kernel
 def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> Vec:
-    """Return the velocity of a piece of a rock that left the ground of unit normal n with v.
+    """Return the velocity of a fragment of a rock that left the ground of unit normal n with velocity v.
 
-    Its direction is spread evenly over a cone about v, and raised where it is nearer to the ground than allowed.
+    The direction is spread evenly over a cone about v. A direction closer to the ground than allowed is raised.
     tilt, turn : in [0, 1)
     """
     speed = norm(v)
@@ -183,5 +186,5 @@ def thrown(effect: Fragmentation, v: Vec, n: Vec, tilt: float, turn: float) -> V
 
 @kernel
 def _unit(a: Vec) -> Vec:
-    """Return a over its length, which is above 0."""
+    """Return the unit vector along a, whose length is above 0."""
     return scale(1.0 / norm(a), a)

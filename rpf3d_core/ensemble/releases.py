@@ -1,4 +1,4 @@
-"""From sources to releases: where each rock starts, how fast, and how heavy it is."""
+"""Draw releases from sources: where each rock starts, how fast, and how heavy it is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -22,18 +22,19 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 ABOVE_EVERYTHING = 1.0
-"""How far above the highest point of the terrain a plumb line starts (m)."""
+"""Height above the highest point of the terrain at which a vertical search for the ground starts (m)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A place that rocks may fall from, in the terrain's local frame.
+    """A place from which rocks may fall, in the terrain's local frame.
 
-    points : (P, 3) m; rocks are dealt to them in turn, or, if `line`, spread uniformly over the length of the line
-    through them; rocks : how many; velocity : (3,) m/s
+    points : (P, 3) m; rocks are dealt to the points in turn or, if `line`, spread uniformly along the line through them
+    rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
-    above_ground : m; replaces the height of each position by the terrain's plus this, where given
-    patches : spread uniformly over the area of these, instead of points; above_ground is then above the patch
+    above_ground : m; if given, each position's height is replaced by the terrain's height plus this value
+    patches : triangles over whose area rocks are spread uniformly, instead of points; above_ground is then the height
+        above the triangle
     throw : speed and direction, instead of velocity
     """
 
@@ -54,8 +55,8 @@ class Releases:
     """R rocks about to fall, in order of source, then rock.
 
     source, rock : (R,) indices; x : (R, 3) m, local; v : (R, 3) m/s; mass : (R,) kg; radius : (R,) m
-    piece : (R,) number of a piece among those of its rock, from 1; 0 for the rock itself, and where it is left out
-    t : (R,) s after the release of its rock; 0 where it is left out
+    piece : (R,) number of a fragment within its rock, from 1; 0 for the rock itself; zeros if not given
+    t : (R,) s after the release of the rock; zeros if not given
     """
 
     source: IntArray
@@ -68,7 +69,7 @@ class Releases:
     t: FloatArray = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        """Whole rocks, unless told."""
+        """Fill in `piece` and `t` if they are not given: whole rocks, released at 0 s."""
         if len(self.piece) != len(self.source):
             object.__setattr__(self, "piece", np.zeros(len(self.source), dtype=np.int64))
             object.__setattr__(self, "t", np.zeros(len(self.source)))
@@ -83,7 +84,7 @@ def releases_of(
     first: int = 0,
     count: int | None = None,
 ) -> Releases:
-    """Draw the releases of all sources, or `count` of them from row `first` of all: the same bits either way.
+    """Draw the releases of all sources, or only `count` of them from row `first` on: the same bits either way.
 
     The engine's terrain gives heights for `above_ground`.
 
@@ -104,7 +105,7 @@ def releases_in(
     engine: Engine,
     frame: Frame = WORLD,
 ) -> Releases:
-    """Draw some rocks of each source, those whose numbers stand in its range; a range may go beyond `Source.rocks`.
+    """Draw the rocks of each source whose numbers are in its range; a range may go beyond `Source.rocks`.
 
     Raises
     ------
@@ -125,9 +126,9 @@ def releases_in(
 
 
 def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) -> list[range]:
-    """Which rocks of each source stand in `count` rows from row `first`; None: to the end.
+    """Return the range of rock numbers of each source among `count` rows from row `first` on.
 
-    rocks : how many each source has; their rows follow one another in order of source
+    rocks : number of rocks of each source; rows follow one another in order of source; count : None for all to the end
     """
     last = sum(rocks) if count is None else first + count
     ranges, row = [], 0
@@ -138,7 +139,7 @@ def ranges_of(rocks: Sequence[int], first: int = 0, count: int | None = None) ->
 
 
 def share_out(sources: Sequence[int], total: int) -> list[int]:
-    """Deal `total` rocks to sources in proportion to their numbers: largest remainders first, then earliest."""
+    """Return shares of `total` rocks in proportion to the sources' numbers: largest remainders, then earliest."""
     numbers = np.array(sources, dtype=float)
     exact = numbers / numbers.sum() * total
     shares = np.floor(exact).astype(int)
@@ -148,7 +149,7 @@ def share_out(sources: Sequence[int], total: int) -> list[int]:
 
 
 def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: Engine, frame: Frame) -> FloatArray:
-    """Positions (R, 3) of a source's rocks of given numbers (R,)."""
+    """Return positions (R, 3) m of the rocks of a source, from their numbers (R,)."""
     if source.patches is not None:
         purposes = (Purpose.IN_AREA, Purpose.ACROSS_FACET, Purpose.ALONG_FACET)
         places = places_on(source.patches, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
@@ -164,14 +165,14 @@ def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: 
 
 
 def _velocities(source: Source, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Velocities (R, 3) of a source's rocks of given numbers (R,)."""
+    """Return velocities (R, 3) m/s of the rocks of a source, from their numbers (R,)."""
     purposes = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
     spread = _spread(source.velocity_spread, purposes, seed, number, rocks)
     return spread + (np.array(source.velocity) if source.throw is None else _thrown(source.throw, number, rocks, seed))
 
 
 def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray:
-    """Velocities (R, 3) of rocks thrown with a speed in a direction."""
+    """Return velocities (R, 3) m/s of rocks thrown with a drawn speed in a drawn direction."""
     speed = quantiles(throw.speed, uniform(seed, number, rocks, Purpose.SPEED))
     if throw.spread == 0.0:
         return thrown(throw, speed, speed, speed)
@@ -180,7 +181,7 @@ def _thrown(throw: Throw, number: int, rocks: IntArray, seed: int) -> FloatArray
 
 
 def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rocks: IntArray) -> FloatArray:
-    """Uniform deviations (R, 3) of given half-widths; where the half-width is 0 nothing is drawn."""
+    """Return uniform deviations (R, 3) of given half-widths; an axis with half-width 0 draws nothing."""
     deviations = np.zeros((len(rocks), 3))
     for k, purpose in enumerate(purposes):
         if half[k] > 0.0:
@@ -189,14 +190,14 @@ def _spread(half: Vec, purposes: Sequence[Purpose], seed: int, number: int, rock
 
 
 def _along(points: FloatArray, share: FloatArray) -> FloatArray:
-    """Points (R, 3) at given shares (R,) of the length of the line through points (P, 3)."""
+    """Return points (R, 3) at given shares (R,) of the length of the line through points (P, 3)."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     reached = np.concatenate([[0.0], np.cumsum(steps)])
     return np.stack([np.interp(share * reached[-1], reached, points[:, k]) for k in range(3)], axis=1)
 
 
 def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) -> FloatArray:
-    """Positions with their height replaced by the highest terrain there plus `above_ground`."""
+    """Return positions whose height is replaced by the highest terrain at that place plus `above_ground`."""
     top = np.array(x)
     top[:, 2] = engine.facets.high[2] + ABOVE_EVERYTHING
     found = engine.ground_below(top)
@@ -208,7 +209,7 @@ def _over_ground(source: Source, x: FloatArray, engine: Engine, frame: Frame) ->
 
 
 def check_above_ground(releases: Releases, names: Sequence[str], engine: Engine, frame: Frame) -> None:
-    """Refuse rocks that start under the ground or beside the terrain.
+    """Refuse rocks that start under the ground or outside the terrain.
 
     Raises
     ------

@@ -1,7 +1,8 @@
-"""The distribution of one figure over rocks, in bounded memory and the same whatever the order of the rocks.
+"""The distribution of one figure over rocks, in bounded memory and independent of the order of the rocks.
 
-Up to `EXACT` values are kept as they are. Beyond that each is rounded to 11 significant bits, which leaves a thousand
-different ones an octave: percentiles are then told to 0.05 %. The smallest and the largest are never rounded.
+Up to `EXACT` values are kept unchanged. Beyond that, each value is rounded to 11 significant bits, which leaves a
+thousand different values an octave: percentiles are then exact to 0.05 %. The smallest and largest values are never
+rounded.
 """
 
 import math
@@ -14,13 +15,16 @@ from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 
 EXACT = 100_000
-"""Values up to which nothing is rounded."""
+"""Largest number of values that are kept without rounding."""
 BITS = 11
-"""Significant bits of a rounded value: it is off by at most 2^-11 of itself."""
+"""Significant bits of a rounded value; the relative error is at most 2^-BITS."""
 
 
 class Sample:
-    """Values, gathered; those that are not finite are left out, as unknown. `low`, `high` : smallest and largest."""
+    """A growing sample of values; values that are not finite count as unknown and are left out.
+
+    count : number of values; low, high : smallest and largest value
+    """
 
     def __init__(self, values: ArrayLike = ()) -> None:
         self._values: FloatArray = np.empty(0)
@@ -31,7 +35,7 @@ class Sample:
         self.add(values)
 
     def add(self, values: ArrayLike) -> None:
-        """Gather more values (N,)."""
+        """Add values (N,) to the sample."""
         some = np.asarray(values, dtype=float)
         some = some[np.isfinite(some)]
         self._waiting.append(some)
@@ -41,7 +45,7 @@ class Sample:
             self._settle()
 
     def join(self, other: "Sample") -> None:
-        """Gather the values of another distribution: the same bits as if they had been added here."""
+        """Add the values of another sample: the same bits as if they had been added here."""
         other._settle()
         self._settle()
         self.count += other.count
@@ -49,12 +53,12 @@ class Sample:
         self._merge(np.concatenate([self._values, other._values]), np.concatenate([self._counts, other._counts]))
 
     def sorted(self) -> tuple[FloatArray, IntArray]:
-        """Different values (V,), in the unit of what was gathered, ascending, and how often each occurs (V,)."""
+        """Return the distinct values (V,), ascending, in the unit of the added values, and the count of each (V,)."""
         self._settle()
         return self._values, self._counts
 
     def percentiles(self, wanted: tuple[int, ...]) -> list[float]:
-        """Percentiles of at least one value, linear between values."""
+        """Return percentiles of at least one value, interpolated linearly between values."""
         values, counts = self.sorted()
         ends = np.cumsum(counts)
         rank = np.array(wanted) / 100.0 * (self.count - 1)
@@ -63,10 +67,10 @@ class Sample:
         return cuts
 
     def interval(self, wanted: int) -> tuple[float | None, float | None]:
-        """Return the 95 % interval of a percentile, without an assumption on the distribution; None: no bound.
+        """Return the 95 % interval of a percentile, for any distribution; None for an end without a bound.
 
-        Bounds are values of the sample: those whose share below agrees with `wanted` by the score test, whose other use
-        is Wilson's interval. Too few values bound a high percentile from one side, or from none.
+        The bounds are values of the sample: the values whose share below agrees with `wanted` by the score test, which
+        also gives Wilson's interval. With too few values, a high percentile has a bound on one side only, or on none.
 
         Sources
         -------
@@ -78,30 +82,31 @@ class Sample:
         return self._ranked(low), self._ranked(high)
 
     def _ranked(self, rank: int) -> float | None:
-        """Return the value of a rank from 1 on; None where there is none."""
+        """Return the value of a rank, counted from 1; None if there is no such rank."""
         if not 1 <= rank <= self.count:
             return None
         values, counts = self.sorted()
         return float(values[np.searchsorted(np.cumsum(counts), rank)])
 
     def mean(self) -> float:
-        """Mean of at least one value."""
+        """Return the mean of at least one value."""
         values, counts = self.sorted()
         return float((values * counts).sum() / self.count)
 
     def sd(self) -> float:
-        """Standard deviation of a sample of at least two values."""
+        """Return the sample standard deviation of at least two values."""
         values, counts = self.sorted()
         return float(np.sqrt((counts * (values - self.mean()) ** 2).sum() / (self.count - 1)))
 
     def summary(self, wanted: tuple[int, ...]) -> dict[str, Any]:
-        """Number of values, percentiles p5 and so on, and the largest; None for what no values leave unknown."""
+        """Return the number of values, percentiles (p5 and so on) and the largest value; None for unknown figures."""
         if self.count == 0:
             return {"rocks": 0, **{f"p{p}": None for p in wanted}, "max": None}
         cuts = {f"p{p}": cut for p, cut in zip(wanted, self.percentiles(wanted), strict=True)}
         return {"rocks": self.count, **cuts, "max": float(self.high)}
 
     def _settle(self) -> None:
+        """Merge the waiting values into the distinct values and their counts."""
         some = np.concatenate(self._waiting) if self._waiting else np.empty(0)
         self._waiting = []
         ones = np.ones(len(some), dtype=np.int64)
@@ -114,6 +119,6 @@ class Sample:
 
 
 def rounded(values: FloatArray) -> FloatArray:
-    """Values (N,) with BITS significant bits."""
+    """Return values (N,) rounded to BITS significant bits."""
     mantissa, exponent = np.frexp(values)
     return np.asarray(np.ldexp(np.round(mantissa * 2.0**BITS), exponent - BITS))

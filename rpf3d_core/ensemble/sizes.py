@@ -1,4 +1,4 @@
-"""How large rocks are: all alike, or drawn by diameter, mass or volume. A rock is a sphere of its volume."""
+"""Sizes of rocks: all equal, or drawn by diameter, mass or volume. A rock is a sphere of its volume."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,10 @@ class DrawnRock:
 def sizes_of(
     rock: Rock | DrawnRock, seed: int, source: ArrayLike, rocks: NDArray[np.int64]
 ) -> tuple[FloatArray, FloatArray]:
-    """Masses (R,) kg and radii (R,) m of rocks of given numbers (R,) of a source, or of a source each (R,)."""
+    """Return masses (R,) kg and radii (R,) m of rocks, from their numbers (R,) within a source.
+
+    source : one source for all rocks, or one for each rock (R,)
+    """
     if isinstance(rock, Rock):
         return np.full(len(rocks), rock.mass), np.full(len(rocks), rock.radius)
     size = quantiles(rock.size, uniform(seed, source, rocks, Purpose.ROCK_SIZE))
@@ -41,7 +44,7 @@ def sizes_of(
 
 
 def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
-    """The least and the greatest mass (kg) that a rock can have."""
+    """Return the smallest and the largest mass (kg) that a rock can have."""
     if isinstance(rock, Rock):
         return rock.mass, rock.mass
     bounds = (rock.size.low, rock.size.high)
@@ -53,12 +56,12 @@ def mass_range(rock: Rock | DrawnRock) -> tuple[float, float]:
 
 
 def diameter_of(mass: FloatArray | float, density: float) -> Any:
-    """Diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number of a number."""
+    """Return diameters (R,) m of spheres of masses (R,) kg and one density (kg/m^3); a number for a number."""
     return 2.0 * np.cbrt(np.asarray(mass) / (density * UNIT_SPHERE_VOLUME))
 
 
 def _radii(volume: FloatArray) -> FloatArray:
-    """Radii (R,) m of spheres of given volumes (R,) m^3."""
+    """Return radii (R,) m of spheres of given volumes (R,) m^3."""
     radius = np.empty(len(volume))
     if len(volume) <= FEW:
         _radius_all.py_func(volume.tolist(), radius)  # type: ignore[attr-defined]
@@ -69,6 +72,6 @@ def _radii(volume: FloatArray) -> FloatArray:
 
 @loop
 def _radius_all(volume: FloatArray, radius: FloatArray) -> None:
-    """Fill radius (R,): in a loop, because the last bit of NumPy's powers depends on their number."""
+    """Fill in radius (R,) m. A loop, because the last bit of NumPy's powers depends on the number of values."""
     for i in range(len(radius)):
         radius[i] = (volume[i] / UNIT_SPHERE_VOLUME) ** (1.0 / 3.0)

@@ -1,4 +1,4 @@
-"""Rotational and total kinetic energy of rocks that spin, from what was written down of them: solid spheres."""
+"""Rotational and total kinetic energy of rocks that spin, from their records. Rocks count as solid spheres."""
 
 from typing import Any, NamedTuple
 
@@ -11,19 +11,19 @@ from rpf3d_core.values import SPHERE_INERTIA_RATIO
 
 
 def rotational_energy(mass: FloatArray, radius: FloatArray, w: FloatArray) -> FloatArray:
-    """Return I w^2 / 2 (N,) J with I = 2/5 m R^2, of masses (N,) kg, radii (N,) m and spins (N,) rad/s."""
+    """Return I w^2 / 2 (N,) J with I = 2/5 m R^2, from masses (N,) kg, radii (N,) m and spins (N,) rad/s."""
     return np.asarray(0.5 * SPHERE_INERTIA_RATIO * mass * (radius * w) ** 2)
 
 
 def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> FloatArray:
     """Return the largest rotational and the largest total energy (N, 2) J of N rocks on their whole paths.
 
-    Both are largest where a piece of path begins or ends: in flight the spin stays, on a slide w^2 is convex in time.
+    Both are largest at an end of a path segment: in flight the spin is constant, on a slide w^2 is convex in time.
     mass : (N,) kg; radius : (N,) m
     """
     owner = np.repeat(np.arange(len(batch.rows)), np.diff(batch.first[:, 1]))
     rows, most = batch.pieces, np.zeros((len(batch.rows), 2))
-    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # of the largest speed: never above the total, to the last bit
+    most[:, 1] = 0.5 * mass * batch.finals[:, 5] ** 2  # of the largest speed, so the total is never below it
     for k in range(2):
         spin = rotational_energy(mass[owner], radius[owner], rows[:, PIECE_COLUMNS + k])
         speed2 = (rows[:, 4 + 3 * k : 7 + 3 * k] ** 2).sum(axis=1)
@@ -33,9 +33,9 @@ def largest_energies(batch: Batch, mass: FloatArray, radius: FloatArray) -> Floa
 
 
 class Spins(NamedTuple):
-    """What spin adds to squared speeds where energy is asked for, 2/5 (R w)^2 in m^2/s^2.
+    """The contribution of spin to squared speeds that stand for energies, 2/5 (R w)^2 in m^2/s^2.
 
-    pieces : (S, 2) of path, where each begins and ends; impacts : (I,) as the rock comes
+    pieces : (S, 2) at the beginning and the end of each path segment; impacts : (I,) just before each impact
     """
 
     pieces: Any
@@ -43,7 +43,7 @@ class Spins(NamedTuple):
 
 
 def spins_squared(batch: Batch, radius: FloatArray) -> Spins:
-    """Return what spin adds to the squared speeds of what was written down of N rocks; radius : (N,) m."""
+    """Return what spin adds to the squared speeds in the records of N rocks (m^2/s^2); radius : (N,) m."""
     if batch.pieces.shape[1] == PIECE_COLUMNS:
         return Spins(np.zeros((len(batch.pieces), 2)), np.zeros(len(batch.impacts)))
     struck, moved = (np.repeat(radius, np.diff(batch.first[:, k])) for k in range(2))

@@ -11,10 +11,11 @@ NORMAL_QUANTILE_95 = 1.959963984540054
 """Two-sided 95 % quantile of the normal distribution."""
 
 PERCENTILES = (5, 25, 50, 75, 95)
+"""Percentiles that the summary reports."""
 
 
 def wilson_interval(count: int, total: int) -> tuple[float, float]:
-    """95 % confidence interval of a share of `count` out of `total` >= 1.
+    """Return the 95 % confidence interval of a share of `count` out of `total` >= 1.
 
     Sources
     -------
@@ -33,26 +34,26 @@ def wilson_interval(count: int, total: int) -> tuple[float, float]:
 def wilson_intervals(count: FloatArray, total: int) -> tuple[FloatArray, FloatArray]:
     """Return the ends (N,) of the 95 % confidence intervals of shares of counts (N,) out of `total` >= 1.
 
-    A count may be the number of rocks that would know a share as well as weighted ones do, so it need not be whole.
-    Source: as `wilson_interval`.
+    A count may be an effective number: the number of rocks whose plain share is as certain as a weighted share. So it
+    need not be whole. Source: as `wilson_interval`.
     """
     z2 = NORMAL_QUANTILE_95**2
     share = count / total
     middle = (share + z2 / (2 * total)) / (1 + z2 / total)
     half = NORMAL_QUANTILE_95 / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
-    # At the ends the two terms are equal but for rounding.
+    # At a count of 0 or of `total` the two terms are equal except for rounding.
     return np.where(count == 0.0, 0.0, middle - half), np.where(count == total, 1.0, middle + half)
 
 
 def share_of(count: int, total: int) -> dict[str, Any]:
-    """Count, share (-) and its 95 % Wilson interval; nothing is known of a share of no rocks."""
+    """Return count, share (-) and its 95 % Wilson interval; the share of no rocks is unknown (None)."""
     if total == 0:
         return {"rocks": 0, "share": None, "interval_95": None}
     return {"rocks": int(count), "share": count / total, "interval_95": list(wilson_interval(int(count), total))}
 
 
 def words_on_pieces(rocks: int, pieces: int) -> str:
-    """What shares are of where some of the rocks are pieces of others; a reader would take it for rocks released."""
+    """Return a sentence on what shares refer to when some of the rocks are fragments: not to released rocks alone."""
     return (
         f"{pieces:,} of {rocks:,} rocks are pieces of the other {rocks - pieces:,}: shares and reach probability are "
         "of all of them together, not of rocks released, and their intervals are too narrow"

@@ -1,4 +1,4 @@
-"""Fly any number of rocks in bounded memory: block after block is drawn, flown, handed on and forgotten."""
+"""Fly any number of rocks in bounded memory: draw, fly, hand on and forget one block after another."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -17,24 +17,28 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
 BLOCK = 16_384
-"""Rocks in a block at most: where each has 200 impacts, some hundreds of megabytes while these are put in order."""
+"""Largest number of rocks in a block. With 200 impacts a rock, sorting a block takes some hundreds of megabytes."""
 
 NO_RELEASES = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
+"""Releases of no rocks."""
 
 Sink = Callable[[Deposits, Impacts], None]
-"""Takes the rocks of one block, in order; rows of the impacts count from the block's first rock."""
+"""Called with the deposits and impacts of one block, in order; impacts count rows from the block's first rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """The rows of the rocks to keep in memory, rocks (N,), None for all; and of those with their paths, paths (P,)."""
+    """The rocks to keep in memory for display: rows (N,), None for all, and rows of those whose paths are kept (P,).
+
+    rocks : (N,) or None; paths : (P,)
+    """
 
     rocks: IntArray | None
     paths: IntArray
 
 
 def warm_pieces(engine: Engine, flight: Flight) -> float:
-    """Compile what making the pieces of broken rocks needs, where rocks may break; return the seconds it took."""
+    """Compile the functions that make fragments, if rocks may break; return the seconds it took."""
     began = time.perf_counter()
     effects = links_of(flight.models.effects)
     if isinstance(engine, Compiled) and any(breaks.has_rule(type(effect)) for effect in effects):
@@ -45,7 +49,7 @@ def warm_pieces(engine: Engine, flight: Flight) -> float:
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
-    """Of R rocks, `shown` (None: all) that are evenly spread over them, and as many paths as asked for among them."""
+    """Return `shown` of R rocks (None: all), evenly spread, and among them `paths` rocks whose paths are kept."""
     if shown is None:
         return Shown(None, _spread(rocks, paths))
     some = _spread(rocks, shown)
@@ -53,16 +57,17 @@ def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
 
 
 def _spread(rocks: int, some: int) -> IntArray:
-    """Rows (N,) of at most `some` of R rocks, evenly spread."""
+    """Return at most `some` rows (N,) of R rocks, evenly spread."""
     return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
 
 
 def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
-    """Ranges of rocks of each source that together go from its `first` to before its `last`.
+    """Yield the ranges of rock numbers of each source, block by block, from each `first` to before each `last`.
 
-    size : rocks in a block, about; BLOCK unless told
+    size : approximate number of rocks in a block; None for BLOCK
 
-    Each block takes every n-th rock of every source, so that the blocks flown so far stand for all of its places.
+    Each block takes every n-th rock of every source, so that the blocks flown so far represent all places of the
+    sources.
     """
     blocks = -(-(sum(last) - sum(first)) // (BLOCK if size is None else size))
     for b in range(blocks):
@@ -70,7 +75,7 @@ def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None
 
 
 def _share(low: int, high: int, b: int, blocks: int) -> range:
-    """The rocks of one source, from low to before high, that fly in block b."""
+    """Return the rocks of one source, from low to before high, that fly in block b."""
     if high - low >= blocks:
         return range(low + b, high, blocks)
     return range(low + b * (high - low) // blocks, low + (b + 1) * (high - low) // blocks)
@@ -78,13 +83,13 @@ def _share(low: int, high: int, b: int, blocks: int) -> range:
 
 @dataclass(eq=False)
 class Stream:
-    """Rocks in flight: what flies them, who looks at them, and those that are kept to be shown.
+    """An ensemble in flight: flies blocks of rocks, passes results to the sink and keeps the rocks to display.
 
-    The pieces of those that break fly after their block. `pieces` counts them, `dust` is the mass of what was too
-    small to fly, in `broken.DUST_UNITS`.
+    Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
+    `dust` is the mass of what was too small to fly, in `broken.DUST_UNITS`.
 
-    watch, stop, threads : as of `fly_batches`; sink : takes what has flown; advance : told of progress
-    impacts : whether the sink wants those of all rocks; if not, it is given those of the rocks that are shown
+    watch, stop, threads : as in `fly_batches`; sink : receives deposits and impacts; advance : called with the progress
+    impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
     """
 
     engine: Engine
@@ -98,7 +103,7 @@ class Stream:
     impacts: bool = True
 
     def __post_init__(self) -> None:
-        """Nothing has flown yet."""
+        """Start with no rocks flown."""
         self.rows = 0
         self.pieces = 0
         self.dust = 0
@@ -107,7 +112,7 @@ class Stream:
         self._releases: list[Releases] = []
 
     def fly(self, blocks: Iterable[Releases]) -> bool:
-        """Fly blocks of rocks; False where it was stopped before all had flown."""
+        """Fly blocks of rocks; return False if the run was stopped before all had flown."""
         for releases in blocks:
             flown = self._fly_block(releases)
             self.rows += len(releases.x)
@@ -116,6 +121,7 @@ class Stream:
         return True
 
     def _fly_block(self, releases: Releases) -> int:
+        """Fly one block and then its fragments; return the number of rocks of the block that flew."""
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
         batch = fly_batches(
@@ -127,13 +133,13 @@ class Stream:
         return len(batch.rows)
 
     def _fly_pieces(self, batch: Batch, releases: Releases) -> None:
-        """Fly the pieces of what broke, and theirs, generation by generation, to their end whoever asks to stop.
+        """Fly the fragments of rocks that broke, and their fragments, to their ends, whatever `stop` returns.
 
-        Their paths and impacts are kept where those of every rock are.
+        Paths and impacts of fragments are kept only if those of every rock are kept.
         """
         if not len(batch.broken.rows):
             return
-        from rpf3d_core.ensemble.pieces import Breaking  # where no scene names it, it is not imported
+        from rpf3d_core.ensemble.pieces import Breaking  # imported only if the scene names it
 
         breaking, broken = Breaking(self.flight, isinstance(self.engine, Compiled)), batch.broken
         while breaking.goes_on and len(broken.rows):
@@ -145,7 +151,7 @@ class Stream:
             broken = in_turn([part for _, part in parts])
 
     def _fly_some(self, pieces: Releases, flight: Flight) -> tuple[Releases, Broken]:
-        """Fly pieces to their end; the releases of those that broke, and how they did."""
+        """Fly fragments to their ends; return the releases of those that broke, and their state when they broke."""
         shown = np.full(len(pieces.x), self.shown.rocks is None)
         keep = Keep(shown, shown | self.impacts)
         batch = fly_batches(self.engine, flight, pieces, keep, self.watch, self.threads)
@@ -154,6 +160,7 @@ class Stream:
         return taken(pieces, batch.broken.rows), batch.broken
 
     def _hand_on(self, batch: Batch, releases: Releases, chosen: NDArray[np.bool_]) -> None:
+        """Pass deposits and impacts of a batch to the sink and keep the rocks chosen for display."""
         if self.sink:
             self.sink(deposits_of(batch.finals, batch.counts, taken(releases, batch.rows)), impacts_of(batch))
         shown = chosen[batch.rows]
@@ -162,7 +169,7 @@ class Stream:
         self._releases.append(taken(releases, batch.rows[shown]))
 
     def _chosen(self, rows: IntArray | None, count: int) -> NDArray[np.bool_]:
-        """Which of the next `count` rocks are among some rows of all, None for every one: (count,)."""
+        """Return flags (count,) of the next `count` rocks: True for the given rows; all True if `rows` is None."""
         chosen = np.full(count, rows is None)
         if rows is None:
             return chosen
@@ -170,18 +177,18 @@ class Stream:
         return chosen
 
     def flights(self, compile_s: float, fly_s: float) -> Flights:
-        """The flights of the rocks that are kept to be shown."""
+        """Return the flights of the rocks kept for display; compile_s, fly_s : wall seconds."""
         releases = _joined(self._releases)
         return flights_of(self._batches, releases, self.engine.name, compile_s, fly_s)
 
 
 def taken(releases: Releases, rows: IntArray) -> Releases:
-    """The releases of some rows (N,)."""
+    """Return the releases of some rows (N,)."""
     return Releases(*(column[rows] for column in _columns(releases)))
 
 
 def _joined(parts: Sequence[Releases]) -> Releases:
-    """Return several releases as one, in turn."""
+    """Return several releases as one, one after another."""
     return Releases(*(np.concatenate(columns) for columns in zip(*map(_columns, parts), strict=True)))
 
 

@@ -1,4 +1,4 @@
-"""How rocks are thrown: a speed, drawn or given, in a direction that may vary within a cone."""
+"""Throw rocks: a given or drawn speed in a direction that may vary within a cone."""
 
 import math
 from typing import NamedTuple
@@ -12,10 +12,11 @@ from rpf3d_core.values import Vec
 
 
 class Throw(NamedTuple):
-    """speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north).
+    """Speed and direction of thrown rocks.
 
-    elevation : radians above the horizontal; spread : radians, half the angle of the cone that directions are spread
-    over, evenly by solid angle
+    speed : distribution (m/s); azimuth : radians clockwise from +y of the local frame (north)
+    elevation : radians above the horizontal; spread : radians, half the angle of the cone over which directions are
+        spread, evenly by solid angle
     """
 
     speed: Distribution
@@ -25,14 +26,14 @@ class Throw(NamedTuple):
 
 
 def axes_of(throw: Throw) -> tuple[Vec, Vec, Vec]:
-    """Three unit vectors at right angles: the throw's direction, the horizontal to its right, and the third."""
+    """Return three orthogonal unit vectors: the throw's direction, the horizontal to its right, and the third."""
     sa, ca = math.sin(throw.azimuth), math.cos(throw.azimuth)
     se, ce = math.sin(throw.elevation), math.cos(throw.elevation)
     return (sa * ce, ca * ce, se), (ca, -sa, 0.0), (-sa * se, -ca * se, ce)
 
 
 def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) -> FloatArray:
-    """Velocities (R, 3) m/s from speeds (R,) m/s and uniform numbers (R,) and (R,), read where there is a spread."""
+    """Return velocities (R, 3) m/s from speeds (R,) m/s and uniform numbers (R,) and (R,), used only with a spread."""
     v: FloatArray = speed[:, None] * np.array(axes_of(throw)[0])
     if throw.spread > 0.0:
         closeness = 1.0 - math.cos(throw.spread)
@@ -48,7 +49,7 @@ def thrown(throw: Throw, speed: FloatArray, tilt: FloatArray, turn: FloatArray) 
 def _throw_all(
     axes: tuple[Vec, Vec, Vec], closeness: float, speed: FloatArray, tilt: FloatArray, turn: FloatArray, v: FloatArray
 ) -> None:
-    """Fill v (R, 3). On a sphere, equal steps along the axis cut off equal areas (Archimedes)."""
+    """Fill in v (R, 3). On a sphere, equal steps along the axis cut off equal areas (Archimedes)."""
     ahead, right, up = axes
     for i in range(len(v)):
         lost = tilt[i] * closeness

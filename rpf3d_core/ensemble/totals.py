@@ -1,4 +1,4 @@
-"""What an ensemble comes to, gathered block after block: outcomes, and distributions over all rocks."""
+"""Totals of an ensemble, gathered block after block: outcomes, and distributions over all rocks."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -14,20 +14,20 @@ from rpf3d_core.simulation.engines import SPIN_FINALS
 from rpf3d_core.values import DEPOSITED, Outcome
 
 PATH_UNITS = 2**20
-"""A path counts in units of 1/2^20 m: whole numbers add up alike in any order."""
+"""Path lengths are counted in units of 1/2^20 m: sums of whole numbers are the same in any order."""
 
 Position = Callable[[FloatArray], FloatArray]
-"""Where points (N, 3), local frame, lie along some direction: (N,) m."""
+"""Function that returns the coordinates (N,) m of points (N, 3), local frame, along a given direction."""
 
 
 @dataclass(eq=False)
 class Totals:
-    """Counts and distributions over all rocks that have flown; those that failed are counted, and in no distribution.
+    """Counts and distributions over all rocks that have flown. Rocks that failed are counted, but in no distribution.
 
-    position : where stops lie along the direction that field stops are compared along; None if none are
-    pieces : how many of the rocks are pieces of others; dust : mass of what was too small to fly, in DUST_UNITS
+    position : coordinate of stops along the direction used to compare stops with the field; None without field stops
+    pieces : number of rocks that are fragments; dust : mass of what was too small to fly, in DUST_UNITS
     spins : whether rocks spin; only then rotational and total energies are gathered
-    path : of all rocks together, in PATH_UNITS; runout : m, of rocks at rest; the others as of `Deposits`
+    path : length of all paths together, in PATH_UNITS; runout : m, of rocks at rest; other fields as in `Deposits`
     """
 
     position: Position | None = None
@@ -48,21 +48,21 @@ class Totals:
 
     @property
     def rocks(self) -> int:
-        """How many have flown."""
+        """Number of rocks that have flown."""
         return sum(self.outcomes.values())
 
     @property
     def path_m(self) -> float:
-        """Path of all rocks together (m)."""
+        """Length of all paths together (m)."""
         return float(Fraction(self.path, PATH_UNITS))
 
     @property
     def mass_lost_kg(self) -> float:
-        """Mass of what was too small to fly."""
+        """Mass of what was too small to fly (kg)."""
         return float(Fraction(self.dust, DUST_UNITS))
 
     def add(self, deposits: Deposits) -> None:
-        """Gather more rocks."""
+        """Add the deposits of more rocks."""
         codes, counts = np.unique(deposits.outcome, return_counts=True)
         self.outcomes.update({Outcome(code): int(n) for code, n in zip(codes, counts, strict=True)})
         self.impacts += int(deposits.impacts.sum())
@@ -77,7 +77,7 @@ class Totals:
             self.stops.add(self.position(deposits.x[at_rest]))
 
     def join(self, other: "Totals") -> None:
-        """Gather the rocks of another part of the same ensemble."""
+        """Add the totals of another part of the same ensemble."""
         self.outcomes.update(other.outcomes)
         self.impacts += other.impacts
         self.path += other.path
@@ -88,13 +88,13 @@ class Totals:
 
 
 def totals_of(deposits: Deposits, position: Position | None = None) -> Totals:
-    """The totals of rocks that are all there."""
+    """Return the totals of the rocks of complete deposits."""
     totals = Totals(position)
     totals.add(deposits)
     return totals
 
 
 def runout(deposits: Deposits) -> FloatArray:
-    """Horizontal distance (R,) m from release to end."""
+    """Return the horizontal distance (R,) m from release to end."""
     run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)
     return run

@@ -1,6 +1,6 @@
-"""Whether two shares of independent ensembles differ: an interval of the difference, a p value, and Holm's correction.
+"""Test whether the shares of two independent ensembles differ: interval, p value, and Holm's correction.
 
-A share is a count out of a total, as `statistics.share_of` has it.
+A share is a count out of a total, as in `statistics.share_of`.
 """
 
 import math
@@ -11,16 +11,16 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 LEAST_EXPECTED = 5.0
 """Expected count below which the normal approximation is not trusted (Cochran 1954, Biometrics 10:417-451)."""
 AS_LIKELY = 1.0 + 1e-7
-"""Tables count as no likelier than the one found up to this factor, as in R's fisher.test: rounding decides nothing."""
+"""A table counts as no likelier than the table found up to this factor, as in R's fisher.test, despite rounding."""
 
 
 def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]:
-    """95 % interval of the difference of two shares, a / n_a - b / n_b; both totals >= 1.
+    """Return the 95 % interval of the difference of two shares, a / n_a - b / n_b; both totals >= 1.
 
     Sources
     -------
     Newcombe 1998, Stat. Med. 17:873-890, method 10: the hybrid of two Wilson score intervals, without continuity
-    correction. It is right near 0 and 1 and for totals that differ much, where the usual interval is not.
+    correction. Unlike the usual interval it is right near 0 and 1 and for totals that differ much.
     """
     p, q = a / n_a, b / n_b
     (low_p, high_p), (low_q, high_q) = wilson_interval(a, n_a), wilson_interval(b, n_b)
@@ -28,21 +28,21 @@ def newcombe_interval(a: int, n_a: int, b: int, n_b: int) -> tuple[float, float]
 
 
 def p_value(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Two-sided p value of "a / n_a and b / n_b are the same share": pooled z, or Fisher's where counts are small."""
+    """Return the two-sided p value of a / n_a and b / n_b being one share: pooled z, or Fisher's for small counts."""
     hits, rocks = a + b, n_a + n_b
     least = min(hits, rocks - hits) * min(n_a, n_b) / rocks
     return fisher_p(a, n_a, b, n_b) if least < LEAST_EXPECTED else pooled_z_p(a, n_a, b, n_b)
 
 
 def pooled_z_p(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Two-sided p value of the z test with the pooled share, without continuity correction (Pearson's chi-square)."""
+    """Return the two-sided p value of the pooled z test, without continuity correction (Pearson's chi-square)."""
     pooled = (a + b) / (n_a + n_b)
     spread = math.sqrt(pooled * (1.0 - pooled) * (1.0 / n_a + 1.0 / n_b))
     return 1.0 if spread == 0.0 else math.erfc(abs(a / n_a - b / n_b) / spread / math.sqrt(2.0))
 
 
 def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Two-sided p value of Fisher's exact test: the chance of all tables that are no likelier than the one found.
+    """Return the two-sided p value of Fisher's exact test: the chance of all tables no likelier than the table found.
 
     Sources
     -------
@@ -56,7 +56,7 @@ def fisher_p(a: int, n_a: int, b: int, n_b: int) -> float:
 
 
 def _chance(a: int, n_a: int, b: int, n_b: int) -> float:
-    """Hypergeometric chance of a of n_a and b of n_b, given a + b."""
+    """Return the hypergeometric chance of a of n_a and b of n_b, given a + b."""
     return math.exp(_log_choose(n_a, a) + _log_choose(n_b, b) - _log_choose(n_a + n_b, a + b))
 
 
@@ -65,7 +65,9 @@ def _log_choose(n: int, k: int) -> float:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """p values corrected for their number, in their order: below 0.05 together they are wrong in 5 % of families.
+    """Return p values corrected for their number, in their order.
+
+    Calling a difference real below 0.05 is then wrong for one or more values in at most 5 % of families.
 
     Sources
     -------

@@ -1,1 +1,1 @@
-"""Hazard: where rocks pass and where they come to rest."""
+"""Hazard: where rocks pass and where they stop."""

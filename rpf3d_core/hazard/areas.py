@@ -1,7 +1,7 @@
-"""Areas of interest in plan, and the stretches of a track that lie inside them: exact, without cells.
+"""Areas of interest in plan, and the parts of a track inside them: exact, without cells.
 
-A track is a straight line in plan. It crosses the outlines of an area, holes among them, at exact times; between two
-crossings it is inside or outside all the time.
+A track is a straight line in plan and crosses the outlines of an area, including holes, at exact times. Between two
+crossings the track is either inside or outside.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,10 +18,10 @@ from rpf3d_core.values import Vec
 
 
 class Areas(NamedTuple):
-    """A areas of E edges altogether, local frame.
+    """A areas with E edges in total, local frame.
 
     edges : (E, 4) x, y, x, y m; first : (A + 1,) the first edge of each area; boxes : (A, 4) lowest x, y, highest x, y
-    crossings : (E,) scratch, times
+    crossings : (E,) scratch for times
     """
 
     edges: Any
@@ -31,7 +31,10 @@ class Areas(NamedTuple):
 
 
 def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
-    """Areas from the closed outlines (P, 2) m of each, first point last again or not, holes among them."""
+    """Return areas from the closed outlines (P, 2) m of each area, including its holes.
+
+    The last point of an outline may repeat the first.
+    """
     edges = [np.concatenate([_edges(ring) for ring in rings]) for rings in outlines.values()]
     first = np.concatenate([[0], np.cumsum([len(some) for some in edges])]).astype(np.int64)
     joined = np.concatenate(edges) if edges else np.empty((0, 4))
@@ -40,13 +43,13 @@ def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
 
 
 def _edges(ring: FloatArray) -> FloatArray:
-    """Edges (P, 4) of a ring of points (P, 2)."""
+    """Return the edges (P, 4) of a ring of points (P, 2)."""
     return np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1)
 
 
 @kernel
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
-    """Whether a point lies in area a in plan: a line eastwards from it crosses the outlines an odd number of times."""
+    """True if a point lies in area a in plan: a line eastwards from the point crosses an odd number of edges."""
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
         before = areas.edges[e, 1] > x[1]
@@ -58,7 +61,7 @@ def contains_point(areas: Areas, a: int, x: Vec) -> bool:
 
 @kernel
 def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
-    """When a point that moves from x with some velocity in plan is on the line through edge e (s)."""
+    """Return the time (s) at which a point that moves from x at a velocity in plan meets the line through edge e."""
     px, py = areas.edges[e, 0] - x[0], areas.edges[e, 1] - x[1]
     ex, ey = areas.edges[e, 2] - areas.edges[e, 0], areas.edges[e, 3] - areas.edges[e, 1]
     return float((px * ey - py * ex) / (v_x * ey - v_y * ex))
@@ -66,7 +69,7 @@ def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float
 
 @kernel
 def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
-    """Visit every area that the track crosses or lies in."""
+    """Record a visit to every area that the track crosses or lies in."""
     x, v, T = track.arc.x, track.arc.v, track.duration
     end_x, end_y = x[0] + v[0] * T, x[1] + v[1] * T
     for a in range(len(areas.boxes)):
@@ -79,7 +82,7 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 
 @kernel
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
-    """Visit area a during each stretch of the track inside it: what is inside is asked at the middle of each."""
+    """Record a visit to area a for each part of the track inside the area; the middle of each part decides."""
     crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):
         end = areas.crossings[k] if k < crossings else track.duration
@@ -93,7 +96,7 @@ def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int)
 
 @kernel
 def _sorted_crossings(areas: Areas, a: int, track: Track) -> int:
-    """Times at which the track crosses the outlines of area a, in order; how many."""
+    """Fill in the times at which the track crosses the outlines of area a, in order; return their number."""
     x, v, used = track.arc.x, track.arc.v, 0
     for e in range(areas.first[a], areas.first[a + 1]):
         before = v[0] * (areas.edges[e, 1] - x[1]) - v[1] * (areas.edges[e, 0] - x[0]) >= 0.0

@@ -1,7 +1,7 @@
-"""What each rock of a batch did at each barrier, in the order in which it did it: caught, broken through, flown over.
+"""What each rock of a batch did at each barrier, in order of time: caught, broken through or flown over.
 
-A contact with a panel has a row of its own among the impacts. A flight over a panel leaves no mark on the path, so the
-arcs that were written down are crossed with the panels again.
+A contact with a panel has a row among the impacts. A flight over a panel leaves no mark on the path, so the recorded
+arcs are intersected with the panels again.
 """
 
 import math
@@ -18,16 +18,16 @@ from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot
 
 NEVER, OVER, THROUGH, HELD = range(4)
-"""What a rock does when it comes to a barrier; NEVER where it has not come."""
+"""What a rock does at its arrival at a barrier; NEVER if it has not arrived."""
 FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAILED)
 
 
 class Passages(NamedTuple):
     """What a batch of N rocks did at B barriers.
 
-    did, t, energy, height (N, B) : at the first arrival: NEVER ... HELD, s, J, m over the ground
-    held (N, B) : 1 where the barrier caught the rock in the end
-    events (B, 4) : how often each of NEVER ... HELD happened, whichever rock it was
+    did, t, energy, height : (N, B) at the first arrival: NEVER ... HELD, s, J, m above the ground
+    held : (N, B) 1 if the barrier caught the rock in the end
+    events : (B, 4) how often each of NEVER ... HELD happened, over all rocks
     """
 
     did: Any
@@ -39,10 +39,11 @@ class Passages(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """Room to tell crossings of K pieces of panels at B barriers apart: one at a joint is found from both sides of it.
+    """Scratch that recognises a crossing found twice: at the joint of two panel pieces, both pieces find it.
 
-    piece (K,) : the piece of path that a piece of panel was last compared with
-    t, barrier (K,) : of the crossings of one piece of path; last (B,) : when the latest on earlier pieces of it was, s
+    piece : (K,) row of the path segment that each of K panel pieces was last compared with
+    t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
+    last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
 
     piece: Any
@@ -52,7 +53,7 @@ class Crossed(NamedTuple):
 
 
 class Passing(NamedTuple):
-    """A rock that flies: its row in the batch, kg, m."""
+    """A rock in flight: its row in the batch, mass (kg) and radius (m)."""
 
     row: int
     mass: float
@@ -60,7 +61,7 @@ class Passing(NamedTuple):
 
 
 def empty_passages(rocks: int, barriers: int) -> Passages:
-    """Return passages of N rocks that have not come to any of B barriers yet."""
+    """Return passages of N rocks that have not arrived at any of B barriers."""
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
     return Passages(
@@ -69,7 +70,7 @@ def empty_passages(rocks: int, barriers: int) -> Passages:
 
 
 def empty_crossed(panels: int, barriers: int) -> Crossed:
-    """Return room for crossings of K pieces of panels at B barriers."""
+    """Return scratch for crossings of K panel pieces at B barriers."""
     number = np.full(panels, -1, dtype=np.int64)
     return Crossed(number, np.empty(panels), number.copy(), np.full(barriers, -np.inf))
 
@@ -78,9 +79,9 @@ def empty_crossed(panels: int, barriers: int) -> Crossed:
 def find_passages(
     barriers: Barriers, gravity: float, written: Any, mass: Any, radius: Any, crossed: Crossed, found: Passages
 ) -> None:
-    """Fill in what each of N rocks did.
+    """Fill in what each of N rocks did at the barriers.
 
-    written : counts, impacts, facets, pieces, modes and first of a `Batch`
+    written : counts, impacts, facets, pieces, modes and first of a `Batch`; mass : (N,) kg; radius : (N,) m
     """
     counts, impacts, facets, pieces, modes, first = written
     for r in range(len(mass)):
@@ -98,7 +99,7 @@ def find_passages(
 
 @kernel
 def _contact(barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: Passing, found: Passages) -> None:
-    """Note row q of the impacts where it is a contact with a barrier."""
+    """Record row q of the impacts if the row is a contact with a barrier."""
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
     if facets[q] >= 0 or k < 0 or k >= len(panel.x):
@@ -111,7 +112,7 @@ def _contact(barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, ro
 
 @kernel
 def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
-    """Return the height (m) of the foot of piece k at a place in plan (m)."""
+    """Return the height (m) of the foot of panel piece k at a place in plan (m)."""
     panel = barriers.panel
     dx, dy = panel.dx[k], panel.dy[k]
     along = ((x - panel.x[k]) * dx + (y - panel.y[k]) * dy) / (dx * dx + dy * dy)
@@ -120,7 +121,7 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 
 @kernel
 def _note(found: Passages, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
-    """Count what rock r did at barrier b after t seconds, and keep it if nothing that it did there was earlier."""
+    """Count what rock r did at barrier b at t (s), and keep it if nothing that it did at this barrier was earlier."""
     found.events[b, did] += 1
     if did == HELD:
         found.held[r, b] = 1
@@ -133,14 +134,14 @@ def _cross(
     barriers: Barriers, gravity: float, pieces: Any, flies: bool, p: int, rock: Passing, crossed: Crossed,
     found: Passages,
 ) -> None:  # fmt: skip
-    """Note where piece p of a path passes barriers without a contact: above them, or where they hold nothing."""
+    """Record where segment p of a path passes barriers without a contact: above them, or where they hold nothing."""
     duration = pieces[p + 1, 0] - pieces[p, 0]
     if not duration > 0.0:
         return
     x, v = (pieces[p, 1], pieces[p, 2], pieces[p, 3]), (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if flies:
         arc, until = Arc(x, v, gravity), duration
-    else:  # a chord, gone in a unit of time
+    else:  # a chord, covered in one unit of time
         arc = Arc(x, (pieces[p + 1, 1] - x[0], pieces[p + 1, 2] - x[1], pieces[p + 1, 3] - x[2]), 0.0)
         until = 1.0
     cells, number = barriers.cells, 0
@@ -168,9 +169,9 @@ def _pass(
     barriers: Barriers, k: int, arc: Arc, until: float, path: Any, rock: Passing, number: int, crossed: Crossed,
     found: Passages,
 ) -> int:  # fmt: skip
-    """Note that an arc passes piece k of the panels without a contact; how many crossings there are now.
+    """Record that an arc passes panel piece k without a contact; return the number of crossings so far.
 
-    path : the pieces of path, the number of the one that the arc is, and whether it is flown; number : of crossings
+    path : the path segments, the number of the arc's segment, and whether it is a flight; number : of crossings before
     """
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
     if crossing.t == math.inf:
@@ -197,9 +198,10 @@ def _pass(
 
 @kernel
 def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
-    """Return what a crossing is that may have no row among the impacts; NEVER where it has one, or is below the foot.
+    """Return OVER or THROUGH for a crossing without a contact.
 
-    height, high : m over the foot, of the rock's centre and of what counts
+    Returns NEVER if the crossing has a row among the impacts, or is below the foot of the panel.
+    height, high : m above the foot, of the rock's centre and of the point of the rock that counts
     """
     panel = barriers.panel
     if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):
@@ -209,7 +211,7 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
 
 @kernel
 def _is_known(crossed: Crossed, number: int, b: int, t: float, instant: float) -> bool:
-    """Return whether a crossing of barrier b after t seconds is one that was found already, within an instant (s)."""
+    """True if a crossing of barrier b at t (s) has been found already, to within `instant` (s)."""
     known = abs(t - crossed.last[b]) <= instant
     for n in range(number):
         known = known or (crossed.barrier[n] == b and abs(t - crossed.t[n]) <= instant)

@@ -1,8 +1,8 @@
-"""What rocks did at each barrier: by their first arrival, in the end, and how often each thing happened.
+"""Counts of what rocks did at each barrier: at their first arrival, in the end, and how often in total.
 
-A rock arrives where its path crosses a panel's plane between its ends, at the panel or above it. The first arrival is
-what a barrier is designed for: no rock has been slowed down by the barrier before. Rocks that break through may come
-back, bounce into the same panel again, or be caught by it later, so rocks and events are counted apart.
+A rock arrives where its path crosses a panel's plane between the panel's ends, at the panel or above it. A barrier is
+designed for the first arrival, because no barrier has slowed the rock down before. Rocks that break through may come
+back, bounce into the same panel again, or be caught by it later, so rocks and events are counted separately.
 """
 
 import threading
@@ -30,11 +30,11 @@ from rpf3d_core.hazard.barrier_passages import (
 
 @dataclass(eq=False)
 class AtBarrier:
-    """What is counted at one barrier.
+    """Counts and distributions at one barrier.
 
-    first : rocks (4,) by what they did at their first arrival, NEVER ... HELD; held : rocks caught in the end
+    first : (4,) number of rocks by what they did at their first arrival, NEVER ... HELD; held : rocks caught in the end
     events : (4,) how often each of NEVER ... HELD happened
-    energy, height, over : at first arrivals: J; m over the ground; m over the panel of those that flew over it
+    energy, height, over : at first arrivals: J; m above the ground; m above the panel, for rocks that flew over it
     """
 
     first: NDArray[np.int64] = field(default_factory=lambda: np.zeros(4, dtype=np.int64))
@@ -45,7 +45,7 @@ class AtBarrier:
     over: Sample = field(default_factory=Sample)
 
     def join(self, other: "AtBarrier") -> None:
-        """Gather the rocks of another part of the same ensemble."""
+        """Add the counts of another part of the same ensemble."""
         self.first += other.first
         self.held += other.held
         self.events += other.events
@@ -54,10 +54,10 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """What a barrier did, of `came` rocks that came to it; counts.
+    """What a barrier did to the `came` rocks that arrived at it; counts.
 
     height : m, that stands; capacity : J; first_... : rocks, by their first arrival; caught : rocks, in the end
-    ..._events : how often, whichever rock it was; counted : distributions at first arrivals
+    ..._events : number of events over all rocks; counted : distributions at first arrivals
     """
 
     name: str
@@ -75,9 +75,9 @@ class BarrierFigures(NamedTuple):
 
 
 class BarrierTally:
-    """Counts at B barriers. Call it with each batch of flown rocks; any thread may.
+    """Counts at B barriers. Call it with each batch of flown rocks, from any thread.
 
-    names : (B,); gravity : m/s^2; compiled : as of `hazard.tally.Tally`
+    names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
     """
 
     def __init__(self, barriers: Barriers, names: tuple[str, ...], gravity: float, compiled: bool = True) -> None:
@@ -86,7 +86,7 @@ class BarrierTally:
         self._lock = threading.Lock()
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
-        """Count N rocks in."""
+        """Count the N rocks of a batch."""
         found = empty_passages(len(batch.rows), len(self.names))
         crossed = empty_crossed(len(self.barriers.panel.x), len(self.names))
         find: Any = find_passages
@@ -100,7 +100,7 @@ class BarrierTally:
                 self._add(counted, found, b)
 
     def join(self, counted: tuple[AtBarrier, ...]) -> None:
-        """Count in what another part of the same ensemble has counted."""
+        """Add the counts of another part of the same ensemble."""
         with self._lock:
             for mine, theirs in zip(self.counted, counted, strict=True):
                 mine.join(theirs)

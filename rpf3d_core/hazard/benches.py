@@ -1,4 +1,4 @@
-"""The bench table: of each zone of the terrain and each area of interest, how many rocks came, stopped and stayed."""
+"""The bench table: how many rocks reached, stopped in and stayed in each zone and each area of interest."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,37 +11,38 @@ from rpf3d_core.hazard.maps import HazardMaps, Layers
 from rpf3d_core.terrain.facets import Terrain
 
 SHOWN = 12
-"""Zones of the printed table: more do not fit a screen."""
+"""Number of zones in the printed table: more do not fit a screen."""
 
 TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
-"""Of the printed table, short so that it fits 80 columns; `text_rows` has its columns."""
+"""Header of the printed table, short so that it fits 80 columns; `text_rows` has the same columns."""
 
 AT_MOST = "at most"
-"""Of the printed table, where rocks were lost to holes."""
+"""Header of the column of the printed table that is added if rocks were lost to holes."""
 
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
-"""What the columns of the printed table are."""
+"""Note on the columns of the printed table."""
 
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
-"""What the intervals of the printed table do not include."""
+"""Note on what the intervals of the printed table do not include."""
 
 MOST_DECIMALS = 4
-"""Of a share in per cent: one of ten million rocks needs no more to be seen not to be 0."""
+"""Most decimals of a share in per cent: with them, one of ten million rocks still does not look like 0."""
 
 SHORT = 1
-"""Decimals that are enough otherwise: hazard/benches.csv has them all."""
+"""Usual number of decimals in the printed table; hazard/benches.csv has all decimals."""
 
 ZONE, AREA = "zone", "area"
+"""Kinds of rows of the bench table."""
 
 
 class Bench(NamedTuple):
-    """A row of the bench table.
+    """A row of the bench table, for a zone of the terrain (ZONE) or an area of interest (AREA).
 
-    kind : ZONE of the terrain, or AREA of interest; reached, stopped : shares of all rocks flown, as `share_of`
-    retained : of the rocks that reached it, the share that stopped in it; energy_p95 : J, of each rock's maximum
-        there, None below 20 rocks
-    lost : share of all rocks flown that were lost to holes of the terrain, None where none were
-    reached_at_most : share of all rocks flown that would have reached it if all lost ones had; None where none were
+    reached, stopped : shares of all rocks flown, as in `share_of`
+    retained : of the rocks that reached the place, the share that stopped in it
+    energy_p95 : J, of each rock's maximum in the place, None below 20 rocks
+    lost : share of all rocks flown that were lost to holes of the terrain, None if none were
+    reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if none were lost
     """
 
     kind: str
@@ -55,13 +56,13 @@ class Bench(NamedTuple):
 
 
 def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
-    """A row for each zone of the terrain, in its order, then for each area of interest, in the scene's."""
+    """Return a row for each zone, in the terrain's order, then for each area of interest, in the scene's order."""
     zones = _benches(ZONE, terrain.zones, maps.zones, maps)
     return [*zones, *_benches(AREA, maps.area_names, maps.areas, maps)]
 
 
 def lost_in_words(lost: int, flown: int) -> str:
-    """Return a sentence on rocks lost to holes (at least one), and what it means for every share."""
+    """Return a sentence on rocks lost to holes (at least one), and what that means for every share."""
     return (
         f"{lost:,} of {flown:,} rocks ({_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
         "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
@@ -70,7 +71,7 @@ def lost_in_words(lost: int, flown: int) -> str:
 
 
 def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
-    """The table for summary.json: `zones` and `areas_of_interest`, name -> shares with intervals and energy (J)."""
+    """Return the table for summary.json: `zones` and `areas_of_interest`, name -> shares with intervals, energy (J)."""
     sections: dict[str, Any] = {"zones": {}, "areas_of_interest": {}}
     for bench in benches:
         sections["zones" if bench.kind == ZONE else "areas_of_interest"][bench.name] = {
@@ -84,12 +85,12 @@ def benches_section(benches: Sequence[Bench]) -> dict[str, Any]:
 
 
 def _lost_section(bench: Bench) -> dict[str, Any]:
-    """Return the entries of a zone or area that only runs with rocks lost to holes have."""
+    """Return the entries of a zone or area that exist only if rocks were lost to holes."""
     return {} if bench.lost is None else {"lost_to_holes": bench.lost, "reached_at_most": bench.reached_at_most}
 
 
 def text_header(benches: Sequence[Bench]) -> tuple[str, ...]:
-    """Return the header over `text_rows`: with AT_MOST where rocks were lost to holes."""
+    """Return the header for `text_rows`, with AT_MOST if rocks were lost to holes."""
     return TEXT_HEADER if not _any_lost(benches) else (*TEXT_HEADER[:2], AT_MOST, *TEXT_HEADER[2:])
 
 
@@ -98,32 +99,32 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 
 
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
-    """Rows under `text_header`: the SHOWN zones that most rocks reached, most first, then every area of interest.
+    """Return rows under `text_header`: the SHOWN zones that most rocks reached, most first, then all areas of interest.
 
-    An area that no rock reached is told with its interval: that is what it was drawn to find out.
+    An area that no rock reached has a row with its interval: that interval is why the area was drawn.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
     return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
 
 
 def left_out(benches: Sequence[Bench]) -> int:
-    """How many zones that rocks reached have no row in `text_rows`."""
+    """Return the number of zones that rocks reached but that have no row in `text_rows`."""
     return max(0, len(_reached_zones(benches)) - SHOWN)
 
 
 def _reached_zones(benches: Sequence[Bench]) -> list[Bench]:
-    """Zones that rocks reached, most rocks first."""
+    """Return the zones that rocks reached, most rocks first."""
     zones = [bench for bench in benches if bench.kind == ZONE and bench.reached["rocks"]]
     return sorted(zones, key=lambda bench: -bench.reached["rocks"])
 
 
 def three_figures(value: float) -> str:
-    """A number with three significant digits and no exponent, such as 0.0299, 2,460."""
+    """Return a number with three significant digits and no exponent, such as 0.0299 or 2,460."""
     return f"{float(f'{value:.3g}'):,.12g}"
 
 
 def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) -> Iterator[Bench]:
-    """A row for each of all C zones or areas, (C,) names, those that no rock came to included."""
+    """Yield a row for each of C zones or areas, names (C,), including those that no rock reached."""
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
     for name, reached, stopped, p95 in zip(names, rocks.tolist(), deposits.tolist(), energy.tolist(), strict=True):
@@ -132,7 +133,7 @@ def _benches(kind: str, names: Sequence[str], layers: Layers, maps: HazardMaps) 
 
 
 def _with_lost(bench: Bench, lost: int, flown: int) -> Bench:
-    """Return a row with what is not known of it because rocks were lost to holes."""
+    """Return a row with the share of rocks lost to holes and the share that may have reached the place at most."""
     most = min(bench.reached["rocks"] + lost, flown)
     return bench._replace(lost=share_of(lost, flown), reached_at_most=share_of(most, flown))
 
@@ -156,7 +157,7 @@ def _text_row(bench: Bench) -> tuple[str, ...]:
 
 
 def _text(share: dict[str, Any]) -> str:
-    """A share in per cent with its interval, such as `84.5 % (79-89)`."""
+    """Return a share in per cent with its interval, such as `84.5 % (79-89)`."""
     if share["share"] is None:
         return "-"
     low, high = share["interval_95"]
@@ -165,11 +166,14 @@ def _text(share: dict[str, Any]) -> str:
 
 
 def _percent(share: float, decimals: int) -> str:
-    """With so many decimals, or as many more as keep a share that is not 0 or 1 from looking so; those have none."""
+    """Return a share in per cent with a number of decimals.
+
+    A share that would wrongly look like 0 or 1 gets more decimals; a share of exactly 0 or 1 has none.
+    """
     rest = min(share, 1.0 - share)
     return f"{100.0 * share:.{max(decimals, _decimals(rest)) if rest > 0.0 else 0}f}"
 
 
 def _decimals(share: float) -> int:
-    """Decimals of a share > 0 in per cent that show its first digit, MOST_DECIMALS at most."""
+    """Return the decimals that show the first digit of a share > 0 in per cent, MOST_DECIMALS at most."""
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

@@ -1,7 +1,7 @@
-"""Logarithmic bins: what percentiles are told from, in bounded memory and the same whatever the order of the rocks.
+"""Logarithmic bins for percentiles: bounded memory, and the same result whatever the order of the rocks.
 
-An octave has `PER_OCTAVE` bins. Instead of the logarithm of the mantissa 1 + x, which costs ten times as much, they
-are even in x + BEND x (1 - x), which equals log2(1 + x) at 0, at the square root of 2 and at 1.
+An octave has `PER_OCTAVE` bins. The logarithm of the mantissa 1 + x would cost ten times as much, so bins are even in
+x + BEND x (1 - x) instead, which equals log2(1 + x) at 0, at the square root of 2 and at 1.
 """
 
 import math
@@ -13,23 +13,25 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.frame import FloatArray
 
 PER_OCTAVE = 8
-"""Bins an octave: the geometric middle of the widest lies 4.7 % from its ends."""
+"""Bins per octave: the geometric middle of the widest bin lies 4.7 % from the bin's ends."""
 FINE = 128
-"""Bins an octave for zones and areas, which are few: percentiles that are to hold still must be told finely."""
+"""Bins per octave for zones and areas. These are few, and percentiles that must converge need a fine resolution."""
 BEND = math.sqrt(2.0) / 4.0
+"""Coefficient of the polynomial that replaces the logarithm of the mantissa (-)."""
 MANTISSA = 2**52 - 1
-"""Its bits in a number of double precision; the exponent stands above them."""
+"""Mask of the mantissa bits of a double-precision number; the bits above hold the exponent."""
 SPEED_OCTAVES, HEIGHT_OCTAVES = 12, 17
-"""In a pit 1 km across rocks are told apart from 0.06 m/s and 8 mm on; slower and lower ones count as at most that."""
+"""Octaves of the bins of speed and height. In a pit 1 km across they resolve speeds from 0.06 m/s and heights from 8 mm
+up; smaller values share the lowest bin."""
 MOST_MASS_OCTAVES = 20
-"""Energies are told apart over twice the octaves of speed, and over those of the masses, at most a million to one."""
+"""Most octaves for the range of masses, a million to one. Bins of energy cover these and twice the octaves of speed."""
 
 
 class Scales(NamedTuple):
-    """The largest energy (J), speed (m/s) and height (m) that bins tell apart, how many bins each has, and an octave.
+    """The largest energy (J), speed (m/s) and height (m) of the bins, the number of bins of each, and bins per octave.
 
-    Those of speed and height are powers of two, so that scaling rounds nothing. Where all rocks have one
-    mass and none spins, speed has no bins: its percentiles are told from those of the energy.
+    The largest speed and height are powers of two, so that scaling rounds nothing. If all rocks have one mass and none
+    spins, speed has no bins: percentiles of speed then follow from those of energy.
     """
 
     top: tuple[float, float, float]
@@ -46,10 +48,10 @@ def scales_of(
     per_octave: int = PER_OCTAVE,
     spins: bool = False,
 ) -> Scales:
-    """Scales for rocks that fall no deeper than `drop` (m) from where they are released, no faster than `fastest`.
+    """Return scales for rocks that fall at most `drop` (m) below their release and start at most at `fastest`.
 
-    fastest : m/s; lightest, heaviest : bounds of their masses (kg); per_octave : bins
-    spins : whether energies count rotation, so that speeds need bins of their own
+    fastest : m/s; lightest, heaviest : bounds of the rocks' masses (kg); per_octave : bins
+    spins : whether energies include rotation, so that speeds need bins of their own
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
     speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))
@@ -61,9 +63,9 @@ def scales_of(
 
 @kernel
 def bin_of(bits: int, bins: int, per_octave: int) -> int:
-    """The bin of a value >= 0 over the largest that `bins` reach up to: 0 holds what is lower, the last what is higher.
+    """Return the bin of a value >= 0 divided by the largest value of the bins; clamped to the first and last bin.
 
-    bits : of the value in double precision, as a whole number: its exponent and its mantissa are read off
+    bits : the value's double-precision bits as a whole number, from which exponent and mantissa are read
     """
     x = (bits & MANTISSA) * 2.0**-52
     place = bins + ((bits >> 52) - 1023) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
@@ -71,7 +73,7 @@ def bin_of(bits: int, bins: int, per_octave: int) -> int:
 
 
 def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
-    """Edges (B + 1,) of B bins that reach up to top, from below, in its unit: J, m/s or m."""
+    """Return the edges (B + 1,) of B bins that reach up to top, ascending, in the unit of top: J, m/s or m."""
     octave, part = np.divmod(np.arange(bins + 1), per_octave)
     even = part / per_octave
     c = 1.0 + BEND
@@ -81,15 +83,15 @@ def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
 
 
 def bin_values(edges: FloatArray) -> FloatArray:
-    """What a value in each bin (B,) is told as: the geometric middle of its edges (B + 1,)."""
+    """Return the value (B,) that stands for each bin: the geometric middle of the bin's edges (B + 1,), same unit."""
     return np.asarray(np.sqrt(edges[1:] * edges[:-1]))
 
 
 def relative_error(edges: FloatArray) -> float:
-    """Bound (-) of the relative error of a value told as the middle of its bin, from edges (B + 1,) of any unit."""
+    """Return the bound (-) of the relative error of the middle of a bin, from edges (B + 1,) of any unit."""
     return float(np.sqrt((edges[1:] / edges[:-1]).max()) - 1.0)
 
 
 def _power_of_two(value: float) -> float:
-    """The smallest power of two that is not below a value."""
+    """Return the smallest power of two that is not below a value."""
     return float(2.0 ** math.ceil(math.log2(value)))

@@ -1,11 +1,12 @@
-"""What the bytes of a tally's bins cannot hold: how often each has come to 256."""
+"""Carries of a tally's one-byte bins: how often each bin has reached 256."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 FULL = 256
+"""Count at which a one-byte bin overflows."""
 WAITING = 1_000_000
-"""Carries that may wait to be counted."""
+"""Most carries that wait before they are counted."""
 AT_ONCE = 16_384
 """Cells whose bins are widened together: tens of megabytes."""
 
@@ -14,7 +15,7 @@ Places = NDArray[np.int64]
 
 
 class Carries:
-    """For bins (S, B) of bytes: their places (slot times B plus bin), and how often 256 must be added there."""
+    """Carries of one-byte bins (S, B): the places of bins (slot times B plus bin), and how often to add 256 there."""
 
     def __init__(self, bins: int, places: Places | None = None, counts: Places | None = None) -> None:
         self.bins = bins
@@ -24,26 +25,26 @@ class Carries:
         self._room = np.empty(0, dtype=np.int64)
 
     def room_for(self, most: int) -> Places:
-        """An array (N,) for the places of at most so many carries."""
+        """Return an array (N,) for the places of at most `most` carries."""
         if len(self._room) < most:
             self._room = np.empty(most, dtype=np.int64)
         return self._room
 
     def take(self, carried: int) -> None:
-        """Count the first places of that array."""
+        """Count the first `carried` places of the array that `room_for` returned."""
         if carried:
             self._waiting.append(self._room[:carried].copy())
             if sum(map(len, self._waiting)) > WAITING:
                 self._settle()
 
     def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
-        """Count those of another tally as well; slot : (S,) where each of its slots stands here."""
+        """Add the carries of another tally; slot : (S,) the slot here of each of the other tally's slots."""
         places, counts = other.counted()
         theirs, b = np.divmod(places, self.bins)
         self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
 
     def add_bins(self, bins: Bins, slot: NDArray[np.int32], more: Bins) -> None:
-        """Add bins (N, B) to those of distinct slots (N,)."""
+        """Add bins (N, B) to the bins of distinct slots (N,)."""
         for begin in range(0, len(slot), AT_ONCE):
             some = slot[begin : begin + AT_ONCE]
             total = bins[some].astype(np.uint16) + more[begin : begin + AT_ONCE]
@@ -52,12 +53,12 @@ class Carries:
             self._add(some[row].astype(np.int64) * self.bins + b, np.ones(len(row), dtype=np.int64))
 
     def counted(self) -> tuple[Places, Places]:
-        """Places (N,), ascending, each once, and how often 256 must be added there."""
+        """Return distinct places (N,), ascending, and how often to add 256 at each (N,)."""
         self._settle()
         return self._places, self._counts
 
     def whole(self, bins: Bins, order: Places) -> NDArray[np.uint32]:
-        """All that was counted in the bins of some slots (N,): (N, B)."""
+        """Return the full counts (N, B) in the bins of some slots, order (N,)."""
         wide = bins[order].astype(np.uint32)
         places, counts = self.counted()
         slot, b = np.divmod(places, self.bins)
@@ -80,9 +81,9 @@ class Carries:
 
 
 def in_pairs(bins: Bins, carries: Carries) -> tuple[Bins, Carries]:
-    """Bins (S, B) merged in pairs: (S, B / 2), and their carries.
+    """Return bins (S, B) merged in pairs, (S, B / 2), and their carries.
 
-    Each quantity has a whole number of octaves, so pairs stay within it.
+    Each quantity has a whole number of octaves, so both bins of a pair belong to the same quantity.
     """
     total = bins[:, 0::2].astype(np.uint16) + bins[:, 1::2]
     places, counts = carries.counted()

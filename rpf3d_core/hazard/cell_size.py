@@ -1,8 +1,8 @@
-"""How large the cells of a map must be that the rocks of a scene fill them: a percentile needs 20 rocks in a cell.
+"""The cell size at which the rocks of a scene fill the cells of a map: a percentile needs 20 rocks in a cell.
 
-N rocks that come down over a front of W metres pass N cell / W to a cell. So cells of at least 20 W / N give the cells
-that most rocks come to their percentiles. What is known before the first rock flies is where rocks start, how many, and
-how deep they may fall: a front is as wide as the source, and wider by how far rocks go aside.
+N rocks that fall on a front of W metres pass N cell / W to a cell. So in cells of at least 20 W / N, most cells on the
+rocks' way have percentiles. Before the first rock flies, only the starting places, the number of rocks and the depth
+of fall are known: a front is as wide as the source, plus the width over which rocks spread sideways.
 """
 
 import math
@@ -16,22 +16,22 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 ASIDE = 0.2
-"""Width that rocks from one place spread over, over the length of the slope (-): 0.1 to 0.2 in field tests (Azzoni & de
-Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source stands for the length."""
+"""Width over which rocks from one place spread, over the length of the slope (-): 0.1 to 0.2 in field tests (Azzoni &
+de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source stands for the length."""
 
 LEAST_CELLS = 20
-"""Along the longer side of a map, however few the rocks: coarser cells show nothing of the ground."""
+"""Fewest cells along the longer side of a map, even for few rocks: coarser cells show nothing of the ground."""
 
 
 def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> float:
-    """Return the cell (m) in which a front of rocks has as many as a percentile needs; 0 where no rock is released.
+    """Return the cell (m) in which a front of rocks has enough rocks for a percentile; 0 if no rock is released.
 
-    Depends on the sources, the number of rocks and the terrain alone, so each part of an ensemble has the same.
+    Depends only on the sources, the number of rocks and the terrain, so each part of an ensemble has the same.
 
     Parameters
     ----------
     sources : with the places of rocks, local frame
-    rocks : that all sources together release
+    rocks : number that all sources together release
     low, high : corners of the terrain's box, m, local frame
     """
     flying = [source for source in sources if source.rocks > 0]
@@ -44,12 +44,12 @@ def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> f
 
 
 def coarsest_cell(low: Vec, high: Vec) -> float:
-    """Return the largest cell (m) that a map over a box may have where its scene does not give one."""
+    """Return the largest cell (m) that a map over a box may have if the scene does not give a cell."""
     return max(high[0] - low[0], high[1] - low[1]) / LEAST_CELLS
 
 
 def _front(source: Source, lowest: float, highest: float) -> float:
-    """The width (m) of the front of a source's rocks: that of its places, or of so many single places."""
+    """Return the width (m) of the front of a source's rocks: of its whole extent, or of its single points if less."""
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.patches is not None:
         return wide + aside
@@ -57,17 +57,17 @@ def _front(source: Source, lowest: float, highest: float) -> float:
 
 
 def _aside(source: Source, lowest: float, highest: float) -> float:
-    """The width (m) of the front of rocks from one place of a source."""
+    """Return the width (m) of the front of rocks from one place of a source."""
     on_ground = source.above_ground is not None or source.patches is not None
     top = highest if on_ground else float(source.points[:, 2].max())
     return ASIDE * max(top - lowest, 0.0) + 2.0 * math.hypot(*source.spread[:2])
 
 
 def _places(source: Source) -> FloatArray:
-    """Places (P, 3) m between which a source's rocks start."""
+    """Return the places (P, 3) m between which a source's rocks start."""
     return source.points if source.patches is None else source.patches.corners.reshape(-1, 3)
 
 
 def _wide(places: FloatArray) -> float:
-    """How far places (P, 3) m reach in plan (m)."""
+    """Return the diagonal (m) of the box of places (P, 3) m in plan."""
     return float(np.linalg.norm(np.ptp(places[:, :2], axis=0)))

@@ -1,7 +1,7 @@
-"""How many rocks are enough: intervals and percentiles of the places that matter, as the ensemble doubles.
+"""Decide how many rocks are enough, from intervals and percentiles of places, as the ensemble doubles.
 
 Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than asked for, and no 95th percentile of
-energy has moved by more than asked for over the last two doublings. Never by the mean alone.
+energy has changed by more than asked for over the last two doublings. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,12 +14,12 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps
 
 DOUBLINGS = 2
-"""Over which the percentiles must have held still."""
+"""Doublings over which the percentiles must be stable."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """What is known of one place.
+    """Shares and energy of one place.
 
     reached, stopped : shares of all rocks (-); half_width : of the wider of their 95 % intervals (-)
     energy_p95 : J, None below 20 rocks
@@ -33,7 +33,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """What is known after so many rocks, place by place."""
+    """Figures of all places after a number of rocks."""
 
     rocks: int
     places: Mapping[str, Place]
@@ -45,7 +45,7 @@ class Step:
 
 
 def step_of(maps: HazardMaps, zones: Sequence[str]) -> Step:
-    """The areas of interest or, where the scene names none, the zones that rocks came to."""
+    """Return the figures of the areas of interest or, if the scene names none, of the zones that rocks reached."""
     layers, names = (maps.areas, maps.area_names) if maps.area_names else (maps.zones, zones)
     rocks, deposits = layers.everywhere(layers.rocks, 0), layers.everywhere(layers.deposits, 0)
     energy = layers.everywhere(layers.energy.p95, np.nan)
@@ -64,7 +64,10 @@ def _place(reached: int, stopped: int, rocks: int, energy: float) -> Place:
 
 
 def p95_change(steps: Sequence[Step]) -> float | None:
-    """The largest relative change of a p95 energy over the last two doublings; None if there were fewer."""
+    """Return the largest relative change of a p95 energy over the last two doublings; None with fewer doublings.
+
+    A p95 energy that an earlier step lacks counts as a change of 1.
+    """
     if len(steps) <= DOUBLINGS:
         return None
     changes = [0.0]
@@ -78,13 +81,13 @@ def p95_change(steps: Sequence[Step]) -> float | None:
 
 
 def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bool:
-    """Whether the last step meets both targets."""
+    """True if the last step meets both targets."""
     change = p95_change(steps)
     return change is not None and change <= p95_energy and steps[-1].half_width <= half_width
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """The steps for summary.json, and whether the targets were reached."""
+    """Return the steps for summary.json, and whether the targets were reached."""
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

@@ -1,4 +1,4 @@
-"""From a tally to layers: shares, means and percentiles of every cell that rocks came to."""
+"""Turn a tally into layers: shares, means and percentiles of every cell that rocks came to."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,13 +15,13 @@ from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.frame import FloatArray
 
 ENERGY = 0
-"""The first of the three quantities that have bins: energy, speed, height."""
+"""Index of energy among the three quantities that have bins: energy, speed, height."""
 FEW = 100_000
-"""Bins of some cells, of all quantities together, up to which NumPy looks for ranks: before the loop is compiled."""
+"""Largest number of bins, over all cells and quantities, for which NumPy finds ranks without the compiled loop."""
 
 
 def layers_of(tally: CellTally) -> Layers:
-    """The layers of the cells of a tally that rocks came to."""
+    """Return the layers of the cells of a tally that rocks came to."""
     found = tally.found()
     edges = [_edges(tally, q) for q in range(3)]
     percentiles = _percentiles_of(tally, found, edges)
@@ -34,12 +34,12 @@ def layers_of(tally: CellTally) -> Layers:
 
 
 def without_passages(layers: Layers) -> Layers:
-    """The layers of zones and areas: a rock goes from facet to facet of a zone without leaving it."""
+    """Return layers of zones or areas with passages set to 0: a rock crosses facets of a zone without leaving it."""
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
 def _edges(tally: CellTally, q: int) -> FloatArray:
-    """Edges of the bins of a quantity, as they are after merging; of speeds without bins, what energies stand for."""
+    """Return the edges of the bins of a quantity after merging; for speeds without bins, derived from energies."""
     top, bins, per_octave = tally.scales
     if bins[q] == 0:
         return top[q] * np.sqrt(_edges(tally, ENERGY) / top[ENERGY])
@@ -47,14 +47,14 @@ def _edges(tally: CellTally, q: int) -> FloatArray:
 
 
 def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> StatisticArray:
-    """Percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN where few rocks came."""
+    """Return percentiles (3, S, P) of the three quantities in S cells, as values of bins; NaN for few rocks."""
     told = np.full((3, len(found.cell), len(PERCENTILES)), np.nan, dtype=np.float32)
     values, many, first = [bin_values(some) for some in edges], np.flatnonzero(found.rocks >= FEWEST_ROCKS), 0
     for bins in tally.bins_found(many):
         some = many[first : first + len(bins)]
         ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            if q == ENERGY or tally.scales.bins[q] > 0:  # or speed, which is told from the energy's
+            if q == ENERGY or tally.scales.bins[q] > 0:  # else speed: the bin of the energy stands for its rank
                 place = _places(bins, _columns(tally, q), ranks)
             told[q, some] = values[q][place]
         first += len(bins)
@@ -62,13 +62,13 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
 
 
 def _columns(tally: CellTally, q: int) -> slice:
-    """Where the bins of a quantity stand, as they are after merging."""
+    """Return the slice of the bins of a quantity, after merging."""
     bins = tally.scales.bins
     return slice(sum(bins[:q]) >> tally.merges, sum(bins[: q + 1]) >> tally.merges)
 
 
 def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> CountArray:
-    """The bin, among some columns of bins (N, B), that the rock of each rank (N, P), ascending, stands in: (N, P)."""
+    """Return, for each ascending rank (N, P), the bin of that rank among some columns of bins (N, B): (N, P)."""
     if bins.size <= FEW:
         up_to = np.cumsum(bins[:, columns], axis=1)
         return np.stack([np.count_nonzero(up_to < rank[:, None], axis=1) for rank in ranks.T], axis=1)
@@ -78,7 +78,7 @@ def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> Coun
 
 
 def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray) -> CellStatistics:
-    """The spread of one quantity over the rocks of each cell, from its percentiles (S, P)."""
+    """Return the statistics of one quantity over the rocks of each cell, from its percentiles (S, P)."""
     largest = found.most[:, q]
     mean = found.sums[:, q] * (tally.scales.top[q] / SUM_UNITS) / found.rocks
     return CellStatistics(largest, mean.astype(np.float32), *np.minimum(percentiles.T, largest))
@@ -86,7 +86,7 @@ def _spread(tally: CellTally, found: Found, q: int, percentiles: StatisticArray)
 
 @loop
 def _find_ranks(bins: Any, begin: int, ranks: Any, places: Any) -> None:
-    """Fill in where the rocks of ascending ranks stand in each cell, counted from column `begin` on."""
+    """Fill in the bin of each ascending rank in each cell, counted from column `begin` on."""
     for s in range(len(ranks)):
         seen, b = np.int64(0), begin
         for k in range(ranks.shape[1]):

@@ -1,8 +1,8 @@
-"""The hazard of an ensemble, cell by cell: the product that maps, zones and tables are drawn from.
+"""The hazard of an ensemble, cell by cell: the result from which maps, zones and tables are drawn.
 
-A cell is a square of a raster in plan, a facet of the terrain, a zone of it, or an area of interest: what is told of
-each is the same (`Layers`). Of a mine's millions of cells rocks come to a few thousand, so only those are kept: what
-needs a value everywhere lays out one column at a time.
+A cell is a square of a raster in plan, a facet of the terrain, a zone, or an area of interest; all kinds have the same
+figures (`Layers`). Rocks come to a few thousand of a mine's millions of cells, so only those are kept: code that needs
+a value in every cell lays out one column at a time.
 """
 
 from dataclasses import dataclass, field
@@ -14,18 +14,19 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 CountArray = NDArray[np.int64]
-StatisticArray = NDArray[Any]  # float32; who draws them need not care
+StatisticArray = NDArray[Any]  # float32; drawing code need not know
 
 PERCENTILES = (50, 90, 95, 99)
-"""Of each rock's maximum in a cell, over the distinct rocks that came there."""
+"""Percentiles of each rock's maximum in a cell, over the distinct rocks that came there."""
 FEWEST_ROCKS = 20
 """Distinct rocks below which a cell has no percentiles (physics reference 8.2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CellStatistics:
-    """Of each rock's maximum in a cell, over the rocks that came there; every array (S,), of the cells of a `Layers`.
+    """Statistics of each rock's maximum in a cell, over the rocks that came there.
 
+    Every array is (S,), of the cells of a `Layers`.
     largest : exact, to float32; mean : to 2^-35 of the largest value that the scene can produce, and float32
     p50, p90, p95, p99 : to within `Layers.percentiles_within`; NaN below `FEWEST_ROCKS` rocks
     """
@@ -40,18 +41,18 @@ class CellStatistics:
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """What came to the S of C cells that rocks came to; every array (S,).
+    """Figures of the S of C cells that rocks came to; every array (S,).
 
-    count : C, how many cells there are in all; cell : number of each, from 0 to C - 1, ascending
+    count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
-    passages : times a rock entered it, or was released there; impacts : contacts with restitution; deposits : rocks
-        that stopped there
+    passages : times a rock entered the cell, or was released there; impacts : contacts with restitution; deposits :
+        rocks that stopped there
     first_arrival : s from its release until the fastest rock came
-    energy : J, translational, and rotational as well where rocks spin; speed : m/s; height : m, vertical, above the
-        terrain straight below
+    energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
+        straight below
     percentiles_within : bound of the relative error of every percentile (-)
-    ways : (S, 2) sums over the rocks of the length of each one's way in plan inside the cell, in cell widths, and of
-        its square; (0, 0) where none are gathered
+    ways : (S, 2) sums over the rocks of the length of each rock's tracks in plan inside the cell, in cell widths, and
+        of the length's square; (0, 0) if not gathered
     """
 
     count: int
@@ -69,11 +70,11 @@ class Layers:
 
     @property
     def has_ways(self) -> bool:
-        """Whether the lengths of ways were gathered."""
+        """True if the track lengths were gathered."""
         return bool(self.ways.shape[1] > 0)
 
     def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
-        """Values (S,) of the cells that rocks came to among all (C,), of the same kind; `elsewhere` where none came."""
+        """Return values (C,) of all cells, in the unit of `values` (S,); `elsewhere` where no rock came."""
         laid_out = np.full(self.count, elsewhere, dtype=values.dtype)
         laid_out[self.cell] = values
         return laid_out
@@ -82,7 +83,8 @@ class Layers:
 class Raster(NamedTuple):
     """Square cells of a side `cell` (m) in plan, local frame: nx columns eastwards, ny rows northwards from x, y (m).
 
-    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; so in y.
+    Cell (i, j) is number j nx + i and reaches from x + i cell up to, but not including, x + (i + 1) cell; likewise in
+    y.
     """
 
     x: float
@@ -98,9 +100,9 @@ class HazardMaps:
 
     cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
     areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
-    height (NaN). barriers : `hazard.barriers.BarrierFigures` of each, where the scene names some
-    spins : whether rocks spin: energies are of translation and rotation together then
-    lost : how many of the rocks were lost to holes of the terrain; each might have come to any cell or area
+    height (NaN). barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene names some
+    spins : whether rocks spin; energies then include rotation
+    lost : number of rocks lost to holes of the terrain; each might have come to any cell or area
     """
 
     flown: int
@@ -116,10 +118,13 @@ class HazardMaps:
 
     @property
     def energy_kind(self) -> str:
-        """Which kinetic energy the maps and tables of hazard hold."""
+        """The kind of kinetic energy in the maps and tables of hazard."""
         return "translational and rotational" if self.spins else "translational"
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
-    """Share (-) of all rocks flown that came to each of S cells, (S,), given that they fall (physics reference 7.2)."""
+    """Return the share (-) of all rocks flown that came to each of S cells, (S,), given that they fall.
+
+    Source: physics reference 7.2.
+    """
     return np.asarray(layers.rocks / max(flown, 1))

@@ -1,8 +1,8 @@
-"""What a part of an ensemble has counted, in a form that travels between processes and machines.
+"""The counts of a part of an ensemble, in a form that travels between processes and machines.
 
-Only cells that rocks came to are kept, and of their bins only those that hold a rock: a rock fills one bin of energy,
-one of height and, where masses differ, one of speed in each cell, out of several hundred. Joining parts gives the bits
-of one run (`hazard.tally`).
+Only cells that rocks came to are kept, and only those of their bins that hold a rock. In each cell a rock fills one bin
+of energy, one of height and, if masses differ, one of speed, out of several hundred. Joining parts gives the bits of
+one run (`hazard.tally`).
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 
 @dataclass(frozen=True, eq=False)
 class PackedTally:
-    """A tally of C cells, of which rocks came to S.
+    """A tally of C cells, S of which rocks came to, without empty bins.
 
-    cells : C; scales, limit, merges : as of `CellTally`; width : bins of a cell (B)
-    found : what is kept of the S cells beside their bins, in order of cell
-    filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) how many
+    cells : C; scales, limit, merges : as in `CellTally`; width : bins of a cell (B)
+    found : the figures of the S cells without their bins, in order of cell
+    filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) number of rocks at each place
     """
 
     cells: int
@@ -38,7 +38,7 @@ class PackedTally:
 
 
 def packed(tally: CellTally) -> PackedTally:
-    """A tally, packed."""
+    """Return a tally in packed form."""
     width, first = tally.slots.bins.shape[1], 0
     filled, rocks = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.uint32)]
     for bins in tally.bins_found():
@@ -53,7 +53,7 @@ def packed(tally: CellTally) -> PackedTally:
 
 
 def unpacked(packed: PackedTally) -> CellTally:
-    """The tally that was packed: more can be counted in it."""
+    """Return the tally from its packed form; more rocks can be counted in it."""
     ways = packed.found.ways
     tally = CellTally(packed.cells, packed.scales, packed.limit, ways=ways is not None)
     used = len(packed.found.cell)
@@ -71,12 +71,12 @@ def unpacked(packed: PackedTally) -> CellTally:
 
 
 def packed_tallies(tallies: Tallies) -> tuple[PackedTally, ...]:
-    """Everything that the tallies of a part have counted, packed."""
+    """Return all counts of the tallies of a part, packed."""
     return tuple(packed(tally) for tally in _four(tallies))
 
 
 def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
-    """Count in what a part of the same ensemble has counted.
+    """Add the counts of a part of the same ensemble.
 
     Raises
     ------

@@ -1,9 +1,10 @@
-"""Passages per metre: how many of the rocks pass a metre of width across their way, whatever the size of the cells.
+"""Passages per metre: the share of rocks that pass a metre of width across their way, whatever the cell size.
 
-`reach_probability` is of a cell as a whole, so it grows with the cell. The number of passages per metre is the density
-of the rocks' tracks in plan (`hazard.ways`), and has no cell in its definition. Times the width of an object across
-the rocks' way, the rock's own diameter added, it is the number of passages per rock that falls which hit the object:
-its reach probability, as long as the object is narrower than what the density changes over and rocks do not come back.
+`reach_probability` refers to a whole cell, so it grows with the cell. The number of passages per metre is the density
+of the rocks' tracks in plan (`hazard.walks.ways`), whose definition has no cell. Multiplied by the width of an object
+across the rocks' way plus the rock's own diameter, it is the number of passages per falling rock that hit the object.
+That is the object's reach probability if the object is narrower than the scale on which the density changes, and rocks
+do not come back.
 """
 
 from typing import NamedTuple
@@ -28,18 +29,18 @@ class Passage(NamedTuple):
 
 
 def passage_per_metre(maps: HazardMaps) -> Passage:
-    """Return the passages per metre of the cells of a raster whose ways have been gathered.
+    """Return the passages per metre (S,) 1/m of the cells of a raster whose track lengths have been gathered.
 
-    The value is the mean over N rocks of l / A, the length of each one's way in the cell over the cell's area. With k
-    the sum of l squared over the sum of l^2, the relative variance of that mean is (N / k - 1) / N: that of a share of
-    k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. Where all rocks go through
-    the cell on ways of one length, k is their number. A cell in which no rock got anywhere has the upper end of no
-    rock in N that would cross it straight.
+    The value is the mean over N rocks of l / A, the length l of each rock's tracks in the cell over the cell's area A.
+    With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N: the relative variance of
+    a share of k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. If all rocks
+    cross the cell on tracks of one length, k is their number. If no rock covers any length in a cell, the upper end is
+    that of a share of 0 out of N rocks that would cross the cell straight.
 
     Raises
     ------
     ValueError
-        The maps were made without ways.
+        The maps were made without track lengths.
     """
     if not maps.cells.has_ways:
         raise ValueError("these maps have no passages per metre: their tallies did not gather ways (`with_ways`)")

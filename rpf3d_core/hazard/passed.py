@@ -1,7 +1,7 @@
-"""The facets that rocks passed over, in plan: those that the plan lines of their paths cross.
+"""Find the facets that rocks passed over: the facets that the lines of their paths cross in plan.
 
-A flight is a straight line in plan, so cutting it into short segments loses nothing; a slide is cut into chords.
-Segments of a bucket's size look only into the buckets that they touch.
+A flight is a straight line in plan, so cutting it into short line segments loses nothing; a slide is cut into chords.
+Line segments of a bucket's size search only the buckets that they touch.
 """
 
 from collections.abc import Iterator
@@ -17,14 +17,14 @@ from rpf3d_core.values import DEPOSITED
 Flags = NDArray[np.bool_]
 
 SEGMENTS_AT_ONCE = 20_000
-"""Segments whose buckets are looked up together."""
+"""Line segments whose buckets are looked up together."""
 
 PAIRS_AT_ONCE = 200_000
-"""Candidate pairs (segment, facet) tested together: about 100 MB, however many facets stand in a bucket."""
+"""Candidate pairs (segment, facet) tested together: about 100 MB, whatever the number of facets in a bucket."""
 
 
 def hazard_facets(locator: BucketLocator, corners: FloatArray, flights: Flights, gravity: float) -> dict[str, IntArray]:
-    """Facets that rocks stopped on ("stopped"), and the others that their paths cross in plan ("passed").
+    """Return the facets (N,) that rocks stopped on ("stopped"), and the others that paths cross in plan ("passed").
 
     corners : (F, 9) m, `Facets.corners`; gravity : m/s^2. Only rocks whose paths were kept count as passing.
     """
@@ -36,7 +36,7 @@ def hazard_facets(locator: BucketLocator, corners: FloatArray, flights: Flights,
 
 
 def passed_facets(locator: BucketLocator, corners: FloatArray, begin: FloatArray, end: FloatArray) -> IntArray:
-    """Facets that segments cross or touch in plan.
+    """Return the facets that line segments cross or touch in plan.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def passed_facets(locator: BucketLocator, corners: FloatArray, begin: FloatArray
     Returns
     -------
     (N,) int64
-        Facet ids, ascending, each once. Facets above a rock count too: what is compared is the plan.
+        Facet ids, ascending, each once. Facets above a rock count too, because only the plan is compared.
     """
     plan = corners.reshape(-1, 3, 3)[:, :, :2]
     found = np.zeros(len(plan), dtype=bool)
@@ -65,9 +65,9 @@ def passed_facets(locator: BucketLocator, corners: FloatArray, begin: FloatArray
 
 
 def touching(begin: FloatArray, end: FloatArray, triangles: FloatArray) -> Flags:
-    """Whether segments, ends (N, 2) m, and triangles (N, 3, 2) m of the plan have a point in common.
+    """Return flags (N,): True where a segment, ends (N, 2) m, and a triangle (N, 3, 2) m touch in plan.
 
-    Two convex figures are apart only if a line along one of their edges parts them (separating axes).
+    Two convex figures are apart only if a line along one of their edges separates them (separating axes).
     """
     a, b, c = (triangles[:, k].T for k in range(3))
     p, q = begin.T, end.T
@@ -80,7 +80,7 @@ def touching(begin: FloatArray, end: FloatArray, triangles: FloatArray) -> Flags
 
 
 def _side(a: FloatArray, b: FloatArray, p: FloatArray) -> FloatArray:
-    """Twice the area (N,) of the triangle a, b, p, each (2, N); positive where p lies to the left of a -> b."""
+    """Return twice the area (N,) of the triangle a, b, p, each (2, N); positive if p lies to the left of a -> b."""
     area: FloatArray = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
     return area
 
@@ -90,14 +90,14 @@ def _same_side(a: FloatArray, b: FloatArray, c: FloatArray) -> Flags:
 
 
 def _boxes_apart(begin: FloatArray, end: FloatArray, triangles: FloatArray) -> Flags:
-    """Whether the boxes are apart: what parts figures without area (a vertical facet, a rock at rest)."""
+    """Return flags (N,): True where the boxes are apart. Decides for figures without area: vertical facets, points."""
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     flags: Flags = ((np.maximum(begin, end) < low) | (np.minimum(begin, end) > high)).any(axis=1)
     return flags
 
 
 def _candidates(locator: BucketLocator, begin: FloatArray, end: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
-    """Pairs (segment, facet) of every segment with the facets of its buckets, `PAIRS_AT_ONCE` at a time."""
+    """Yield pairs (segment, facet) of every segment with the facets of its buckets, `PAIRS_AT_ONCE` at a time."""
     segment, bucket = _buckets(locator, begin, end)
     first, count = locator.starts[bucket], locator.starts[bucket + 1] - locator.starts[bucket]
     last_pair = np.cumsum(count)
@@ -109,7 +109,7 @@ def _candidates(locator: BucketLocator, begin: FloatArray, end: FloatArray) -> I
 
 
 def _buckets(locator: BucketLocator, begin: FloatArray, end: FloatArray) -> tuple[IntArray, IntArray]:
-    """Pairs (segment, bucket) of every segment with the at most four buckets that its box touches."""
+    """Return pairs (segment, bucket) of every segment with the at most four buckets that its box touches."""
     low, high = _cells(locator, np.minimum(begin, end)), _cells(locator, np.maximum(begin, end))
     wide, deep = (low != high).T
     everywhere = np.ones(len(low), dtype=bool)
@@ -120,7 +120,7 @@ def _buckets(locator: BucketLocator, begin: FloatArray, end: FloatArray) -> tupl
 
 
 def _cells(locator: BucketLocator, points: FloatArray) -> IntArray:
-    """Column and row (S, 2) of the buckets of points (S, 2) m; outside the grid, the nearest bucket."""
+    """Return column and row (S, 2) of the buckets of points (S, 2) m; outside the grid, of the nearest bucket."""
     cell = np.floor((points - np.array([locator.x, locator.y])) / locator.cell).astype(np.int64)
     inside: IntArray = np.clip(cell, 0, np.array([locator.nx - 1, locator.ny - 1]))
     return inside

@@ -1,6 +1,6 @@
-"""What each array of a hazard map is called in files, and its unit: one list for rasters, meshes and pictures.
+"""Name and unit of each array of a hazard map in files: one list for rasters, meshes and pictures.
 
-Arrays (S,) are of the cells that rocks came to; `Quantity.elsewhere` holds everywhere else.
+Arrays (S,) are of the cells that rocks came to; all other cells have `Quantity.elsewhere`.
 """
 
 import math
@@ -18,11 +18,11 @@ from rpf3d_core.hazard.maps import (
 from rpf3d_core.terrain.frame import FloatArray
 
 STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
-"""Of each rock's maximum in a cell, over the distinct rocks that came there; the order of bands."""
+"""Statistics of each rock's maximum in a cell, over the distinct rocks that came there; the order of bands."""
 
 
 class Quantity(NamedTuple):
-    """What a file or an array holds: its name, unit and meaning, and what it is where no rock came."""
+    """The content of a file or an array: its name, unit and meaning, and its value where no rock came."""
 
     name: str
     unit: str
@@ -44,20 +44,20 @@ HEIGHT = Quantity("height_m", "m", "vertical height above the terrain straight b
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
-    """Quantities with one number a cell that are not counts: arrays (S,), share (-) and s."""
+    """Return quantities with one number a cell that are not counts: arrays (S,), share (-) and s."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
 
 
 def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
-    """Quantities that are counts, arrays (S,)."""
+    """Return quantities that are counts, with arrays (S,)."""
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
-    """Quantities with a spread over rocks: J, m/s and m, arrays (S,)."""
+    """Return quantities with statistics over rocks: J, m/s and m, arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 
 def statistics_of(spread: CellStatistics) -> tuple[StatisticArray, ...]:
-    """The arrays (S,) of a spread in the order of `STATISTICS`, in its own unit."""
+    """Return the arrays (S,) of a quantity's statistics in the order of `STATISTICS`, in the quantity's unit."""
     return (spread.largest, spread.mean, spread.p50, spread.p90, spread.p95, spread.p99)

@@ -1,4 +1,4 @@
-"""The raster that a hazard map is drawn on: where its cells lie, how large they are, and what memory they take."""
+"""The raster of a hazard map: where its cells lie, how large they are, and how much memory they take."""
 
 import math
 from collections.abc import Iterator
@@ -13,34 +13,34 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 SMALLEST_CELL = 0.25
-"""m; a finer map than this tells of single rocks, not of a hazard."""
+"""Smallest cell that is chosen (m); a finer map shows single rocks, not a hazard."""
 
 STEPS = (1.0, 2.0, 5.0)
-"""Sizes above SMALLEST_CELL and 0.5 m are these times a power of ten: round numbers to count in on a map."""
+"""Cell sizes above SMALLEST_CELL and 0.5 m are these times a power of ten: round numbers to count in on a map."""
 
 MOST_CELLS = 4_000_000
-"""Of a raster whose cell nobody chose: 2 km by 2 km at 1 m, drawn and written in about a second."""
+"""Most cells of a raster whose cell the scene does not give: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
-"""Facets at least from which their usual size is told."""
+"""Fewest facets from which the typical size is estimated, if the terrain has as many."""
 
 GIGABYTE = 1e9
-"""Bytes, as on a memory's label; `memory_gb` counts so."""
+"""Bytes in a gigabyte, as on a memory's label and in `memory_gb`."""
 
 
 def raster_over(
     terrain: Terrain, cell: float | None = None, box: tuple[Vec, Vec] | None = None, least: float = 0.0
 ) -> Raster:
-    """The raster that covers a terrain in plan.
+    """Return the raster that covers a terrain in plan.
 
-    The borders of its cells lie on whole multiples of the cell in the input's coordinates, so that maps of two surveys
-    of one place lie cell on cell.
+    The borders of the cells lie on whole multiples of the cell in the input's coordinates, so that the cells of maps of
+    two surveys of one place coincide.
 
     Parameters
     ----------
-    cell : side of a cell, m; None for half the size of the median facet or less, and at most `MOST_CELLS` cells
-    least : where no cell is given, cells are no smaller (m), rounded up
-    box : corners of the terrain's box where they are known already, m
+    cell : side of a cell, m; None for at most half the size of the median facet, and at most `MOST_CELLS` cells
+    least : smallest cell (m) if no cell is given; rounded up
+    box : corners of the terrain's box if they are known already, m
     """
     low, high = _extent_of(terrain) if box is None else (np.array(corner[:2]) for corner in box)
     if cell is not None:
@@ -51,33 +51,34 @@ def raster_over(
 
 
 def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
-    """The corners (2,) m of the terrain in plan."""
+    """Return the lowest and the highest corner (2,) m of the terrain in plan."""
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]
     return np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
 
 
 def _finest_cell(terrain: Terrain) -> float:
-    """The largest round cell that is at most half as large as the median facet, m; `SMALLEST_CELL` if none is.
+    """Return the largest round cell (m) that is at most half as large as the median facet, or `SMALLEST_CELL`.
 
-    Finer than the facets, for a path is known far better than the ground: a berm as wide as a facet shows as such.
+    Finer than the facets, because a path is known far better than the ground: a berm as wide as a facet is then
+    visible.
     """
     return round_below(0.5 * typical_size(terrain))
 
 
 def round_below(size: float) -> float:
-    """The largest round cell (m) that is no larger than a size; `SMALLEST_CELL` if none is."""
+    """Return the largest round cell (m) that is no larger than a size; `SMALLEST_CELL` if there is none."""
     return max(takewhile(lambda cell: cell <= size, round_cells()), default=SMALLEST_CELL)
 
 
 def typical_size(terrain: Terrain) -> float:
-    """Side (m) of a square of two facets of the median area, told from facets evenly spread over the file's order."""
+    """Return the side (m) of a square of two facets of median area, from facets evenly spread over the file's order."""
     step = max(len(terrain.triangles) // SAMPLE, 1)
     areas = area_vectors(terrain.vertices, terrain.triangles[::step])
     return math.sqrt(2.0 * float(np.sqrt(np.median((areas**2).sum(axis=1)))))
 
 
 def round_cells() -> Iterator[float]:
-    """Sizes of cells, m, ascending without end: 0.25, 0.5, 1, 2, 5, 10, 20, ..."""
+    """Yield sizes of cells, m, ascending without end: 0.25, 0.5, 1, 2, 5, 10, 20, ..."""
     yield SMALLEST_CELL
     yield 2.0 * SMALLEST_CELL
     power = 1.0
@@ -91,15 +92,15 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 
     Parameters
     ----------
-    facets : number of them; the terrain has a map too, a cell a facet
+    facets : number of facets; the terrain has a map too, with one cell per facet
     memory_gb : allowed for all maps, 10^9 bytes
-    bytes_per_cell : that a tally keeps for a cell of the raster, and for a facet
+    bytes_per_cell : that a tally keeps for each cell of the raster, and for each facet
 
     Raises
     ------
     InputError
-        Says how much memory the maps would need, what is allowed, and which cell would fit; if none does, because
-        the facets alone need more, which `memory_gb` would.
+        Says how much memory the maps would need, what is allowed, and which cell would fit. If no cell fits, because
+        the facets alone need more, says which `memory_gb` would.
     """
     allowed = memory_gb * GIGABYTE / bytes_per_cell - facets
     if raster.nx * raster.ny <= allowed:
@@ -113,8 +114,8 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 
 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
-    """A cell that fits into `allowed` cells, or the memory that the least raster needs."""
-    if allowed < 4:  # the coarsest raster over a terrain that a corner of cells lies in
+    """Return which cell fits into `allowed` cells, or which memory the smallest raster needs."""
+    if allowed < 4:  # the coarsest raster over a terrain that contains a corner of cells
         least = _gigabytes((facets + 4) * bytes_per_cell)
         return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
     fits = next(size for size in round_cells() if size > raster.cell and _most_cells(raster, size) <= allowed)
@@ -122,19 +123,19 @@ def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) ->
 
 
 def _most_cells(raster: Raster, cell: float) -> int:
-    """No fewer cells of another size than cover the same ground, wherever their borders lie."""
+    """Return an upper bound of the number of cells of another size that cover the same area, wherever borders lie."""
     wide, high = (math.ceil(count * raster.cell / cell) + 1 for count in (raster.nx, raster.ny))
     return wide * high
 
 
 def _gigabytes(size: float) -> str:
-    """Bytes as GB with two significant digits or more, never rounded down."""
+    """Return bytes as GB with two significant digits or more, never rounded down."""
     digits = max(1, 1 - math.floor(math.log10(size / GIGABYTE)))
     return f"{math.ceil(size / GIGABYTE * 10**digits) / 10**digits:.{digits}f}"
 
 
 def _covering(terrain: Terrain, low: FloatArray, high: FloatArray, cell: float) -> Raster:
-    """The raster of a cell size over the box low (2,) to high (2,) m; a point on its rim is in a cell, too."""
+    """Return the raster of a cell size over the box low (2,) to high (2,) m; points on the box's rim are in a cell."""
     origin = np.array(terrain.frame.origin[:2])
     first = np.floor((low + origin) / cell)
     # A cell does not hold its upper border: a point on it belongs to the next one.

@@ -1,6 +1,7 @@
-"""Colour scales of hazard: the same in pictures and recordings, with round ends.
+"""Colour scales of hazard with round ends, the same in pictures and recordings.
 
-Reach probability and energy span powers of ten, so their scales are logarithmic; heights do not, so theirs is linear.
+Reach probability and energy span powers of ten, so their scales are logarithmic. Heights do not, so their scale is
+linear.
 """
 
 import math
@@ -14,23 +15,24 @@ from rpf3d_core.terrain.frame import FloatArray
 COLOURS = np.array(
     [(255, 240, 150), (254, 200, 70), (247, 140, 40), (225, 70, 40), (170, 20, 70), (90, 0, 90)], dtype=float
 )
-"""sRGB (6, 3), evenly spaced, from little to much: ever darker, so that it reads in grey and to the colour-blind."""
+"""sRGB (6, 3), evenly spaced, from low to high: ever darker, so that it reads in grey and for the colour-blind."""
 
 LEAST_REACH = 1e-5
-"""Lower end of the scale of reach probability (-): below, colours would have to tell a sixth power of ten apart."""
+"""Lower end of the scale of reach probability (-): below it, the colours would have to resolve a sixth power of ten."""
 
 LEAST_SHARE, MOST_SHARE = 1.0, 99.5
-"""Percentiles of a map's values between which its scale lies: single cells do not stretch it."""
+"""Percentiles of a map's values between which the scale lies: single cells do not stretch it."""
 
 ROUND = (1.0, 2.0, 5.0, 10.0)
+"""Factors of a power of ten at which a scale may end."""
 
 
 Values = NDArray[np.floating[Any]]
-"""In single or double precision."""
+"""Array in single or double precision."""
 
 
 class Scale(NamedTuple):
-    """From `low` to `high`, in the unit of the values; logarithmic or linear."""
+    """A colour scale from `low` to `high`, in the unit of the values; logarithmic or linear."""
 
     low: float
     high: float
@@ -38,9 +40,10 @@ class Scale(NamedTuple):
 
 
 def reach_scale(flown: int, share: Values) -> Scale:
-    """Of reach probabilities (C,) (-): from a round share at or below one rock of all flown, to one that none exceeds.
+    """Return the scale of reach probabilities (C,) (-).
 
-    At least a power of ten from end to end.
+    From a round share, at or below one rock of all flown, to a round share that no cell exceeds: at least a power of
+    ten.
     """
     low = max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10)))
     most = float(share.max(initial=0.0, where=np.isfinite(share)))
@@ -48,7 +51,7 @@ def reach_scale(flown: int, share: Values) -> Scale:
 
 
 def scale_of_energy(energy: Values) -> Scale:
-    """Of energies (C,), J, NaN where none is known: at least a power of ten from end to end."""
+    """Return the scale of energies (C,), J, NaN if unknown: at least a power of ten from end to end."""
     low, high = _range(energy)
     if high <= 0.0:
         return Scale(1e3, 1e6, True)
@@ -57,7 +60,7 @@ def scale_of_energy(energy: Values) -> Scale:
 
 
 def scale_of_passages(passages: Values) -> Scale:
-    """Of passages per metre (C,), 1/m, NaN where none are known: at least a power of ten from end to end."""
+    """Return the scale of passages per metre (C,), 1/m, NaN if unknown: at least a power of ten from end to end."""
     low, high = _range(passages)
     if high <= 0.0:
         return Scale(1e-5, 1e-2, True)
@@ -66,13 +69,13 @@ def scale_of_passages(passages: Values) -> Scale:
 
 
 def scale_of_height(height: Values) -> Scale:
-    """Of heights (C,), m, NaN where none is known: from the ground up."""
+    """Return the scale of heights (C,), m, NaN if unknown: from 0 up."""
     _, high = _range(height)
     return Scale(0.0, _rounded_up(high) if high > 0.0 else 1.0, False)
 
 
 def places(scale: Scale, values: Values) -> FloatArray:
-    """Where values (N,), in the scale's unit, lie on it, 0 to 1; NaN stays NaN."""
+    """Return the places on a scale, 0 to 1, of values (N,) in the scale's unit; NaN stays NaN."""
     if not scale.logarithmic:
         return np.clip((values - scale.low) / (scale.high - scale.low), 0.0, 1.0)
     bounded = np.clip(values, scale.low, scale.high)
@@ -80,20 +83,20 @@ def places(scale: Scale, values: Values) -> FloatArray:
 
 
 def colours_at(place: FloatArray) -> NDArray[np.uint8]:
-    """Colours (N, 3) sRGB at places (N,) of a scale, 0 to 1 (-)."""
+    """Return colours (N, 3) sRGB at places (N,) of a scale, 0 to 1 (-)."""
     stops = np.linspace(0.0, 1.0, len(COLOURS))
     return np.stack([np.interp(place, stops, channel) for channel in COLOURS.T], axis=-1).round().astype(np.uint8)
 
 
 def value_at(scale: Scale, place: float) -> float:
-    """The value at a place of a scale, 0 to 1, in the scale's unit."""
+    """Return the value at a place of a scale, 0 to 1, in the scale's unit."""
     if scale.logarithmic:
         return float(scale.low * (scale.high / scale.low) ** place)
     return scale.low + (scale.high - scale.low) * place
 
 
 def _range(values: Values) -> tuple[float, float]:
-    """Where nearly all known values (N,) lie, in their own unit; 0 to 0 if none is known."""
+    """Return the range of nearly all known values (N,), in their own unit; 0 to 0 if none is known."""
     known = values[np.isfinite(values)]
     if len(known) == 0:
         return 0.0, 0.0

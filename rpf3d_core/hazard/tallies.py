@@ -1,7 +1,7 @@
-"""Tallies of an ensemble while it flies: raster, facets, zones and areas of interest.
+"""Tallies of an ensemble while it flies: squares of the raster, facets, zones and areas of interest.
 
-Rocks are looked at batch by batch, on the thread that flew them, and forgotten: memory depends on the terrain and on
-the maps, not on the number of rocks.
+Rocks are examined batch by batch, on the thread that flew them, and then forgotten: memory depends on the terrain and
+on the maps, not on the number of rocks.
 """
 
 import math
@@ -29,12 +29,12 @@ from rpf3d_core.hazard.walks.visits import empty_visits
 from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
-"""Visits to one kind of cell that are gathered before they are folded in: 4 MB."""
+"""Visits to one kind of cell that are gathered before they are added to the tally: 4 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tallies:
-    """Counts over everything that hazard is told of. Call it with each batch of flown rocks; any thread may."""
+    """Counts of everything that hazard maps show. Call it with each batch of flown rocks, from any thread."""
 
     ground: WalkedTerrain
     areas: Areas
@@ -45,11 +45,11 @@ class Tallies:
     inside: CellTally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
-    spins: bool = False  # whether energies count rotation
-    barriers: Any = None  # a `hazard.barriers.BarrierTally` where the scene names some
+    spins: bool = False  # whether energies include rotation
+    barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
-        """Count N rocks in; their largest heights above the terrain (N,) m."""
+        """Count the N rocks of a batch; return their largest heights above the terrain (N,) m."""
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
         mass = releases.mass[batch.rows]
@@ -66,9 +66,9 @@ class Tallies:
         return heights
 
     def warm(self, wait: Callable[[], None] | None = None) -> float:
-        """Compile what counting needs; returns the seconds it took.
+        """Compile the functions that count; return the seconds it took.
 
-        wait : called before the loops that `loops` tells of are needed
+        wait : called before the loops that `loops` returns are needed
         """
         began = time.perf_counter()
         scratch = self._scratch()
@@ -81,28 +81,28 @@ class Tallies:
         return time.perf_counter() - began
 
     def loops(self) -> tuple[Call, Call]:
-        """The loops of `warm` that take longest to compile, with arguments."""
+        """Return the loops of `warm` that take longest to compile, with arguments."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
         visit = visit_all, (*self._arguments(scratch, NOTHING, nothing, self._no_spins), 0, nothing)
         return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
-        """Count in what another part of the same ensemble has counted."""
+        """Add the counts of another part of the same ensemble."""
         for mine, theirs in zip(self._tallies, other._tallies, strict=True):
             mine.add(theirs)
         if self.barriers is not None:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """The same counts over the ground that came of a change of facets; throw them away before rocks fly over it."""
+        """Return the same counts over the terrain after a change of facets; empty them before rocks fly over it."""
         cells = len(ground.facets.zone)
-        fits = cells <= len(self.facets.slot)  # so does the scratch, then, which is as long
+        fits = cells <= len(self.facets.slot)  # the scratch is as long as the slots, so it fits too
         self.facets.widened(cells)
         return replace(self, ground=ground, idle=self.idle if fits else queue.SimpleQueue())
 
     def maps(self, flown: int, area_names: tuple[str, ...], lost: int = 0) -> HazardMaps:
-        """The maps of an ensemble of which so many rocks have flown, and so many were lost to holes."""
+        """Return the maps of an ensemble of which `flown` rocks have flown and `lost` were lost to holes."""
         squares, facets, zones, inside = (layers_of(tally) for tally in self._tallies)
         zones, inside = without_passages(zones), without_passages(inside)
         barriers = () if self.barriers is None else self.barriers.figures
@@ -111,7 +111,7 @@ class Tallies:
         )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """As `maps`, of zones and areas of interest only: what is asked for again and again is quick."""
+        """Return maps as `maps` does, of zones and areas of interest only: quick enough to ask for repeatedly."""
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
@@ -123,10 +123,11 @@ class Tallies:
 
     @property
     def _no_spins(self) -> Any:
-        """What stands for the spins of a batch of no rocks."""
+        """The spins of a batch of no rocks; None if rocks do not spin."""
         return spins_squared(NOTHING, np.empty(0)) if self.spins else None
 
     def _scratch(self) -> Scratch:
+        """Return scratch that no thread uses, from the idle scratches or new."""
         try:
             return self.idle.get_nowait()
         except queue.Empty:
@@ -136,6 +137,7 @@ class Tallies:
             return Scratch(squares, facets, zones, areas, empty_spans())
 
     def _fold(self, scratch: Scratch) -> None:
+        """Add all visits of a scratch to the tallies."""
         kinds = (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
@@ -143,11 +145,12 @@ class Tallies:
     def _visit(
         self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any, begin: int, heights: FloatArray
     ) -> int:
+        """Gather the visits of the rocks from number `begin` on; return the number of the first rock without room."""
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
         return int(visit(*self._arguments(scratch, batch, mass, spins), begin, heights))
 
     def _arguments(self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any) -> tuple[Any, ...]:
-        """What `visit_all` is to be called with, but for the rocks to begin with."""
+        """Return the arguments of `visit_all` up to the number of the first rock."""
         written = (batch.counts, batch.finals, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
         ground = self.ground if self.compiled else plain_ground(self.ground)
@@ -155,7 +158,7 @@ class Tallies:
 
 
 def with_ways(tallies: Tallies) -> Tallies:
-    """Tallies with nothing counted yet that gather the lengths of ways inside the squares of the raster as well."""
+    """Return empty tallies that also gather the lengths of tracks inside the squares of the raster."""
     return replace(tallies, squares=tallies.squares.with_ways())
 
 
@@ -169,9 +172,9 @@ def tallies_over(
     limit: float,
     compiled: bool,
 ) -> Tallies:
-    """Tallies over a ground of so many zones with nothing counted yet.
+    """Return empty tallies over a terrain with `zones` zones.
 
-    scales : of squares and facets; fine : of zones and areas; limit : bytes that the bins of the former may take
+    scales : of squares and facets; fine : of zones and areas; limit : bytes for the bins of squares and facets
     """
     squares, facets = (
         CellTally(n, scales, 0.5 * limit, compiled)

@@ -1,10 +1,10 @@
-"""What all rocks together did in each cell of one kind: the visits of one rock after another, folded in.
+"""What all rocks together did in each cell of one kind: the sum of the visits of single rocks.
 
-Everything that is kept is a count, a largest or smallest value, or a sum of whole numbers, so the order of folding
-changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
+Everything that is kept is a count, a largest or smallest value, or a sum of whole numbers. So the order in which visits
+are added changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
 
-A visit costs as much as the memory it touches: so each cell's counts and sums fill one line of the cache (`lines.py`),
-its bins are bytes, and lines are asked for ahead of their use. What a byte cannot hold is carried (`carries.py`).
+The memory that a visit touches decides what it costs. So the counts and sums of a cell fill one cache line
+(`walks/cache_lines.py`), bins are bytes, and lines are prefetched. Overflows of a byte are carried (`carries.py`).
 """
 
 import math
@@ -40,29 +40,30 @@ from rpf3d_core.jit.memory import longer
 from rpf3d_core.jit.prefetch import prefetch
 
 FEWEST_SLOTS = 1024
+"""Slots when memory is first allocated, unless there are fewer cells."""
 GROWTH = 4
-"""Times as many slots once they are full: what is copied then stays a small part of all that was written."""
+"""Factor by which full slots grow: the copied bytes then stay a small part of all bytes written."""
 AHEAD = 32
-"""Visits whose memory is asked for before the first of them is folded: more than the processor looks ahead."""
+"""Visits whose memory is prefetched before the first of them is added: more than the processor looks ahead."""
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
-"""After so many mergings in pairs a bin is an octave wide."""
+"""Most mergings in pairs: after them a bin is an octave wide."""
 BYTES_PER_CELL = 132
-"""That every cell needs, whether rocks come to it or not: its place here, in the visits of a thread, in the sheet of
-facets, and, if they do, in layers."""
+"""Bytes that every cell needs, whether rocks come to it or not: for its slot number here, in the visits of a thread, in
+the sheet of facets, and in layers if rocks come."""
 BYTES_PER_SLOT = LINE + 4
-"""That a cell needs beside its bins once rocks have come to it."""
+"""Bytes that a cell needs in addition to its bins once rocks have come to it."""
 LEAST_SHARE = 0.2
-"""Of the memory for maps that bins may take, however little the cells leave."""
+"""Share of the memory for maps that bins may take, even if the cells leave less."""
 SUM_UNITS = 2.0**34
-"""A sum counts in units of the largest value over 2^34, so that 2^29 rocks fit in 64 bits."""
+"""Sums are counted in units of the largest value over 2^34, so that 2^29 rocks fit in 64 bits."""
 
 
 class Slots(NamedTuple):
-    """What is kept of S cells that rocks came to.
+    """The figures of S cells that rocks came to.
 
-    cell : (S,); lines : of each, its sums in units of `Scales.top` over SUM_UNITS
-    bins : (S, B) rocks in each bin of energy, then of speed, then of height, less what was carried
-    ways : (S, 2) as of `hazard.ways`; None where none are gathered
+    cell : (S,); lines : one cache line for each cell, with sums in units of `Scales.top` over SUM_UNITS
+    bins : (S, B) rocks in each bin of energy, then of speed, then of height, without carries
+    ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
     """
 
     cell: Any
@@ -72,7 +73,7 @@ class Slots(NamedTuple):
 
 
 class Ahead(NamedTuple):
-    """Scratch: where the visits at hand will be folded in.
+    """Scratch: where the next visits will be added.
 
     slot : (A,); values : (A, 3) energy, speed and height over `Scales.top`; bits : the same memory as whole numbers
     bins : (A, 3) the bin of each value
@@ -87,10 +88,10 @@ class Ahead(NamedTuple):
 class CellTally:
     """Counts over C cells of one kind.
 
-    Its bins take at most `limit` bytes: beyond that they are merged in pairs, at most until each is an octave wide.
-    Because that depends on nothing but the cells that rocks came to, the result still does not depend on their order.
-    compiled : False where so few rocks come that plain Python is done before the loop has been compiled
-    ways : whether the lengths of ways inside cells are gathered
+    Bins take at most `limit` bytes. Beyond that they are merged in pairs, at most until each is an octave wide. The
+    merging depends only on the cells that rocks came to, so the result does not depend on the order of the rocks.
+    compiled : False if so few rocks come that plain Python finishes before the loop is compiled
+    ways : whether the lengths of tracks inside cells are gathered
     """
 
     def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True, ways: bool = False) -> None:
@@ -104,9 +105,9 @@ class CellTally:
         self._lock = threading.Lock()
 
     def emptied(self, scales: Scales, limit: float) -> "CellTally":
-        """A tally of the same cells with nothing counted yet, in the memory of this one, which is not to be used again.
+        """Return an empty tally of the same cells that reuses this tally's memory; do not use this tally afterwards.
 
-        What it costs depends on the cells that rocks came to, not on how many there are.
+        The cost depends on the cells that rocks came to, not on the number of all cells.
         """
         fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1
@@ -114,20 +115,20 @@ class CellTally:
         return fresh
 
     def widened(self, cells: int) -> None:
-        """Make room for more cells; nothing where there is enough."""
+        """Make room for `cells` cells in all, if there is less."""
         self.slot = longer(self.slot, cells, -1)
 
     @property
     def ways(self) -> bool:
-        """Whether the lengths of ways inside cells are gathered."""
+        """True if the lengths of tracks inside cells are gathered."""
         return self.slots.ways is not None
 
     def with_ways(self) -> "CellTally":
-        """A tally of the same cells, with nothing counted yet, that gathers the lengths of ways inside them."""
+        """Return an empty tally of the same cells that gathers the lengths of tracks inside them."""
         return CellTally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
-        """Fold the visits of whole rocks in, and forget them; any thread may call."""
+        """Add the visits of whole rocks to the tally and empty `visits`; any thread may call."""
         used = int(visits.state[USED])
         with self._lock:
             self._take_in(visits.cell[:used])
@@ -138,12 +139,12 @@ class CellTally:
         visits.state[:] = 0
 
     def loop(self, visits: Visits) -> Call:
-        """The loop of `fold`, with arguments: no visits."""
+        """Return the compiled loop of `fold` with arguments: no visits."""
         full = self.carries.room_for(0)
         return _fold, (self.slot, self.slots, visits, 0, self.scales, self.merges, self._ahead, full)
 
     def add(self, other: "CellTally") -> None:
-        """Fold another tally of the same cells and scales in: the same bits as if its rocks had been folded here."""
+        """Add another tally of the same cells and scales: the same bits as if its rocks had been counted here."""
         with self._lock:
             self._take_in(other.slots.cell[: other.used])
             while self.merges < other.merges:
@@ -160,21 +161,22 @@ class CellTally:
             self.carries.add_bins(self.slots.bins, place, bins)
 
     def found(self) -> Found:
-        """What is kept of the S cells that rocks came to, in order of cell; for their bins see `bins_found`."""
+        """Return the figures of the S cells that rocks came to, in order of cell, without bins (see `bins_found`)."""
         order, ways = self._order(), self.slots.ways
         found = found_in(self.slots.lines, self.slots.cell[order], order)
         return found if ways is None else found._replace(ways=ways[order])
 
     def bins_found(self, some: NDArray[np.intp] | None = None) -> Iterator[NDArray[np.uint32]]:
-        """The bins of those cells with all that was carried, (N, B) at a time: all at once would fill memory.
+        """Yield the bins of these cells including carries, (N, B) at a time: all at once would fill the memory.
 
-        some : numbers of those that are asked for, among those of `found`; None for all
+        some : numbers of the wanted cells among those of `found`; None for all
         """
         order = self._order() if some is None else self._order()[some]
         for begin in range(0, len(order), AT_ONCE):
             yield self.carries.whole(self.slots.bins, order[begin : begin + AT_ONCE])
 
     def _order(self) -> NDArray[np.int64]:
+        """Return the slots in order of cell."""
         return np.argsort(self.slots.cell[: self.used], kind="stable")
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
@@ -189,13 +191,14 @@ class CellTally:
         self.slots.cell[first : self.used] = self._fresh[:new]
 
     def _new_cells(self, cells: NDArray[np.int32]) -> int:
-        """Number the cells that have no slot yet, which are then the first of `_fresh`; how many."""
+        """Number the cells without a slot, write them to the start of `_fresh`, and return their number."""
         if len(self._fresh) < len(cells):
             self._fresh = np.empty(len(cells), dtype=np.int32)
         number = _number if self.compiled else _number.py_func  # type: ignore[attr-defined]
         return int(number(self.slot, cells, self.used, self._fresh))
 
     def _grow(self, room: int) -> None:
+        """Move all slots into memory for `room` slots."""
         grown, used = empty_slots(room, self.slots.bins.shape[1], self.ways), len(self.slots.cell)
         grown.cell[:used], grown.bins[:used] = self.slots.cell, self.slots.bins
         grown.lines.long[:used] = self.slots.lines.long
@@ -204,13 +207,14 @@ class CellTally:
         self.slots = grown
 
     def _merge_bins(self) -> None:
+        """Merge the bins of all slots in pairs."""
         self.merges += 1
         bins, self.carries = in_pairs(self.slots.bins, self.carries)
         self.slots = self.slots._replace(bins=bins)
 
 
 def empty_slots(room: int, bins: int, ways: bool = False) -> Slots:
-    """Room for S cells with B bins each, and their ways where asked for; what is not used yet takes no memory."""
+    """Return room for S cells with B bins each, and track lengths if asked for; unused slots take no memory."""
     lengths = np.zeros((room, 2), dtype=np.int64) if ways else None
     return Slots(np.empty(room, dtype=np.int32), empty_lines(room), np.zeros((room, bins), dtype=np.uint8), lengths)
 
@@ -222,7 +226,7 @@ def _nothing_ahead() -> Ahead:
 
 @loop
 def _number(slot: Any, cells: Any, used: int, fresh: Any) -> int:
-    """Give the slots from `used` on to cells that have none, as they come, and write them to fresh; how many."""
+    """Give slots from number `used` on to cells that have none, in order, and write these to fresh; return how many."""
     new = 0
     for k in range(len(cells)):
         if slot[cells[k]] < 0:
@@ -236,9 +240,10 @@ def _number(slot: Any, cells: Any, used: int, fresh: Any) -> int:
 def _fold(
     slot: Any, slots: Slots, visits: Visits, used: int, scales: Scales, merges: int, ahead: Ahead, full: Any
 ) -> int:  # fmt: skip
-    """Add up the first `used` visits, each one rock's to one cell; how many bins came full, whose places are in full.
+    """Add the first `used` visits, each of one rock to one cell; return the number of bins that overflowed.
 
-    A place is that of a byte in `bins`: slot times bins plus bin. A byte that would reach 256 begins again at 0.
+    The places of these bins are written to full. A place is that of a byte in `bins`: slot times bins plus bin. A byte
+    that would reach 256 begins again at 0.
     """
     carried = 0
     for first in range(0, used, AHEAD):
@@ -265,7 +270,7 @@ def _fold(
 def _look_ahead(
     slot: Any, slots: Slots, visits: Visits, first: int, count: int, scales: Scales, merges: int, ahead: Ahead
 ) -> None:
-    """Find where the next visits will be folded in, and ask for that memory, so that all of it comes together."""
+    """Find where the next visits will be added, and prefetch that memory, so that all of it arrives together."""
     offsets = (0, scales.bins[0], scales.bins[0] + scales.bins[1])
     per_top = (1.0 / scales.top[0], 1.0 / scales.top[1], 1.0 / scales.top[2])
     for a in range(count):
@@ -287,7 +292,7 @@ def _look_ahead(
 
 @kernel
 def _add_to_line(lines: CacheLines, s: int, visits: Visits, k: int, values: Any, a: int) -> None:
-    """Add visit k to line s; values : (A, 3) its energy, speed and height over `Scales.top`, in row a."""
+    """Add visit k to line s; values : (A, 3) energy, speed and height over `Scales.top`, the visit's in row a."""
     t, speed2 = np.float32(visits.times[k, FIRST]), visits.most[k, SPEED2]
     if lines.short[s, LINE_ROCKS] == 0 or t < lines.single[s, LINE_FIRST]:
         lines.single[s, LINE_FIRST] = t

@@ -1,6 +1,6 @@
-"""Hazard zones: which cells of the raster a level of reach probability or a class of a matrix takes in.
+"""Hazard zones: the cells of the raster that belong to a level of reach probability or to a class of a matrix.
 
-No level, class or threshold of any country or mine stands here: the scene names them all.
+No level, class or threshold of any country or mine is built in: the scene names them all.
 """
 
 from collections.abc import Sequence
@@ -19,12 +19,13 @@ Flags = NDArray[np.bool_]
 class Matrix(NamedTuple):
     """Classes by energy and reach probability.
 
-    energy_levels (J) and probability_levels (-) : ascending; n levels part n + 1 bands, and a level belongs to the
+    energy_levels (J) and probability_levels (-) : ascending; n levels separate n + 1 bands, and a level belongs to the
         band above it
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
         lowest; None for no zone. One name may stand in several places.
     percentile : of energy, one of `maps.PERCENTILES`
-    object_width : m, of what may be hit: probabilities are of hitting it; None for those of reaching a cell
+    object_width : m, of the object that may be hit: probabilities are then of hitting it; None for those of reaching a
+        cell
     """
 
     energy_levels: tuple[float, ...]
@@ -35,19 +36,19 @@ class Matrix(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Of the classes, in order of first mention, from the highest energy and probability down."""
+        """Names of the classes, in order of first mention, from the highest energy and probability down."""
         named = [name for row in reversed(self.classes) for name in reversed(row) if name is not None]
         return list(dict.fromkeys(named))
 
 
 class Zone(NamedTuple):
-    """Cells that belong together.
+    """Cells of one level or one class.
 
     kind : "reach_probability", all cells of at least a level (zones of lower levels contain those of higher ones), or
         "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
-    cells : (C,) flag of each cell; guessed : how many of them took the largest energy for want of a percentile
-    object_width : m, that the probabilities of a class are for; None where they are those of reaching a cell, which
+    cells : (C,) flag of each cell; guessed : number of these cells whose largest energy replaces a missing percentile
+    object_width : m, of the object for the probabilities of a class; None if they are those of reaching a cell, which
         grow with the cell
     """
 
@@ -60,16 +61,16 @@ class Zone(NamedTuple):
 
 
 def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
-    """A zone for each level (-) of reach probability, in the order given; of one that no cell has, without cells."""
+    """Return a zone for each level (-) of reach probability, in the order given; it may have no cells."""
     share = reach_probability(maps.cells, maps.flown)
     return [Zone("reach_probability", level, None, _flags(maps, share >= level)) for level in levels]
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
-    """A zone for each class of a matrix, the highest first, in cells that rocks came to.
+    """Return a zone for each class of a matrix, the highest first, of cells that rocks came to.
 
-    Fewer than 20 rocks have no percentile: such a cell takes its largest energy instead, which is never below the
-    percentile, and its zone says how many did. To leave it out would be to call it safe.
+    A cell with fewer than 20 rocks has no percentile. Such a cell takes its largest energy instead, which is never
+    below the percentile, and the zone counts such cells. To leave the cell out would be to call it safe.
     """
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)
@@ -87,12 +88,12 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
 
 
 def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
-    """Flags (C,) of all cells from those (S,) of the cells that rocks came to."""
+    """Return flags (C,) of all cells from flags (S,) of the cells that rocks came to."""
     return maps.cells.everywhere(belongs, False)
 
 
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
-    """The percentile of energy (S,) J, the largest where there is none, and a flag (S,) of where that is so."""
+    """Return the percentile of energy (S,) J, or the largest energy if there is none, and flags (S,) of the latter."""
     energy = getattr(maps.cells.energy, f"p{percentile}")
     guessed = np.isnan(energy)
     return np.where(guessed, maps.cells.energy.largest, energy), guessed

@@ -1,1 +1,1 @@
-"""Walk the track of a rock over cells and facets, and gather what it does there."""
+"""Walk the track of a rock over cells and facets, and gather the rock's visits to them."""

@@ -1,7 +1,8 @@
 """Walk a track from facet to facet over their sides, where the terrain is one sheet in plan.
 
-Corners lie to the left of the track's line in plan or to the right; one on the line counts as left. So the line crosses
-each facet from one side to one other, and neighbours agree on where, however thin they are.
+Each corner of a facet lies to the left or right of the track's line in plan; a corner on the line counts as left. So
+the line enters and leaves each facet through exactly one side each, and neighbours agree on where, however thin they
+are.
 """
 
 from typing import Any, NamedTuple
@@ -21,11 +22,11 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH
 
 NOWHERE = -1
-"""No facet from which a track could be walked."""
+"""No facet: the track cannot be walked from here."""
 
 
 class Way(NamedTuple):
-    """Where the line of a track crosses facet f: from the entry to the exit through side k.
+    """Crossing of facet f by the line of a track, which leaves the facet through side k.
 
     al, cl, ar, cr : places along and across the line (`over_facet.along_across`) of the corners to the left and right
     of the exit, m^2/s
@@ -40,10 +41,11 @@ class Way(NamedTuple):
 
 
 NO_WAY = Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+"""No crossing of any facet."""
 
 
 class Cursor(NamedTuple):
-    """The square that a track is over: its column and row, when it leaves them (s), and the rock's visit to it."""
+    """The square that a track is over: its column and row, when the track leaves them (s), and the rock's visit."""
 
     i: int
     j: int
@@ -56,10 +58,10 @@ class Cursor(NamedTuple):
 def walk_sheet(
     ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float, at: int
 ) -> tuple[int, float]:
-    """Visit every facet that the track passes over, and its zone; tell the squares how high above it the rock was.
+    """Visit every facet that the track passes over, and its zone; record the height above the facets in the squares.
 
-    at : the facet that the track may begin over, NOWHERE if it is not known
-    Returns the facet that it ends over and its duration (s), or NOWHERE and how far it was walked.
+    at : the facet over which the track may begin, NOWHERE if unknown
+    Returns the facet over which the track ends and its duration (s), or NOWHERE and the time to which it was walked.
     """
     arc = track.arc
     speed2, walked = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1], 0.0
@@ -83,7 +85,7 @@ def walk_sheet(
 
 @kernel
 def _way_from(ground: WalkedTerrain, arc: Arc, at: int) -> Way:
-    """The way over the facet that an arc begins over: `at`, or else one of those in the bucket of its start."""
+    """Return the crossing of the facet over which an arc begins: `at`, or else a facet in the bucket of its start."""
     way = _way_over(ground, arc, at) if at != NOWHERE else NO_WAY
     locator = ground.locator
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
@@ -98,9 +100,10 @@ def _way_from(ground: WalkedTerrain, arc: Arc, at: int) -> Way:
 
 @kernel
 def _way_over(ground: WalkedTerrain, arc: Arc, f: int) -> Way:
-    """The way over facet f; NOWHERE unless the line of the arc crosses it and enters it no later than the arc begins.
+    """Return the crossing of facet f by the line of an arc; NO_WAY unless the line enters f by the start of the arc.
 
-    Where it has been left by then, the way goes on over the facets beyond.
+    Returns NO_WAY also if other facets lie above or below f. If the line has left f by the start of the arc, the walk
+    goes on over the facets beyond.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)
@@ -119,7 +122,7 @@ def _way_over(ground: WalkedTerrain, arc: Arc, f: int) -> Way:
 
 @kernel
 def _way_beyond(ground: WalkedTerrain, arc: Arc, way: Way) -> Way:
-    """The way over the facet beyond the exit. Its own side m runs from the corner on the left to that on the right."""
+    """Return the crossing of the facet beyond the exit. The facet's side m runs from the left corner to the right."""
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
         return NO_WAY
@@ -135,7 +138,7 @@ def _pass_over(
     ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     f: int, low: float, high: float, cursor: Cursor,
 ) -> Cursor:  # fmt: skip
-    """Visit facet f and its zone between two times of a track (s), and tell the squares how high above f it was."""
+    """Visit facet f and its zone between two times of a track (s), and record the height above f in the squares."""
     c, b = above_plane(ground.facets, f, track.arc)
     gravity, begin, most = track.arc.gravity, low, -np.inf
     while True:
@@ -159,7 +162,7 @@ def _pass_over(
 
 @kernel
 def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
-    """The square that a track begins over."""
+    """Return the square over which a track begins."""
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)
@@ -168,7 +171,7 @@ def _cursor_at(raster: Raster, squares: Visits, track: Track) -> Cursor:
 
 @kernel
 def _next_cursor(raster: Raster, squares: Visits, track: Track, cursor: Cursor) -> Cursor:
-    """The square that a track comes to next."""
+    """Return the square that a track reaches next."""
     v = track.arc.v
     i, j = next_square(cursor.i, cursor.j, cursor.leave_i, cursor.leave_j, v)
     return _cursor(raster, squares, track, i, j, pace_of(v[0]), pace_of(v[1]))

@@ -1,7 +1,7 @@
-"""Walk a track over facets bucket by bucket, whatever the terrain: overhangs, holes, one terrain above another.
+"""Walk a track over facets bucket by bucket, on any terrain: overhangs, holes, one terrain above another.
 
-What is under a rock is what lies straight below it, in plan: on a bench face as steep as 70 degrees a raster tells
-little, the facets tell where it flew. A vertical facet has no plan; only an impact is a visit to it.
+The facet under a rock is the facet straight below it in plan. On a bench face as steep as 70 degrees a raster shows
+little; the facets show where the rock flew. A vertical facet has no area in plan: only an impact is a visit to it.
 """
 
 from typing import Any, NamedTuple
@@ -21,16 +21,16 @@ from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
 OVERLAP = 1e-9
-"""Share of a stretch of track that two facets may seem to have in common by rounding."""
+"""Share of the duration of a part of a track by which two facets may seem to overlap because of rounding."""
 ROOM = 4096
-"""Facets under one stretch of track at most: a bucket of survey terrain has a dozen."""
+"""Most facets under a part of a track over one bucket: a bucket of survey terrain has a dozen."""
 
 
 class Spans(NamedTuple):
-    """Scratch: facets under a stretch of track.
+    """Scratch: the facets under a part of a track.
 
-    facet : (M,); times : (M, 3) from when to when it is over each (s into the track), and how high above it at most (m)
-    cuts : (2 M,) these times in order
+    facet : (M,); times : (M, 3) begin and end over each facet (s into the track), and largest height above it (m)
+    cuts : (2 M,) begins and ends in order
     """
 
     facet: Any
@@ -39,7 +39,7 @@ class Spans(NamedTuple):
 
 
 def empty_spans() -> Spans:
-    """Room for the facets under a stretch of track."""
+    """Return room for the facets under a part of a track."""
     return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 3)), np.empty(2 * ROOM))
 
 
@@ -48,7 +48,7 @@ def walk_buckets(
     ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     begin: float,
 ) -> None:  # fmt: skip
-    """Visit every facet that the track passes over from `begin` (s) on, and its zone; tell the squares its height."""
+    """Visit every facet that the track passes over from `begin` (s) on, and its zone; record heights in the squares."""
     locator, x, v = ground.locator, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * begin, locator.x, locator.cell, locator.nx)
     j = square_at(x[1] + v[1] * begin, locator.y, locator.cell, locator.ny)
@@ -70,7 +70,7 @@ def _visit_bucket(
     ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     i: int, j: int, begin: float, leave: float,
 ) -> None:  # fmt: skip
-    """Visit the facets under the stretch of track that lies over the bucket in column i and row j."""
+    """Visit the facets under the part of the track that lies over the bucket in column i and row j."""
     used = _spans_over(ground, spans, track, i, j, begin, leave)
     if _overlapping(spans, used, OVERLAP * (leave - begin)):
         _visit_what_is_below(ground, spans, used, squares, facets, zones, track, mass)
@@ -91,9 +91,9 @@ def _visit_what_is_below(
     track: Track,
     mass: float,
 ) -> None:
-    """Where facets overlap in plan (an overhang, two terrains, a track on an edge) only what is straight below counts.
+    """Visit only the facets straight below, where facets overlap in plan: overhang, two terrains, track on an edge.
 
-    That changes only where one of them begins or ends: in between it is asked once.
+    The facet straight below changes only where a facet begins or ends: between these times one query is enough.
     """
     cuts = _sorted_cuts(spans, used)
     for c in range(cuts - 1):
@@ -107,7 +107,7 @@ def _visit_what_is_below(
 
 @kernel
 def _sorted_cuts(spans: Spans, used: int) -> int:
-    """Put the times at which spans begin and end in order; how many."""
+    """Sort the times at which spans begin and end into `cuts`; return their number."""
     for s in range(2 * used):
         time, k = spans.times[s // 2, s % 2], s
         while k > 0 and spans.cuts[k - 1] > time:
@@ -119,7 +119,7 @@ def _sorted_cuts(spans: Spans, used: int) -> int:
 
 @kernel
 def _overlapping(spans: Spans, used: int, slack: float) -> bool:
-    """Whether two of the spans have more than `slack` (s) in common."""
+    """True if two of the spans overlap by more than `slack` (s)."""
     for s in range(used):
         for r in range(s):
             if min(spans.times[s, 1], spans.times[r, 1]) - max(spans.times[s, 0], spans.times[r, 0]) > slack:
@@ -132,7 +132,7 @@ def _visit_span(
     ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
     f: int, low: float, high: float, height: float,
 ) -> None:  # fmt: skip
-    """Visit facet f and its zone between two times of a track (s), in which it is `height` (m) above f at most."""
+    """Visit facet f and its zone between two times of a track (s), during which it is at most `height` (m) above f."""
     speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
     k = visit_for(facets, f, t, until, speed2, height, mass)
     note_track_energy(facets.energy2, k, track, low, high)
@@ -143,7 +143,7 @@ def _visit_span(
 
 @kernel
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
-    """Find the facets of a bucket that lie under a stretch of track, and are not above it as a roof is; how many."""
+    """Find the facets of a bucket under a part of a track, but not those above the track; return their number."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
     probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
@@ -167,9 +167,9 @@ def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: in
 def _note_heights(
     ground: WalkedTerrain, squares: Visits, track: Track, f: int, low: float, high: float, most: float
 ) -> None:
-    """Tell the squares between two times of a track how high above facet f the rock was in each.
+    """Record in the squares between two times of a track how high the rock was above facet f in each.
 
-    most : the largest of these heights (m), which a track that stays in one square had there
+    most : the largest of these heights (m), which applies to a track that stays in one square
     """
     raster, x, v = ground.raster, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * low, raster.x, raster.cell, raster.nx)

@@ -1,7 +1,7 @@
-"""What is kept of a cell beside its bins: one line of the cache, 64 bytes that are fetched and written back as one.
+"""The figures of a cell without its bins, in one cache line of 64 bytes, which is fetched and written back as one.
 
-Counts that may exceed 2^32 and sums have 64 bits; distinct rocks and deposits, of which there are no more than rocks,
-have 32, and largest values single precision. So the same memory is looked at as three arrays.
+Sums, and counts that may exceed 2^32, have 64 bits. Distinct rocks and deposits, which never exceed the rocks, have 32
+bits. Largest values have single precision. So three arrays view the same memory.
 """
 
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ import numpy as np
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 
 LINE = 64
-"""Bytes."""
+"""Bytes of a cache line."""
 LINE_ROCKS, LINE_DEPOSITS = 0, 1
 """Columns of `CacheLines.short`."""
 LINE_PASSAGES, LINE_IMPACTS, LINE_SUMS = 1, 2, 3
@@ -21,7 +21,7 @@ LINE_MOST, LINE_FIRST = 12, 15
 
 
 class CacheLines(NamedTuple):
-    """S lines, seen as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as single precision (S, 16)."""
+    """S cache lines, viewed as whole numbers of 64 bits (S, 8), of 32 bits (S, 16), and as single precision (S, 16)."""
 
     long: Any
     short: Any
@@ -29,12 +29,12 @@ class CacheLines(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What is kept of S cells, column by column.
+    """The figures of S cells without bins, column by column.
 
     cell : (S,); rocks, passages, impacts, deposits : (S,) counts
     sums : (S, 3) of energy, speed and height, in the tally's units; most : (S, 3) float32, the largest of each, J, m/s
     and m; first : (S,) float32, earliest arrival, s
-    ways : (S, 2) as of `hazard.ways`; None where none are gathered
+    ways : (S, 2) as in `hazard.walks.ways`; None if not gathered
     """
 
     cell: IntArray
@@ -49,16 +49,16 @@ class Found(NamedTuple):
 
 
 def empty_lines(room: int) -> CacheLines:
-    """CacheLines of cells that no rock has come to; what is not used yet takes no memory."""
+    """Return cache lines of S cells that no rock has come to; unused lines take no memory."""
     words = LINE // 8
     memory = np.zeros((room + 1) * words, dtype=np.int64)
-    ahead = -memory.ctypes.data % LINE // 8  # a line that began elsewhere would lie on two lines of the cache
+    ahead = -memory.ctypes.data % LINE // 8  # so that each line fills exactly one line of the cache
     long = memory[ahead : ahead + room * words].reshape(room, words)
     return CacheLines(long, long.view(np.uint32), long.view(np.float32))
 
 
 def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
-    """What lines at some places (N,) hold of their cells (N,)."""
+    """Return the figures that the lines at some places (N,) hold of their cells (N,)."""
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
     return Found(
@@ -69,9 +69,9 @@ def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
 
 
 def add_found(lines: CacheLines, place: IntArray, found: Found) -> None:
-    """Add what was found of N cells to the lines at distinct places (N,).
+    """Add the figures of N cells to the lines at distinct places (N,).
 
-    Counts and sums add up; the largest values and the earliest arrival stay.
+    Counts and sums add up; the largest values and the earliest arrival are kept.
     """
     single = lines.single[place]
     fresh = lines.short[place, LINE_ROCKS] == 0

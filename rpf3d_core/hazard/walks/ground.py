@@ -1,4 +1,4 @@
-"""What a track is walked over."""
+"""The terrain, index and raster over which tracks are walked."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from rpf3d_core.terrain.facets import Facets, plain
 
 
 class WalkedTerrain(NamedTuple):
-    """The terrain with its buckets, how its facets hang together in plan, and the raster of the maps."""
+    """The facets with their buckets, the neighbours of facets in plan, and the raster of the maps."""
 
     facets: Facets
     locator: BucketLocator
@@ -19,15 +19,18 @@ class WalkedTerrain(NamedTuple):
 
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
-    """A ground that no track has been walked over yet."""
+    """Return a walked terrain whose sheet is still unknown."""
     return WalkedTerrain(facets, locator, unknown_sheet(facets, locator), raster)
 
 
 def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: Block) -> WalkedTerrain:
-    """The ground after facets in some buckets have changed; `before`, in whose memory it lies, is not to be used."""
+    """Return the walked terrain after facets in some buckets have changed; do not use `before` afterwards.
+
+    The result reuses the memory of `before`.
+    """
     return WalkedTerrain(facets, locator, sheet_after(before.sheet, facets, locator, changed), before.raster)
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:
-    """The same for plain Python, which reads single numbers faster from memoryviews than from arrays."""
+    """Return the walked terrain for plain Python, which reads single numbers faster from memoryviews than arrays."""
     return ground._replace(facets=plain(ground.facets), sheet=plain(ground.sheet))

@@ -1,4 +1,4 @@
-"""An arc over one facet: from when to when in plan, and how high above it. Exact times, no samples."""
+"""An arc over one facet: the times over it in plan, and the height above it. Exact times, no samples."""
 
 import math
 
@@ -12,15 +12,15 @@ from rpf3d_core.vectors import dot, subtract
 
 VERTICAL = 1e-7
 """Cosine of the angle to the vertical below which a facet has no plan: 20 m of wall would be 2 um wide there, and the
-height above its plane nothing but rounding."""
+height above its plane would be pure rounding."""
 
 
 @kernel
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
-    """From when to when, between two times (s), an arc passes over facet f in plan; the end before the begin if never.
+    """Return from when to when (s), between two times, an arc passes over facet f in plan; (inf, -inf) if never.
 
-    The straight line that the arc is in plan enters and leaves a triangle through those edges whose ends lie on either
-    side of it; where it does is told from the places of the two ends along and across the line.
+    The arc is a straight line in plan. The line enters and leaves a triangle through the edges whose ends lie on either
+    side of it; the places of these ends along and across the line give the crossing.
     """
     if abs(stored_normal(facets, f)[2]) <= VERTICAL:
         return math.inf, -math.inf
@@ -40,7 +40,10 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
 
 @kernel
 def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float]:
-    """Place of corner k of facet f along the line of an arc in plan and to its left, from its start (m^2/s)."""
+    """Return how far corner k of facet f lies along an arc's line in plan and left of it, from its start (m^2/s).
+
+    Both are distances (m) times the arc's speed in plan (m/s).
+    """
     p = corner(facets, f, k)
     x, y = p[0] - arc.x[0], p[1] - arc.x[1]
     return x * arc.v[0] + y * arc.v[1], y * arc.v[0] - x * arc.v[1]
@@ -48,9 +51,10 @@ def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float
 
 @kernel
 def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
-    """Place along the line at which it crosses an edge, from the places of its ends along and across it.
+    """Return the place along the line at which it crosses an edge, from the ends' places along and across the line.
 
-    The same whichever end comes first, so neighbours agree on where the one ends and the other begins.
+    The result is the same whichever end comes first, so neighbouring facets agree on where one ends and the next
+    begins.
     """
     if across_a < across_b:
         a, across_a, b, across_b = b, across_b, a, across_a
@@ -59,7 +63,7 @@ def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
 
 @kernel
 def _holds(facets: Facets, f: int, x: Vec) -> bool:
-    """Whether a point lies over facet f in plan, its rim included."""
+    """True if a point lies over facet f in plan, including its rim."""
     side = math.copysign(1.0, stored_normal(facets, f)[2])
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -70,16 +74,16 @@ def _holds(facets: Facets, f: int, x: Vec) -> bool:
 
 @kernel
 def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
-    """Largest vertical height (m) of an arc above the plane of f between two times; negative if it stays below it."""
+    """Return the largest height (m) of an arc above the plane of f between two times (s); negative if always below."""
     c, b = above_plane(facets, f, arc)
     return largest_above(c, b, arc.gravity, low, high)
 
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Vertical height (m) of an arc above the plane of f when it begins, and how fast that grows then (m/s).
+    """Return the vertical height (m) of an arc's start above the plane of f, and its rate of change there (m/s).
 
-    After t it is c + b t - g t^2 / 2.
+    After t (s) the height is c + b t - g t^2 / 2.
     """
     n = stored_normal(facets, f)
     return dot(n, subtract(arc.x, corner(facets, f, 0))) / n[2], dot(n, arc.v) / n[2]
@@ -87,7 +91,7 @@ def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
 
 @kernel
 def largest_above(c: float, b: float, g: float, low: float, high: float) -> float:
-    """Largest height c + b t - g t^2 / 2 (m) between two times (s): at one of them or, where b = g t, in between."""
+    """Return the largest height c + b t - g t^2 / 2 (m) between two times (s): at either or, where b = g t, between."""
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)

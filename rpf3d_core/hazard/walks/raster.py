@@ -9,7 +9,7 @@ from rpf3d_core.jit.dispatch import kernel
 
 @kernel
 def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> None:
-    """Visit every square that the track crosses; one that it touches at a corner only is not visited."""
+    """Visit every square that the track crosses, but not a square that it only touches at a corner."""
     x, v = track.arc.x, track.arc.v
     i = square_at(x[0], raster.x, raster.cell, raster.nx)
     j = square_at(x[1], raster.y, raster.cell, raster.ny)

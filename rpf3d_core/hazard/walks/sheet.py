@@ -1,11 +1,11 @@
-"""Where the terrain is one sheet in plan: which facet lies beyond each side of a facet, with nothing above or below.
+"""Where the terrain is one sheet in plan: the facet beyond each side of a facet, with nothing above or below it.
 
-Over such a sheet a track goes from facet to facet and need not look into buckets. What is asked is found out once and
-kept; rocks come to few of a mine's millions of facets. Threads may find the same at the same time: they write the
-same numbers.
+Over such a sheet a track goes from facet to facet without searching buckets. Each answer is computed once and kept,
+because rocks come to few of a mine's millions of facets. Threads may compute the same answer at the same time: they
+write the same numbers.
 
-A bucket is clear if no border or fold of the terrain runs through it and one facet, no more, lies over its middle. In
-plan the number of facets over a place changes only at borders and folds, so there is one everywhere in the bucket.
+A bucket is clear if no border or fold of the terrain runs through it and exactly one facet lies over its middle. In
+plan the number of facets over a place changes only at borders and folds, so it is one everywhere in the bucket.
 """
 
 from typing import Any, NamedTuple
@@ -25,19 +25,20 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Vec
 
 UNKNOWN, YES, NO = 0, 1, 2
+"""Answers that a `Sheet` keeps."""
 NOTHING = -1
-"""Beyond a side: a border, more than one facet, or one that is wound the other way."""
+"""Beyond a side: a border, more than one facet, or a facet that is wound the other way."""
 CROWDED = 64
-"""Facets in a bucket beyond which it is not asked whether it is clear: each is held against all others there, and where
-a fine mesh lies in cells made for a coarse one that would be millions of pairs."""
+"""Facets in a bucket above which the bucket counts as not clear without a test. The test compares all facets in pairs:
+millions of pairs, where a fine mesh lies in cells made for a coarse mesh."""
 MIDDLE = (0.5137, 0.5071)
-"""Of a bucket, in cells: beside the exact middle, where edges of regular terrains like to run."""
+"""Tested place of a bucket, in cells: next to the exact middle, through which edges of regular terrains often run."""
 
 
 class Sheet(NamedTuple):
-    """What is known of F facets and B buckets; everything is UNKNOWN at first.
+    """The known neighbours of F facets and clear buckets among B; everything is UNKNOWN at first.
 
-    beyond : (3 F,) what lies beyond side k of facet f, which runs from corner k: 1 + 4 g + m for side m of facet g
+    beyond : (3 F,) beyond side k of facet f, which runs from corner k: 1 + 4 g + m for side m of facet g, or NOTHING
     alone : (F,) whether a facet lies in clear buckets only; clear : (B,) whether a bucket is clear
     """
 
@@ -47,7 +48,7 @@ class Sheet(NamedTuple):
 
 
 def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
-    """Nothing is known yet."""
+    """Return a sheet in which everything is unknown."""
     count = len(facets.zone)
     return Sheet(
         np.zeros(3 * count, dtype=np.int32),
@@ -57,10 +58,10 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
 
 
 def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
-    """What is still known after facets have changed, all of which stand, or stood, in some buckets; in the same memory.
+    """Return what is still known after a change of facets, which all lie, or lay, in some buckets; reuses the memory.
 
-    A facet that has another neighbour now stands in one of those buckets with it. So what is forgotten is all of the
-    facets there, of the buckets that any of them reaches, and of the facets in these.
+    A facet with a new neighbour shares one of these buckets with it. So the answers become unknown for all facets in
+    these buckets, for the buckets that any of these facets reaches, and for the facets in those buckets.
     """
     reached = block_of(facets.corners[facets_in(locator, changed)], locator, 0.0)
     near, count = facets_in(locator, reached), len(facets.zone)
@@ -74,7 +75,7 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: B
 
 @kernel
 def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k: int) -> tuple[int, int]:
-    """Facet g and its side m that lie beyond side k of facet f; g is NOTHING where there is no one such facet."""
+    """Return facet g and its side m beyond side k of facet f; g is NOTHING unless exactly one facet is there."""
     known = sheet.beyond[3 * f + k]
     if known == UNKNOWN:
         known = _found_beyond(locator, facets, f, k)
@@ -86,7 +87,7 @@ def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k
 
 @kernel
 def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """Whether no other facet lies above or below any part of facet f, as far as its buckets tell."""
+    """True if no other facet lies above or below any part of facet f, judged from its buckets."""
     if sheet.alone[f] == UNKNOWN:
         sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
     return bool(sheet.alone[f] == YES)
@@ -94,6 +95,7 @@ def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bo
 
 @kernel
 def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
+    """True if all buckets under the box of facet f in plan are clear."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     i0 = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     i1 = cell_index(max(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
@@ -111,7 +113,7 @@ def _lies_in_clear_buckets(sheet: Sheet, locator: BucketLocator, facets: Facets,
 
 @kernel
 def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: int) -> bool:
-    """Whether the bucket in column i and row j is clear."""
+    """True if the bucket in column i and row j is clear."""
     bucket = j * locator.nx + i
     x, y = locator.x + (i + MIDDLE[0]) * locator.cell, locator.y + (j + MIDDLE[1]) * locator.cell
     over, near = 0, 0
@@ -132,7 +134,7 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
 
 @kernel
 def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
-    """How far a place lies inside facet f in plan, from the nearest of its lines (m); negative outside."""
+    """Return how far a place lies inside facet f in plan, from the nearest of its lines (m); negative outside."""
     least = np.inf
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -143,7 +145,7 @@ def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
 
 @kernel
 def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
-    """What `Sheet.beyond` is to hold: all facets with that side stand in the bucket of its first corner."""
+    """Return the value for `Sheet.beyond`: all facets with that side are in the bucket of the side's first corner."""
     a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
     i = cell_index(a[0], locator.x, locator.cell, locator.nx)
     j = cell_index(a[1], locator.y, locator.cell, locator.ny)

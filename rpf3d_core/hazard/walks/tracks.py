@@ -1,7 +1,7 @@
-"""The track of a piece of path in plan: which cells of a grid it crosses, and when.
+"""The track of a path segment in plan: which cells of a grid it crosses, and when.
 
-In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A slide along a
-straight line has a constant acceleration; one that turns is a curve within one facet, and is walked as chords.
+In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A straight slide
+has a constant acceleration; a slide that turns is a curve within one facet, and is walked as chords.
 """
 
 import math
@@ -15,31 +15,31 @@ from rpf3d_core.vectors import norm
 
 FLIGHT = int(Mode.FLIGHT)
 CHORDS = 8
-"""Chords that a piece of a slide which bends is walked as. It turns by 7 degrees at most (`kinetics.slide_path.BEND`),
-so that it leaves them by less than 1e-3 of its length over 8."""
+"""Chords for a slide that bends. The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so over 8 chords it
+leaves them by less than 1e-3 of its length."""
 STRAIGHT = 1e-6
-"""Sine of the angle between where a slide begins to go and where it ends, below which it is straight."""
+"""Sine of the angle between the first direction of a slide and the direction to its end, below which it is straight."""
 
 
 class TrackSpin(NamedTuple):
-    """What spin adds to squared speeds where a track begins and ends, where energy is asked for (m^2/s^2)."""
+    """What spin adds to the squared speeds at the beginning and the end of a track, for energies (m^2/s^2)."""
 
     begin2: float
     end2: float
 
 
 class Track(NamedTuple):
-    """A piece of path, straight in plan.
+    """A path segment, or a chord of it, that is straight in plan.
 
-    arc : from where and how fast it begins; gravity 0 on a chord
-    begin, until : s since the release; duration : s, which may differ from their difference by rounding
-    start, end : speeds (m/s) at the ends of a chord, between which it has a constant acceleration; of a flight without
-        gravity both are its own
-    spin : what the rock's spin adds to its squared speed at both ends where energy is asked for (m^2/s^2), which
-        changes evenly with the way; None where rocks do not spin
+    arc : from where and how fast it begins; gravity is 0 on a chord
+    begin, until : s since the release; duration : s, which may differ from until - begin by rounding
+    start, end : speeds (m/s) at the ends of a chord, with a constant acceleration between; of a flight, both are its
+        speed at the start
+    spin : what the rock's spin adds to its squared speed at both ends, for energies (m^2/s^2); linear along the track;
+        None if rocks do not spin
 
-    Walks go along its arc: a chord is walked at a constant pace, and what they call times is the share of its length
-    that they have gone, times its duration. `time_at` and `speed2_at` turn that into times and speeds.
+    A walk follows the arc. A chord is walked at a constant pace: its walking time is the share of the chord's length
+    that has been covered, times the duration. `time_at` and `speed2_at` convert walking times to times and speeds.
     """
 
     arc: Arc
@@ -53,7 +53,7 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """How many tracks piece p is walked as: 0 for one that takes no time."""
+    """Return the number of tracks that segment p is walked as: 0 for a segment that takes no time."""
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
     if modes[p] == FLIGHT:
@@ -66,10 +66,10 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 
 @kernel
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
-    """Track k of the `count` that piece p is walked as.
+    """Return track k of the `count` tracks that segment p is walked as.
 
-    pieces : (S, 10), `simulation.record.Record`; the row after p tells where the piece ends
-    spins : (S, 2) what spin adds to squared speeds at the ends of pieces; None where rocks do not spin
+    pieces : (S, 10), `simulation.record.Record`; the row after p holds the end of the segment
+    spins : (S, 2) what spin adds to squared speeds at the ends of segments; None if rocks do not spin
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
@@ -88,7 +88,7 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 
 @kernel
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
-    """What spin adds to squared speeds (m^2/s^2) after two shares of the time of piece p; None where none is known."""
+    """Return what spin adds to squared speeds (m^2/s^2) after two shares of the time of segment p; None if unknown."""
     if spins is None:
         return None
     first, last = math.sqrt(spins[p, 0]), math.sqrt(spins[p, 1])
@@ -98,7 +98,7 @@ def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
 
 @kernel
 def slide_point(pieces: Any, p: int, share: float) -> Vec:
-    """Where a slide is (m) after a share of its time: the cubic through its ends and their velocities."""
+    """Return the position (m) of a slide after a share of its time: the cubic through its ends and their velocities."""
     if share >= 1.0:
         return pieces[p + 1, 1], pieces[p + 1, 2], pieces[p + 1, 3]
     T, rest = pieces[p + 1, 0] - pieces[p, 0], 1.0 - share
@@ -113,7 +113,7 @@ def slide_point(pieces: Any, p: int, share: float) -> Vec:
 
 @kernel
 def speed2_at(track: Track, t: float) -> float:
-    """Squared speed (m^2/s^2) t seconds into the walk of a track: along a chord it grows evenly with the way."""
+    """Return the squared speed (m^2/s^2) t seconds into the walk of a track; linear along a chord."""
     v, g = track.arc.v, track.arc.gravity
     if g == 0.0:
         start2, end2 = track.start * track.start, track.end * track.end
@@ -124,10 +124,10 @@ def speed2_at(track: Track, t: float) -> float:
 
 @kernel
 def time_at(track: Track, t: float) -> float:
-    """Seconds since the release, t seconds into the walk of a track: exactly the next event's at its end.
+    """Return the seconds since the release, t seconds into the walk of a track; at its end, exactly the next event's.
 
-    A share f of a chord, over which the speed has grown from u to v, takes f (u + w) / (u + v) of its duration, where
-    w is the speed at its end.
+    A share f of a chord takes f (u + w) / (u + v) of the duration, with the speeds u at the start of the chord, v after
+    the share f, and w at the end of the chord.
     """
     if t >= track.duration:
         return track.until
@@ -140,19 +140,19 @@ def time_at(track: Track, t: float) -> float:
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Largest squared speed (m^2/s^2) between two times of a walk: at one of them, for it is convex in time."""
+    """Return the largest squared speed (m^2/s^2) between two times of a walk: at either time, as it is convex."""
     return max(speed2_at(track, begin), speed2_at(track, end))
 
 
 @kernel
 def top_energy2(track: Track, begin: float, end: float) -> float:
-    """Twice the largest kinetic energy (J/kg) between two times of a walk: of translation, and of rotation if known."""
+    """Return twice the largest kinetic energy (J/kg) between two times of a walk, with rotation if it is known."""
     return max(_energy2_at(track.spin, track, begin), _energy2_at(track.spin, track, end))
 
 
 @kernel
 def _energy2_at(spin: Any, track: Track, t: float) -> float:
-    """Twice the kinetic energy (J/kg) t seconds into the walk of a track."""
+    """Return twice the kinetic energy (J/kg) t seconds into the walk of a track."""
     if spin is None:
         return speed2_at(track, t)
     share = t / track.duration if track.duration > 0.0 else 0.0
@@ -161,19 +161,19 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
 
 @kernel
 def pace_of(v: float) -> float:
-    """Seconds a metre at a speed along an axis (m/s); inf for one too slow to cross anything."""
+    """Return the pace (s/m) of a speed along an axis (m/s); inf for a speed too low to cross anything."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def square_at(value: float, origin: float, side: float, count: int) -> int:
-    """The row or column of squares that a coordinate lies in, clamped to the grid."""
+    """Return the row or column of squares that contains a coordinate, clamped to the grid."""
     return min(max(math.floor((value - origin) / side), 0), count - 1)
 
 
 @kernel
 def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
-    """When a coordinate of some pace (s/m) leaves row `index` (s); inf if it never does. Rims reach out without end."""
+    """Return when a coordinate of some pace (s/m) leaves row `index` (s); inf if never, as in the outermost rows."""
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace
@@ -181,7 +181,7 @@ def leaving_time(index: int, count: int, origin: float, side: float, x: float, p
 
 @kernel
 def next_square(i: int, j: int, leave_i: float, leave_j: float, v: Vec) -> tuple[int, int]:
-    """The column and row that a track of velocity v (m/s) comes to next, from when it leaves its own (s)."""
+    """Return the next column and row of a track of velocity v (m/s), from when it leaves its column and row (s)."""
     if leave_i <= leave_j:
         return (i + 1 if v[0] > 0.0 else i - 1), j
     return i, (j + 1 if v[1] > 0.0 else j - 1)

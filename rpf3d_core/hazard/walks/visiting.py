@@ -1,4 +1,4 @@
-"""Gather what rock after rock does in each cell that it comes to: squares, facets, zones and areas of interest."""
+"""Gather the visits of rock after rock to each cell: squares, facets, zones and areas of interest."""
 
 import math
 from typing import Any, NamedTuple
@@ -33,7 +33,7 @@ STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome
 
 
 class Scratch(NamedTuple):
-    """What one thread needs to look at rocks: visits to squares, facets, zones and areas, and spans."""
+    """Scratch of one thread that examines rocks: visits to squares, facets, zones and areas, and spans."""
 
     squares: Visits
     facets: Visits
@@ -43,7 +43,7 @@ class Scratch(NamedTuple):
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Scratch with twice the room, for a rock that goes to more cells than there was room for."""
+    """Return scratch with twice the room, for a rock that comes to more cells than there was room for."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
@@ -56,21 +56,21 @@ def visit_all(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, gravity: float, counts: Any, finals: Any, impacts: Any,
     facets: Any, pieces: Any, modes: Any, first: Any, mass: Any, spins: Any, begin: int, heights: Any,
 ) -> int:  # fmt: skip
-    """Gather the visits of rock after rock from number `begin` on; the number of the first that found no room.
+    """Gather the visits of rock after rock from number `begin` on; return the number of the first without room.
 
-    Rows of the record begin at first[r, 0] for the impacts and at first[r, 1] for the pieces of rock r. spins : as of
-    `ensemble.spin.spins_squared`; None where rocks do not spin
+    The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1]. spins : as in
+    `ensemble.spin.spins_squared`; None if rocks do not spin. heights : (N,) m, filled in
     """
     for r in range(begin, len(heights)):
         _next_rock(scratch)
         if counts[r, 0] == FAILED:
-            heights[r] = math.nan  # and nothing of it in any map
+            heights[r] = math.nan  # a failed rock is in no map
             continue
         q, at = first[r, 0], NOWHERE
         for p in range(first[r, 1], first[r + 1, 1] - 1):
             at = _walk_piece(ground, areas, scratch, pieces, modes, _of_pieces(spins), p, gravity, mass[r], at)
             while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
-                if facets[q] >= 0:  # an obstacle is no ground: the flights before and after it tell of it
+                if facets[q] >= 0:  # obstacles are skipped: the flights before and after count
                     _note_impact(ground, areas, scratch, impacts, spins, q, facets[q], mass[r])
                 q += 1
         _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r], mass[r])
@@ -82,6 +82,7 @@ def visit_all(
 
 @kernel
 def _next_rock(scratch: Scratch) -> None:
+    """Begin a new rock in all visits."""
     next_rock(scratch.squares)
     next_rock(scratch.facets)
     next_rock(scratch.zones)
@@ -90,7 +91,7 @@ def _next_rock(scratch: Scratch) -> None:
 
 @kernel
 def _fits(scratch: Scratch) -> bool:
-    """Whether the rock at hand found room everywhere; if not, it has been nowhere yet."""
+    """True if the current rock found room everywhere; if not, its visits are removed."""
     full = scratch.squares.state[FULL] + scratch.facets.state[FULL]
     if full + scratch.zones.state[FULL] + scratch.areas.state[FULL] == 0:
         return True
@@ -103,7 +104,7 @@ def _fits(scratch: Scratch) -> bool:
 
 @kernel
 def _of_pieces(spins: Any) -> Any:
-    """What the spins of the pieces of paths add to squared speeds; None where rocks do not spin."""
+    """Return what the spins at the ends of path segments add to squared speeds; None if rocks do not spin."""
     if spins is None:
         return None
     return spins.pieces
@@ -111,7 +112,7 @@ def _of_pieces(spins: Any) -> Any:
 
 @kernel
 def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: float) -> None:
-    """Note the energy that impact q came with, in a visit; nothing where rocks do not spin."""
+    """Record the energy just before impact q in a visit; do nothing if rocks do not spin."""
     if spins is None:
         return
     note_energy2(visits.energy2, k, speed2 + spins.impacts[q])
@@ -122,7 +123,10 @@ def _walk_piece(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, spins: Any, p: int, gravity: float,
     mass: float, at: int,
 ) -> int:  # fmt: skip
-    """Visit all that one piece of path passes over; the facet it ends over, from the one it may begin over."""
+    """Visit all cells that a path segment passes over; return the facet over which it ends.
+
+    at : the facet over which the segment may begin, NOWHERE if unknown; the result may be NOWHERE, too
+    """
     count = tracks_of(pieces, modes, p)
     for k in range(count):
         track = track_of(pieces, modes, spins, p, k, count, gravity)
@@ -134,7 +138,7 @@ def _walk_piece(
 
 @kernel
 def _walk_facets(ground: WalkedTerrain, scratch: Scratch, track: Track, mass: float, at: int) -> int:
-    """Visit all facets that a track passes over: over their sides as far as that goes, then bucket by bucket."""
+    """Visit all facets that a track passes over: along the sheet as far as possible, then bucket by bucket."""
     squares, facets, zones = scratch.squares, scratch.facets, scratch.zones
     at, walked = walk_sheet(ground, squares, facets, zones, track, mass, at)
     if at == NOWHERE:
@@ -144,7 +148,7 @@ def _walk_facets(ground: WalkedTerrain, scratch: Scratch, track: Track, mass: fl
 
 @kernel
 def _square(raster: Raster, x: float, y: float) -> int:
-    """The number of the square that a point lies in."""
+    """Return the number of the square that contains a point."""
     i = square_at(x, raster.x, raster.cell, raster.nx)
     return square_at(y, raster.y, raster.cell, raster.ny) * raster.nx + i
 
@@ -154,7 +158,7 @@ def _note_impact(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, impacts: Any, spins: Any, q: int, facet: int,
     mass: float,
 ) -> None:  # fmt: skip
-    """Count an impact where it is; a vertical facet is visited by nothing else."""
+    """Count an impact at its place; only an impact visits a vertical facet."""
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
@@ -181,7 +185,7 @@ def _note_impact(
 def _come_to_rest(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any, mass: float
 ) -> None:
-    """Count a rock that has stopped, where it lies; and one that never moved, where it was released."""
+    """Count a rock that has stopped at its place, and a rock that never moved at its release."""
     t, x = final[0], (final[1], final[2], final[3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
     note_stay(scratch.squares, k, t, t, 0.0)
@@ -198,7 +202,7 @@ def _come_to_rest(
 
 @kernel
 def _largest_height(visits: Visits) -> float:
-    """The largest height in the visits of the rock at hand (m)."""
+    """Return the largest height in the visits of the current rock (m)."""
     height = 0.0
     for k in range(visits.state[OF_ROCK], visits.state[USED]):
         height = max(height, visits.most[k, HEIGHT])

@@ -1,7 +1,7 @@
-"""What one rock does in each cell that it comes to, gathered while its path is walked.
+"""Visits: what one rock does in each cell that it comes to, gathered while its path is walked.
 
-A cell is a number: of a square of the raster, a facet, a zone or an area. Visits are scratch of one thread; a batch
-of rocks fills them, then they are folded into a `Tally`, under its lock.
+A cell is a number: of a square of the raster, a facet, a zone or an area. Visits are scratch of one thread: a batch of
+rocks fills them, then they are added to a `CellTally` under its lock.
 """
 
 import math
@@ -14,26 +14,30 @@ from rpf3d_core.hazard.walks.ways import begin_way
 from rpf3d_core.jit.dispatch import kernel
 
 FIRST, UNTIL = 0, 1
+"""Columns of `Visits.times`."""
 SPEED2, HEIGHT = 0, 1
+"""Columns of `Visits.most`."""
 PASSAGES, IMPACTS, DEPOSITS = 0, 1, 2
+"""Columns of `Visits.counts`."""
 USED, OF_ROCK, FULL = 0, 1, 2
+"""Entries of `Visits.state`."""
 JOINED = 1e-9
-"""Stays nearer in time than this (s) are one: a rock that bounces on the border of a cell is there all the time."""
+"""Stays that are closer in time than this (s) are one stay: a rock that bounces on the border of a cell stays there."""
 
 
 class Visits(NamedTuple):
-    """Room for N visits to C cells; those of one rock stand together.
+    """Room for N visits to C cells; the visits of one rock are consecutive.
 
-    mark : (C,) where a cell's visit may stand: valid only if that visit is the rock's and names the cell, so that
-        nothing need be cleared between rocks
+    mark : (C,) the possible visit to each cell: valid only if that visit is the current rock's and names the cell, so
+        that nothing needs to be cleared between rocks
     cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock
-    way : (N,) length of the rock's way in plan inside the cell, in cell widths; None where no map asks for it
-    energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None where rocks do not spin and the
-        squared speed is all of it
-    state : (3,) visits used, the first of the rock at hand, whether room has run out
+    way : (N,) length of the rock's tracks in plan inside the cell, in cell widths; None if no map asks for it
+    energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None if rocks do not spin, because the
+        squared speed is then enough
+    state : (3,) number of visits, first visit of the current rock, whether room has run out
     """
 
     mark: Any
@@ -48,9 +52,9 @@ class Visits(NamedTuple):
 
 
 def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False) -> Visits:
-    """No visits to C cells yet, with room for N.
+    """Return room for N visits to C cells, without visits.
 
-    ways : whether the lengths of ways are gathered; spins : whether energies count rotation
+    ways : whether the lengths of tracks are gathered; spins : whether energies include rotation
     """
     return Visits(
         np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 2)),
@@ -61,20 +65,20 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
 
 @kernel
 def next_rock(visits: Visits) -> None:
-    """From here on another rock is at hand."""
+    """Begin a new rock: later visits belong to it."""
     visits.state[OF_ROCK] = visits.state[USED]
 
 
 @kernel
 def take_back(visits: Visits) -> None:
-    """Forget the visits of the rock at hand, which found no room."""
+    """Remove the visits of the current rock, which found no room."""
     visits.state[USED] = visits.state[OF_ROCK]
     visits.state[FULL] = 0
 
 
 @kernel
 def visited(visits: Visits, cell: int) -> int:
-    """The rock's visit to a cell, -1 if it has not been there."""
+    """Return the index of the current rock's visit to a cell, -1 if the rock has not been there."""
     k = visits.mark[cell]
     there = visits.state[OF_ROCK] <= k < visits.state[USED] and visits.cell[k] == cell
     return int(k) if there else -1
@@ -82,7 +86,7 @@ def visited(visits: Visits, cell: int) -> int:
 
 @kernel
 def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
-    """The rock's visit to a cell, begun at t (s) if it is the first; -1 where there is no room left."""
+    """Return the index of the rock's visit to a cell, begun at t (s) if it is the first; -1 if there is no room."""
     k = visited(visits, cell)
     if k >= 0:
         return k
@@ -102,9 +106,9 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
 
 @kernel
 def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
-    """The rock was in the cell of visit k from begin to end (s), at no more than some squared speed (m^2/s^2).
+    """Record a stay in the cell of visit k from begin to end (s), at no more than a squared speed (m^2/s^2).
 
-    A stay that begins when the last one ended, bounce or no bounce, is the same passage.
+    A stay that begins when the last stay ended belongs to the same passage, even after a bounce.
     """
     if k < 0:
         return
@@ -117,7 +121,7 @@ def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -
 
 @kernel
 def _begin_energy(energy2: Any, k: int) -> None:
-    """Begin visit k without energy; nothing where squared speeds are all of it (None)."""
+    """Set the energy of visit k to 0; do nothing if squared speeds are enough (None)."""
     if energy2 is None:
         return
     energy2[k] = 0.0
@@ -125,7 +129,7 @@ def _begin_energy(energy2: Any, k: int) -> None:
 
 @kernel
 def note_energy2(energy2: Any, k: int, value: float) -> None:
-    """The rock had as much as this of twice its kinetic energy (J/kg) in the cell of visit k."""
+    """Record twice a kinetic energy (J/kg) that the rock had in the cell of visit k."""
     if energy2 is None:
         return
     if k >= 0 and value > energy2[k]:
@@ -134,7 +138,7 @@ def note_energy2(energy2: Any, k: int, value: float) -> None:
 
 @kernel
 def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
-    """Twice the rock's largest kinetic energy (J/kg) in the cell of visit k."""
+    """Return twice the rock's largest kinetic energy (J/kg) in the cell of visit k."""
     if energy2 is None:
         return float(visits.most[k, SPEED2])
     return float(energy2[k])
@@ -142,14 +146,14 @@ def energy2_of(energy2: Any, visits: Visits, k: int) -> float:
 
 @kernel
 def note_height(visits: Visits, k: int, height: float) -> None:
-    """The rock was as high as this (m) above the ground in the cell of visit k."""
+    """Record a height (m) above the ground that the rock reached in the cell of visit k."""
     if k >= 0 and height > visits.most[k, HEIGHT]:
         visits.most[k, HEIGHT] = height
 
 
 @kernel
 def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, height: float, mass: float) -> int:
-    """The rock was in a cell between two times (s), no faster and no higher than told (m^2/s^2, m); its visit."""
+    """Record a stay between two times (s) with the largest squared speed (m^2/s^2) and height (m); return the visit."""
     k = visit(visits, cell, t, mass)
     note_stay(visits, k, t, until, speed2)
     note_height(visits, k, height)
@@ -158,7 +162,7 @@ def visit_for(visits: Visits, cell: int, t: float, until: float, speed2: float, 
 
 @kernel
 def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: float) -> None:
-    """Note the largest energy between two times of the walk of a track (s); nothing where rocks do not spin (None)."""
+    """Record the largest energy between two times of the walk of a track (s); do nothing without spin (None)."""
     if energy2 is None:
         return
     note_energy2(energy2, k, top_energy2(track, low, high))
@@ -166,6 +170,6 @@ def note_track_energy(energy2: Any, k: int, track: Track, low: float, high: floa
 
 @kernel
 def note_count(visits: Visits, k: int, which: int) -> None:
-    """One more impact or deposit in the cell of visit k."""
+    """Count one more impact or deposit in the cell of visit k."""
     if k >= 0:
         visits.counts[k, which] += 1
