@@ -36,10 +36,10 @@ class AnswerDifference(NamedTuple):
 def map_distance(a: Reached, b: Reached) -> float:
     """Return the total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
 
-    The distance is the sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that one
-    map has in other cells than the other map. Each cell counts by the number of rocks that reach it, so the distance
-    does not depend on the number of cells that no rock reaches. (Known in ecology as the dissimilarity of Bray and
-    Curtis 1957, Ecol. Monogr. 27:325-349.)
+    The distance is the sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that the
+    two maps do not have in common. Each cell counts by the number of rocks that reach it, so the distance does not
+    depend on the number of cells that no rock reaches. (Known in ecology as the dissimilarity of Bray and Curtis 1957,
+    Ecol. Monogr. 27:325-349.)
     """
     cells = np.union1d(a.cells, b.cells)
     p, q = (_shares(some, cells) for some in (a, b))

@@ -36,7 +36,7 @@ DOUBLINGS_S = 8.0
 """Budget for the doublings of the number of rocks, seconds of one core."""
 
 Tell = Callable[[str], None]
-"""Called with a text on the next measurement."""
+"""A function that receives a text on the next measurement."""
 
 
 def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:

@@ -96,7 +96,7 @@ def stepped_answers(
 
     exact : all releases, by events
     """
-    # The same terrain with VTK's own index, which only this measurement needs.
+    # The same terrain with VTK's own locator, which only this measurement needs.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
     same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
     for setting in settings:

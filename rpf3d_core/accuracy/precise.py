@@ -27,7 +27,7 @@ ROCKS = 50
 
 Point = tuple[Decimal, Decimal, Decimal]
 Rebound = Callable[[Surface, Point, Point], Point]
-"""Returns the velocity after an impact from the ground, the velocity before it and a normal of any length."""
+"""A function that returns the velocity after an impact, from ground, velocity before and a normal of any length."""
 
 
 class Struck(NamedTuple):

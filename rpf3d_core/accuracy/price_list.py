@@ -57,7 +57,7 @@ class Priced(NamedTuple):
 class PriceList:
     """What accuracy costs on one scene.
 
-    digest : of the scene; rocks : number of rocks of a run; auto : True if this is only the first round of `rocks:
+    digest : of the scene; rocks : number of rocks of a run; auto : True if only those of the first round of `rocks:
         auto`
     method : the setting that the scene names; cell : of its map, m
     off_exact : errors of events against arithmetic with 50 digits, impact by impact

@@ -12,9 +12,9 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
-"""Number of rocks of the first doubling."""
+"""Number of rocks of the smallest ensemble."""
 MOST = 32_000
-"""Largest number of rocks of a doubling."""
+"""Largest number of rocks of an ensemble."""
 QUANTILE = 0.95
 
 

@@ -1,4 +1,4 @@
-"""Trees from a file: a CSV with a header, or x, y, dbh_cm, height and kind on each line."""
+"""Trees from a file: a CSV with a header, or lines of x, y, dbh_cm, height and kind."""
 
 import math
 from collections.abc import Sequence

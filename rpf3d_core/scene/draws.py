@@ -71,7 +71,10 @@ class LognormalSpec(Normal):
 
 
 class PowerLawSpec(StrictModel):
-    """N(> x) ~ x^-exponent between two bounds (physics reference 6.4: volumes of blocks have 0.4 to 0.6)."""
+    """A truncated power law, N(> x) ~ x^-exponent between two bounds.
+
+    Physics reference 6.4: volumes of blocks have exponents of 0.4 to 0.6.
+    """
 
     exponent: Number = Field(gt=0, description="a number above 0, b in N(> x) ~ x^-b")
     min: Number = Field(gt=0, description="a number above 0 and below max")

@@ -124,7 +124,7 @@ def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[An
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:
         several = _alternatives(several[0])
-    if len(several) > 1:  # a number, or a distribution in its place
+    if len(several) > 1:  # the field takes a number or a distribution
         several = [item for item in several if Tag(NUMBER) in getattr(item, "__metadata__", ())]
     if len(several) != 1:
         return None, (), {}

@@ -30,7 +30,7 @@ class SteppingSpec(StrictModel):
 
 
 class MethodSpec(StrictModel):
-    """How contacts are found: exactly, event by event, unless `stepping` is given."""
+    """The method of finding contacts: exact, event by event, unless `stepping` is given."""
 
     stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")
 

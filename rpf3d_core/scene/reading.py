@@ -54,7 +54,7 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Return the scene of values that come from no file; `path` stands for the scene file in later messages.
+    """Check values that were not read from a file and return their scene; `path` stands for the file in later messages.
 
     Raises
     ------

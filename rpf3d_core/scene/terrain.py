@@ -41,7 +41,7 @@ class TerrainFile(StrictModel):
 
 
 class TerrainSpec(StrictModel):
-    """The source of the terrain: files, or a synthetic pit."""
+    """The origin of the terrain: files, or a synthetic pit."""
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")

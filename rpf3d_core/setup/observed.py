@@ -12,8 +12,8 @@ from rpf3d_core.terrain.frame import FloatArray, Frame, Up
 def position_along(observed: ObservedSpec, frame: Frame) -> Callable[[FloatArray], FloatArray]:
     """Return a function that gives the positions (N,) m of local points (N, 3) along the direction of comparison.
 
-    Positions are measured from the local origin, not in the input's coordinates, because positions of very many points
-    are rounded.
+    Positions are measured from the local origin, not in the input's coordinates, because very many positions are stored
+    rounded.
     """
     along = horizontal_direction(observed.along, frame.up)
     return lambda x: np.asarray(frame.directions_to_input(x) @ along)

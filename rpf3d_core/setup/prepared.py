@@ -1,4 +1,4 @@
-"""Prepares a scene to fly: reads the terrain, and builds index, ground, sources and maps. Refuses bad input."""
+"""Prepares a scene to fly: reads the terrain, and builds locator, ground, sources and maps. Refuses bad input."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -49,8 +49,7 @@ from rpf3d_core.values import Rock, Vec
 class Prepared:
     """A scene with everything needed to fly its rocks.
 
-    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's index of the
-        terrain
+    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
     """
 
@@ -77,7 +76,7 @@ class Prepared:
 def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
     """Read all files that a scene names and build everything needed to fly its rocks.
 
-    wait : called before the index is built
+    wait : called before the locator is built
 
     Raises
     ------
@@ -141,7 +140,7 @@ def engine_name(scene: Scene) -> str:
 
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """Return the scene's engine with its index over the terrain and the scene's method of finding contacts."""
+    """Return the scene's engine with its locator over the terrain and the scene's method of finding contacts."""
     engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 

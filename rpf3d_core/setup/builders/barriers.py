@@ -1,4 +1,4 @@
-"""Builds the barriers of a scene on its terrain: each line is cut into segments over one facet each."""
+"""Builds the barriers of a scene on its terrain: each line is cut into parts over one facet each."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -24,7 +24,7 @@ JOULE_PER_KJ = 1000.0
 
 
 class _Piece(NamedTuple):
-    """One segment of a panel: its foot at both ends (2, 3) m, the facet below, its line and its barrier."""
+    """One part of a panel: its foot at both ends (2, 3) m, the facet below, its line and its barrier."""
 
     foot: FloatArray
     facet: int
@@ -72,7 +72,7 @@ def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) ->
 
 
 def _pieces(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
-    """Yield the segments of all barriers, in order."""
+    """Yield the parts of all barriers, in order."""
     number = 0
     for barrier, spec in enumerate(offer.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"

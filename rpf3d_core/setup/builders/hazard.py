@@ -1,4 +1,4 @@
-"""What hazard maps need in addition to cells: scales of the bins, memory of the bins, and tallies of barriers."""
+"""Inputs of a scene's hazard maps besides the cells: scales and memory of the bins, and tallies of barriers."""
 
 import math
 from typing import Any
