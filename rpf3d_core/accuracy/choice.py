@@ -1,4 +1,4 @@
-"""Reading the price list: which of the three errors is the largest, and the cheapest setting within a target."""
+"""Choices from the price list: the largest of the three errors, and the cheapest setting within a target."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,25 +12,25 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
 
 MOST_ROCKS = 10_000_000
-"""Where to give up: as `target.most_rocks` of a scene."""
+"""Largest number of rocks of a choice, equal to the default of a scene's `target.most_rocks`."""
 
 
 def check_target(target: float) -> None:
-    """Refuse what no total of errors (-) could keep to.
+    """Refuse a target (-) that no sum of errors can meet.
 
     Raises
     ------
     InputError
-        It is not between 0 and 1.
+        The target is not between 0 and 1.
     """
     if not 0.0 < target < 1.0:
         raise InputError(f"the accuracy is {target:g}; it must be a number above 0 and below 1, an error of the map")
 
 
 class Choice(NamedTuple):
-    """A setting: how contacts are found, over which terrain, with how many rocks.
+    """A setting: the method of finding contacts, the terrain and the number of rocks.
 
-    numerical, geometric, statistical : its errors (-); seconds : of one core
+    numerical, geometric, statistical : the errors (-) of the setting; seconds : cost, s of one core
     """
 
     method: Mapping[str, Any]
@@ -43,14 +43,15 @@ class Choice(NamedTuple):
 
     @property
     def total(self) -> float:
-        """The three errors added up (-): a bias and an interval do not cancel."""
+        """The sum of the three errors (-): a bias and an interval do not cancel."""
         return self.numerical + self.geometric + self.statistical
 
 
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
-    """The three errors (-) of a scene as it stands: its method, half of its triangles, and its number of rocks.
+    """Return the three errors (-) of a scene: of its method, of half of its triangles, and of its number of rocks.
 
-    Nobody knows what its survey misses; what half of it misses is the nearest that can be measured.
+    The error of the survey itself is unknown; the error of half of its triangles is the nearest value that can be
+    measured.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {
@@ -61,18 +62,19 @@ def errors_of_scene(prices: PriceList) -> dict[str, float]:
 
 
 def largest(prices: PriceList) -> str | None:
-    """The name of the largest of the three errors of a scene; None where all are 0."""
+    """Return the name of the largest of the three errors of a scene; None if all are 0."""
     errors = errors_of_scene(prices)
     name = max(errors, key=lambda name: errors[name])
     return name if errors[name] > 0.0 else None
 
 
 def cheapest(prices: PriceList, target: float) -> Choice | None:
-    """Of all ways to find contacts and all terrains measured, with as many rocks as each then needs; None if none does.
+    """Return the cheapest choice within a target; None if no choice meets it.
 
-    Rasters are left out, for no scene can ask for one.
+    Every measured method is combined with every measured terrain and the number of rocks that both need. Rasters are
+    left out, because no scene can ask for a raster.
 
-    target : what the total (-) must keep to
+    target : largest total error (-)
     """
     found = [
         choice
@@ -85,12 +87,15 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """The fewest rocks that keep the total under a target (-) by events, over the terrain as it is: what a run does."""
+    """Return the choice with the fewest rocks within a target (-), by events over the full terrain; None without any.
+
+    A run with `--accuracy` flies this choice.
+    """
     return _chosen(prices, _of(prices.numerical, EVENTS), _whole(prices), target)
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
-    """A scene, its contacts found by events, and the rocks to fly for a target (-).
+    """Return a scene with contacts found by events, and the number of rocks to fly for a target (-).
 
     Raises
     ------
@@ -114,15 +119,16 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
 
 
 def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
-    """The error (-) of so many rocks: of the measured number nearest to it, and from there as 1 / sqrt(rocks)."""
+    """Return the error (-) of a number of rocks, scaled by 1 / sqrt(rocks) from the nearest measured number."""
     nearest = min(lines, key=lambda line: abs(math.log(line.setting["rocks"] / rocks)))
     return min(nearest.error * math.sqrt(nearest.setting["rocks"] / rocks), 1.0)
 
 
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
-    """The smallest measured number of rocks with an error up to `allowed` (-), or what the last one promises.
+    """Return the smallest measured number of rocks with an error up to `allowed` (-), or an extrapolated number.
 
-    Errors go as 1 / sqrt(rocks), so from the last one on it is told how many more it takes; None beyond MOST_ROCKS.
+    Errors are proportional to 1 / sqrt(rocks), so the number is extrapolated from the last measured number. Return None
+    beyond MOST_ROCKS, or if `allowed` is not above 0.
     """
     if allowed <= 0.0:
         return None

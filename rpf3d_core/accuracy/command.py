@@ -1,4 +1,4 @@
-"""What `rpf3d cost` and `rpf3d run --accuracy` do, apart from the screen."""
+"""The work of `rpf3d cost` and `rpf3d run --accuracy`, without the screen."""
 
 from pathlib import Path
 
@@ -11,12 +11,12 @@ from rpf3d_core.scene.reading import read_scene, scene_digest
 
 
 def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Measure the price list of a scene and write it into a folder.
+    """Measure the price list of a scene, write it into a folder and return it.
 
     Raises
     ------
     InputError
-        The target (-) is not between 0 and 1, or the folder or the scene is refused: before anything is measured.
+        The target (-) is not between 0 and 1, or the folder or the scene is refused; before the measurement starts.
     """
     check_target(target)
     check_folder(out)
@@ -26,7 +26,10 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 
 
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """The price list in a folder if it is of the very same scene, or a new one, written there; errors as `measured`."""
+    """Return the price list in a folder if it is of exactly this scene, else measure and write a new price list.
+
+    Errors are those of `measured`.
+    """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))
     return measured(scene, out, target, tell) if kept is None else kept

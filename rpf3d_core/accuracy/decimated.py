@@ -1,4 +1,4 @@
-"""A terrain with fewer triangles, as a coarser survey would have it: VTK's quadric decimation."""
+"""A terrain with fewer triangles, like that of a coarser survey, by VTK's quadric decimation."""
 
 from typing import Any
 
@@ -15,11 +15,11 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def decimated(terrain: Terrain, share: float) -> Terrain:
-    """The terrain with about a share (-) of its F triangles; each has the zone of the original facet nearest to it.
+    """Return the terrain with about a share (-) of its F triangles; each has the zone of the nearest original facet.
 
     Sources
     -------
-    Garland & Heckbert 1997, SIGGRAPH 97:209-216: edges are folded in the order in which that moves the surface least.
+    Garland & Heckbert 1997, SIGGRAPH 97:209-216: edges are collapsed in the order of least change of the surface.
     """
     decimation = vtkQuadricDecimation()
     decimation.SetInputData(triangle_mesh(terrain.vertices, terrain.triangles))
@@ -35,7 +35,7 @@ def decimated(terrain: Terrain, share: float) -> Terrain:
 
 
 def _nearest_facets(terrain: Terrain, points: FloatArray) -> NDArray[np.int64]:
-    """The facet of a terrain that is closest to each of N points (m): (N,)."""
+    """Return the facet of a terrain that is closest to each of N points (m): (N,)."""
     facets: Facets = facets_of(terrain)
     locator = VtkLocator(facets)
     anywhere = 2.0 * float(np.linalg.norm(np.subtract(facets.high, facets.low)))

@@ -1,4 +1,4 @@
-"""How far one way of flying a scene's rocks is from another, in shares of the map and in metres."""
+"""Differences between two ways of flying the same rocks, in shares of the map and in metres."""
 
 from typing import NamedTuple
 
@@ -11,18 +11,18 @@ from rpf3d_core.values import DEPOSITED, Mode
 
 
 class Metres(NamedTuple):
-    """Median and 95th percentile over rocks (m); None where there are no rocks to tell it of."""
+    """Median and 95th percentile over rocks (m); None without rocks."""
 
     median: float | None
     p95: float | None
 
 
 class AnswerDifference(NamedTuple):
-    """How far an answer is from another of the same rocks.
+    """The difference between two results of the same rocks.
 
-    of_map : `map_distance` (-); of_shares : the largest difference of a share of any place (-)
-    first_impact, stop, bounce : m, of the places and of the height of the first bounce
-    other_outcome : share of rocks with another outcome (-)
+    of_map : `map_distance` (-); of_shares : largest difference of a share over all places (-)
+    first_impact, stop, bounce : m, distance of the first impacts, distance of the stops, height of the first bounce
+    other_outcome : share of rocks with different outcomes (-)
     """
 
     of_map: float
@@ -34,11 +34,12 @@ class AnswerDifference(NamedTuple):
 
 
 def map_distance(a: Reached, b: Reached) -> float:
-    """Total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
+    """Return the total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
 
-    Sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that one map has elsewhere
-    than the other. It counts each cell by how many rocks come there, so it does not depend on how many cells nobody
-    ever reaches. (Known in ecology as the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
+    The distance is the sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that the
+    two maps do not have in common. Each cell counts by the number of rocks that reach it, so the distance does not
+    depend on the number of cells that no rock reaches. (Known in ecology as the dissimilarity of Bray and Curtis 1957,
+    Ecol. Monogr. 27:325-349.)
     """
     cells = np.union1d(a.cells, b.cells)
     p, q = (_shares(some, cells) for some in (a, b))
@@ -47,14 +48,14 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Reach probability (-) of each of S cells in order of number, among them all that were reached: (S,)."""
+    """Return the reach probability (-) of S ascending cells, which include all reached cells: (S,)."""
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares
 
 
 def share_distance(a: Step, b: Step) -> float:
-    """The largest difference of a share, of the rocks that reach a place or stop there (-)."""
+    """Return the largest difference (-) between the shares of rocks that reach a place or stop there."""
     return max((abs(x - y) for name in {*a.places, *b.places} for x, y in _pairs(a, b, name)), default=0.0)
 
 
@@ -65,7 +66,7 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
 
 
 def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
-    """How far rocks flown one way are from the same rocks flown exactly; gravity in m/s^2."""
+    """Return the difference of rocks flown one way from the same rocks flown exactly; gravity in m/s^2."""
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
@@ -80,12 +81,12 @@ def difference(found: FlownSample, exact: FlownSample, gravity: float) -> Answer
 
 
 def first_impacts(flights: Flights) -> FloatArray:
-    """Where each of R rocks first met the ground (R, 3) m; NaN where it never did."""
+    """Return the place of the first impact on the ground of each of R rocks: (R, 3) m; NaN without impact."""
     return _first_of(flights, flights.impacts.x)
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Of the values (I, 3) of all impacts, those of the first of each rock on the ground (R, 3); NaN where none is."""
+    """Return, of values (I, 3) of all impacts, those of each rock's first impact on the ground: (R, 3); NaN without."""
     some = np.full((len(flights.deposits.rock), 3), np.nan)
     struck = np.flatnonzero(flights.impacts.facet >= 0)
     rows, first = np.unique(flights.impacts.row[struck], return_index=True)
@@ -94,21 +95,21 @@ def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
 
 
 def _rows_that_struck_first(flights: Flights) -> IntArray:
-    """Rows (N,) of the rocks that struck the ground before any obstacle."""
+    """Return the rows (N,) of rocks that struck the ground before any obstacle."""
     rows, first = np.unique(flights.impacts.row, return_index=True)
     return np.asarray(rows[flights.impacts.facet[first] >= 0])
 
 
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
-    """How high each of R rocks would rise off a level ground with the speed that its first impact left it: (R,) m.
+    """Return how high each of R rocks would rise from level ground with its speed after the first impact: (R,) m.
 
-    With the speed along the facet's normal, for off a steep face a rock does not rise at all. NaN where it did not fly
-    on, met an obstacle before, or no path was kept. gravity : m/s^2
+    The speed is the component along the facet's normal, because a rock may not rise at all off a steep face. NaN if the
+    rock did not fly on, met an obstacle first, or has no path. gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths
     _, first = np.unique(paths.row, return_index=True)
-    second = first + 1  # at least its end
+    second = first + 1  # every path has at least its end
     second = second[paths.mode[second] == Mode.FLIGHT]
     second = second[np.isin(paths.row[second], _rows_that_struck_first(flights))]
     row = paths.row[second]
@@ -118,7 +119,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
 
 
 def metres(distances: FloatArray) -> Metres:
-    """Median and 95th percentile of distances (N,) m, those that are not known left out."""
+    """Return median and 95th percentile of distances (N,) m, without unknown distances."""
     known = distances[np.isfinite(distances)]
     if len(known) == 0:
         return Metres(None, None)

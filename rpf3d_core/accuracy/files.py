@@ -1,4 +1,4 @@
-"""cost.json, cost.png and cost.rrd in a folder, and reading the first of them again."""
+"""Writing cost.json, cost.png and cost.rrd into a folder, and reading cost.json."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ JSON, PICTURE, RECORDING = "cost.json", "cost.png", "cost.rrd"
 
 
 def write_price_list(folder: str | Path, prices: PriceList, target: float, recording: bool = True) -> Path:
-    """Write the price list into a folder, beside the result that it may hold; the folder.
+    """Write the price list into a folder, next to a result that the folder may hold, and return the folder.
 
     Raises
     ------
@@ -38,9 +38,10 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
 
 
 def read_price_list(folder: str | Path, digest: str) -> PriceList | None:
-    """The price list in a folder if it is of the scene of a digest; None if there is none, or it is of another.
+    """Return the price list in a folder if it is of the scene with a digest; None otherwise.
 
-    Nor is one of another version of the program kept: its rocks may fly otherwise, and cost something else.
+    A price list of another version of the program is ignored too, because rocks may fly differently and cost more or
+    less.
     """
     try:
         facts = json.loads((Path(folder) / JSON).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Rocks of a scene flown one way: what came of each of them, which cells they reached, and what it cost."""
+"""Flies and counts rocks of a scene in one way, and returns their outcomes, the reached cells and the cost."""
 
 import math
 import time
@@ -17,12 +17,15 @@ from rpf3d_core.simulation.engines import Engine, warm
 from rpf3d_core.values import Mode
 
 PILOT = 40
-"""Rocks that tell what a rock costs before all of them fly."""
+"""Rocks that are flown first to estimate the cost of a rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of an ensemble: cells (S,) of the raster that rocks came to, and how many of `flown` rocks (S,)."""
+    """The map of an ensemble: cells (S,) of the raster that rocks reached, and the number of rocks in each (S,).
+
+    flown : number of all flown rocks
+    """
 
     cells: IntArray
     rocks: IntArray
@@ -33,8 +36,10 @@ class Reached:
 class FlownSample:
     """N rocks flown one way.
 
-    rows : (N,) which of the releases that were to fly; flights : all of them, with impacts and, if asked for, paths
-    reached : their map; places : shares of zones or areas of interest; seconds : of one core, to fly and to count them
+    rows : (N,) rows of the flown releases among all given releases
+    flights : the flights of all N rocks, with impacts and, if asked for, paths
+    reached : their map; places : shares of zones or areas of interest; seconds : of one core, to fly and to count the
+        rocks
     """
 
     rows: IntArray
@@ -45,12 +50,14 @@ class FlownSample:
 
     @property
     def seconds_per_1000(self) -> float:
-        """Of one core, to fly and count 1,000 rocks."""
+        """Seconds of one core to fly and count 1,000 rocks."""
         return 1000.0 * self.seconds / len(self.rows)
 
 
 def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
-    """So many rocks of a scene, dealt to its sources in proportion, from the `first` such lot of them on.
+    """Return a number of rocks of a scene, dealt to its sources in proportion.
+
+    first : number of preceding lots of the same size that are skipped
 
     Raises
     ------
@@ -64,16 +71,16 @@ def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
 
 
 def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
-    """The same scene, flown by another engine or method."""
+    """Return the same scene with another engine or method."""
     return replace(prepared, engine=engine)
 
 
 def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> FlownSample:
-    """Fly and count rocks, fewer of them where all would take more than a budget (s of one core).
+    """Fly and count rocks, or fewer rocks if all would exceed a budget (s of one core).
 
-    Fewer are evenly spread over all, so they stand for the same sources and places.
+    The fewer rocks are evenly spread over all rocks, so they represent the same sources and places.
 
-    paths : whether to keep them, beside the impacts
+    paths : True to keep the paths in addition to the impacts
     """
     _warm(prepared)
     rows = np.arange(len(releases.x))
@@ -84,11 +91,11 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """So many rocks, or half, a quarter, ... of them, that they keep to a budget (s); never fewer than PILOT.
+    """Return the number of rocks, halved until the rocks keep to a budget (s); at least PILOT.
 
-    Halves, so that the same rocks fly, and the same errors are told, wherever a machine is about as fast.
+    Halving gives the same rocks, and the same errors, on all machines of about the same speed.
 
-    seconds : that one rock takes
+    seconds : time of one rock
     """
     while rocks * seconds > budget and rocks > PILOT:
         rocks = max(rocks // 2, PILOT)
@@ -96,12 +103,12 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
-    """At most `some` of rows (N,), evenly spread over them."""
+    """Return at most `some` of rows (N,), evenly spread over the rows."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 
 def _warm(prepared: Prepared) -> None:
-    """Compile what flying and counting takes, for that is no part of their price."""
+    """Compile the functions for flying and counting, because the price of rocks does not include compilation."""
     flight = prepared.flight
     warm(prepared.engine, flight.models, flight.materials, flight.settings)
     empty_tallies(prepared).warm()
@@ -116,18 +123,18 @@ def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: boo
 
 
 def reached_in(tallies: Tallies, flown: int) -> Reached:
-    """The map of what has been counted of so many rocks."""
+    """Return the map of the tallies of the given number of rocks."""
     found = tallies.squares.found()
     return Reached(found.cell.astype(np.int64), found.rocks, flown)
 
 
 def places_in(prepared: Prepared, tallies: Tallies, flown: int) -> Step:
-    """Shares of the areas of interest or, without any, of the zones."""
+    """Return the shares of the areas of interest or, without any, of the zones."""
     return step_of(tallies.places(flown, prepared.area_names), prepared.terrain.zones)
 
 
 def flight_seconds(flights: Flights) -> float:
-    """Seconds that the rocks of flights with all their paths were in the air, together."""
+    """Return the total flight time (s) of rocks whose paths are all kept."""
     paths = flights.paths
     aloft = np.flatnonzero(paths.mode == Mode.FLIGHT)
     return float((paths.t[aloft + 1] - paths.t[aloft]).sum())

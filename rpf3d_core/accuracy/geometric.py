@@ -1,4 +1,4 @@
-"""What the resolution of the terrain does to the answer: the same rocks over fewer and fewer triangles."""
+"""The geometric error: results of the same rocks over terrains with fewer and fewer triangles."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -18,13 +18,13 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facets import Terrain
 
 PARTS = (2, 4, 8, 16, 32, 64)
-"""The terrain has a half of its triangles, a quarter, and so on."""
+"""Divisors of the number of triangles: half of the triangles, a quarter, and so on."""
 FEWEST = 8
-"""Triangles; a terrain of fewer tells nothing."""
+"""Smallest number of triangles; results over fewer triangles are useless."""
 
 
 class Coarser(NamedTuple):
-    """The answer over a terrain of some of the scene's triangles; `part` : one in so many."""
+    """The result over a terrain with 1 / `part` of the scene's triangles; off : difference from the full terrain."""
 
     part: int
     triangles: int
@@ -33,9 +33,9 @@ class Coarser(NamedTuple):
 
 
 def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Coarser]:
-    """The scene flown over coarser terrains, the same rocks from the same heights above the ground.
+    """Yield the results over coarser and coarser terrains, of the same rocks at the same heights above the ground.
 
-    exact : the same releases over the terrain as it is
+    exact : result of the same releases over the full terrain
     """
     some = taken(releases, exact.rows)
     for part in PARTS:
@@ -50,15 +50,16 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample)
 
 
 def over_terrain(prepared: Prepared, terrain: Terrain, engine: Engine) -> Prepared:
-    """The same scene over another terrain of the same zones; its map keeps its cells."""
+    """Return the scene over another terrain with the same zones; the cells of its map do not change."""
     return replace(prepared, terrain=terrain, engine=engine)
 
 
 def put_back(releases: Releases, before: Engine, after: Engine) -> Releases:
-    """Releases at the same height above another ground; where that has none there, at the same altitude.
+    """Return releases at the same height above another ground; at the same altitude where that ground is missing.
 
-    Heights are those above the ground straight below; of grounds that lie over each other the new one is that nearest
-    to the old, so no rock under an overhang is put on top of it, and none starts under the ground.
+    Heights are those above the ground straight below. If several sheets of ground lie above each other, the new ground
+    is the sheet nearest to the old ground. So no rock under an overhang is put on top of it, and no rock starts under
+    the ground.
     """
     height = before.ground_below(releases.x)[:, 0]
     ground = nearest_ground(after, releases.x, releases.x[:, 2] - height)

@@ -1,4 +1,4 @@
-"""Measure the price list of a scene, in one go: what `rpf3d cost` does."""
+"""Measures the whole price list of a scene, for `rpf3d cost`."""
 
 from collections.abc import Callable
 from itertools import chain
@@ -29,14 +29,14 @@ from rpf3d_core.setup.choices import rounds_of, with_choices
 from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 
 PAIRED = 2000
-"""Rocks that are flown by events and in steps: enough to tell a hundredth of a share, few enough for small steps."""
+"""Rocks that are flown by events and in steps: enough to resolve a hundredth of a share, few enough for small steps."""
 OVER_TERRAINS = 16_000
 """Rocks that are flown over each terrain."""
 DOUBLINGS_S = 8.0
-"""Seconds of one core for the doublings of the number of rocks."""
+"""Budget for the doublings of the number of rocks, seconds of one core."""
 
 Tell = Callable[[str], None]
-"""Told what is measured next."""
+"""A function that receives a text on the next measurement."""
 
 
 def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:
@@ -71,13 +71,13 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
 
 
 def rocks_of(scene: Scene, prepared: Prepared) -> int:
-    """How many rocks a run of the scene flies; of `rocks: auto`, those of the first round."""
+    """Return the number of rocks that a run of the scene flies; for `rocks: auto`, of the first round."""
     _, numbers = next(rounds_of(with_choices(scene, None, None, None), places_of(prepared)))
     return sum(numbers)
 
 
 def _own_steps(scene: Scene) -> Steps | None:
-    """The steps that a scene names."""
+    """Return the fixed steps that a scene names; None without any."""
     its = scene.method.stepping
     return None if its is None else Steps(its.dt, its.threshold, its.squared)
 

@@ -1,4 +1,4 @@
-"""What fixed steps do to the answer, and what each of them costs: the same rocks, event by event and step by step."""
+"""The numerical error: effect and cost of fixed steps, from the same rocks flown by events and in steps."""
 
 import time
 from collections.abc import Iterator
@@ -25,13 +25,13 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
-"""Seconds of one core that a setting may take to tell its error, and again to tell its price."""
+"""Seconds of one core to measure the error of a setting, and again to measure its price."""
 TIMED_ROCKS = 10
-"""Rocks that are stepped one by one, every step looked at, to tell the price."""
+"""Largest number of rocks that are stepped to measure the price, with every step looked at."""
 
 
 class Steps(NamedTuple):
-    """A setting of the thesis' method: dt s, threshold m; squared : as of `detection.stepped.stepped`."""
+    """A setting of the thesis' method: dt s, threshold m; squared : as in `detection.stepped.stepped`."""
 
     dt: float
     threshold: float
@@ -53,17 +53,17 @@ class OnRaster(NamedTuple):
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Cells as multiples of half a facet, whatever the cells of the scene's maps; time steps in s."""
+"""Cells as multiples of half a facet, independent of the cells of the scene's maps; time steps in s."""
 MOST_NODES = 2_000_000
-"""Heights of a raster; a finer one is left out."""
+"""Largest number of heights of a raster; finer rasters are left out."""
 GUESSED_STEP = 2e-5
-"""Seconds that a step may take before one has been timed: VTK called from Python."""
+"""Assumed seconds of a step before the first one is timed, for VTK called from Python."""
 
 
 class Price(NamedTuple):
-    """Seconds of one core to step 1,000 rocks, every step looked at, and to take one step.
+    """Seconds of one core to step 1,000 rocks with every step looked at, and to take one step.
 
-    by_clock : whether it is a step of this setting that was timed, or one of a coarser setting
+    by_clock : True if a step of this setting was timed, False if a step of a coarser setting
     """
 
     seconds_per_1000: float
@@ -72,11 +72,12 @@ class Price(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What came of a setting: how far off, over how many rocks.
+    """The error and the price of a setting, over a number of rocks.
 
-    tunnelled : share of rocks (-) that ended under the ground; steps : mean number a rock
-    vtk : the price where VTK finds the closest facet, called from Python, as in the thesis; None on a raster, where
-        none is looked for; compiled : by this engine
+    tunnelled : share of rocks (-) that ended under the ground; steps : mean number of steps of a rock
+    vtk : price if VTK, called from Python, finds the closest facet, as in the thesis; None on a raster, which needs no
+        closest facet
+    compiled : price with the compiled engine
     """
 
     setting: Steps | OnRaster
@@ -91,11 +92,11 @@ class Measured(NamedTuple):
 def stepped_answers(
     prepared: Prepared, releases: Releases, exact: FlownSample, settings: tuple[Steps, ...] = SETTINGS
 ) -> Iterator[Measured]:
-    """Fly the releases with each setting; the answer to compare with is that of events, of the same rocks.
+    """Yield error and price of each setting, compared with the same rocks flown by events.
 
     exact : all releases, by events
     """
-    # Over the same terrain, but with VTK's own index, which is not needed for anything else.
+    # The same terrain with VTK's own locator, which only this measurement needs.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
     same, step_vtk, step_compiled = {len(exact.rows): exact}, GUESSED_STEP, GUESSED_STEP
     for setting in settings:
@@ -114,7 +115,7 @@ def stepped_answers(
 
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
-    """As `stepped_answers`, on rasters of the terrain: rocks start at their height above the raster's ground."""
+    """Yield error and price like `stepped_answers`, on rasters; rocks keep their height above the ground."""
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
         low, high = prepared.engine.facets.low, prepared.engine.facets.high
@@ -137,10 +138,11 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
 
 
 def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
-    """The price of steps timed with some rocks or, where one would take more than the budget, at an earlier setting.
+    """Return the price of steps, timed with some rocks, or of an earlier setting if one rock exceeds the budget.
 
-    steps : of a rock, the mean over all, so that the price does not hang on how long the few that are timed fly
-    step : seconds that a step may take, from an earlier setting
+    steps : mean number of steps of all rocks, so that the price does not depend on the flight times of the few timed
+        rocks
+    step : seconds of a step in an earlier setting
     """
     if steps * step > BUDGET:
         return Price(1000.0 * steps * step, step, False)
@@ -155,10 +157,10 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Which of R rocks left the terrain with ground above them: (R,). They went through it unnoticed.
+    """Return which of R rocks left the terrain with ground above them: (R,). They tunnelled through the ground.
 
-    One that goes through the lowest ground leaves the terrain's box there and then, as deep as the tolerance; one that
-    leaves at the box' side does not count for that.
+    A rock that passes the lowest ground leaves the terrain's box at once, no deeper than the tolerance. Such a rock
+    counts too, unless it leaves at the side of the box.
     """
     slack = NEAR * engine.facets.tolerance
     depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
@@ -169,10 +171,10 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
 
 
 def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> float:
-    """How far the map (-) moves where all rocks start a tolerance (m) further east.
+    """Return the distance (-) by which the map moves if all rocks start one tolerance (m) further east.
 
-    That is some thousand times what rounding does to an impact (`precise`), so it bounds what rounding can do to the
-    map however chaotic the scene is.
+    One tolerance is some thousand times the rounding error of an impact (`precise`). So the distance bounds the effect
+    of rounding on the map, however chaotic the scene is.
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
     return map_distance(fly(prepared, moved).reached, exact.reached)

@@ -1,4 +1,4 @@
-"""A scene's terrain as a raster of heights, and the engine that steps over it."""
+"""A scene's terrain as a raster of heights, with an engine that steps over the raster."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.squares import grid_triangles
 
 
 class Squares(NamedTuple):
-    """Where the squares of a raster lie: corner x, y (m), side `cell` (m); there : (ny, nx) those that are no hole."""
+    """The squares of a raster: corner x, y (m), side `cell` (m); there : (ny, nx) False for squares that are holes."""
 
     x: float
     y: float
@@ -24,11 +24,11 @@ class Squares(NamedTuple):
 
 
 def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
-    """The same scene on heights sampled every `cell` m, flown in steps of dt (s).
+    """Return the same scene on heights sampled every `cell` m, flown in steps of dt (s); None if only holes are left.
 
-    Heights are those of the ground straight below, from above everything: of an overhang the upper side. A square
-    belongs to the zone of the ground under the middles of its two facets; one with a corner beside the terrain is
-    a hole. None where nothing but holes is left, as of a terrain smaller than a cell.
+    Heights are those of the highest ground; of an overhang, the upper side. Each of the two facets of a square has the
+    zone of the ground at its centroid. A square with a corner off the terrain is a hole, so a terrain smaller than a
+    cell has holes only.
     """
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
     if len(terrain.triangles) == 0:
@@ -39,7 +39,7 @@ def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
 
 
 def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Squares]:
-    """A terrain as a raster of heights, every `cell` m from its south-western corner, two facets a square."""
+    """Return a terrain as a raster of heights, every `cell` m from its south-western corner, two facets a square."""
     low, high = np.array(engine.facets.low), np.array(engine.facets.high)
     nx, ny = (max(int(width / cell), 1) for width in (high - low)[:2])
     x, y = np.meshgrid(low[0] + cell * np.arange(nx + 1), low[1] + cell * np.arange(ny + 1))
@@ -55,6 +55,6 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
 
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
-    """The zone of the ground at each of N points in plan (m): (N,); the first zone where there is none."""
+    """Return the zone of the ground at each of N points in plan (m): (N,); the first zone without ground."""
     facet = highest_ground(engine, points).facet
     return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

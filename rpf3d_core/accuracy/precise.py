@@ -1,8 +1,8 @@
-"""How far events are from exact arithmetic: the facets that a rock met, followed again with 50 digits.
+"""The error of events against exact arithmetic: the recorded facets of a rock, followed again with 50 digits.
 
-The facets are taken as recorded, so this tells of places and times. Whether another facet should have been met is
-told by the differences' size: it could only be one within that distance. Decimal numbers of Python's own library, for
-an impact takes no more than sums, products and one square root.
+The facets are taken as recorded, so the comparison covers places and times. The size of the differences shows whether
+another facet could be the right one: only a facet within that distance. Python's own decimal numbers are enough,
+because an impact takes only sums, products and one square root.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,11 +27,11 @@ ROCKS = 50
 
 Point = tuple[Decimal, Decimal, Decimal]
 Rebound = Callable[[Surface, Point, Point], Point]
-"""The velocity after an impact from the ground, the velocity before it and a normal of any length."""
+"""A function that returns the velocity after an impact, from ground, velocity before and a normal of any length."""
 
 
 class Struck(NamedTuple):
-    """An impact in high precision: when (s) and where (m) it is, and the velocity (m/s) after it."""
+    """An impact in high precision: time t (s), place x (m) and velocity v (m/s) after it."""
 
     t: Decimal
     x: Point
@@ -39,7 +39,7 @@ class Struck(NamedTuple):
 
 
 class ImpactErrors(NamedTuple):
-    """How far recorded impacts are from those of exact arithmetic: median and largest, m and s; of how many."""
+    """Errors of recorded impacts against exact arithmetic: median and largest, m and s; impacts : number of impacts."""
 
     impacts: int
     place_median: float
@@ -49,9 +49,9 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """How far the first impacts of some rocks are off, then the second, and so on.
+    """Return the errors of the first impacts of some rocks, then of the second impacts, and so on.
 
-    Nothing for rebound models other than those of `FOLLOWED`, or where effects act: they are not followed here.
+    Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: these cannot be followed.
 
     flights : with all impacts and paths
     """
@@ -72,7 +72,7 @@ def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Number of each impact of a rock before it first settles, slides or meets an obstacle, and how far off it is."""
+    """Return number and errors of each impact of a rock before it first settles, slides or meets an obstacle."""
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
     alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
@@ -93,14 +93,17 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, flo
 
 
 def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, float]:
-    """How far a recorded place (3,) m and time (s) are from those of an impact; rounded to a double at the very end."""
+    """Return distance (m) and time (s) between a recorded place (3,) m and time (s) and those of an exact impact.
+
+    The differences are rounded to a double at the very end.
+    """
     with localcontext(prec=DIGITS):
         gap = _minus(impact.x, _decimals(place))
         return float(_dot(gap, gap).sqrt()), abs(float(impact.t - Decimal(time)))
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
-    """The ground of each impact of a rock, as it found it."""
+    """Return the ground of each impact of a rock, with the values drawn for the impact."""
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(prepared.flight.settings.seed, source, rock)
@@ -112,12 +115,12 @@ def impacts_in_digits(
     facets: Facets, surfaces: Sequence[Surface], gravity: float, x: Sequence[float], v: Sequence[float],
     struck: Sequence[int], times: Sequence[float], rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
-    """The impacts of a rock from x (3,) m with v (3,) m/s on facets one after another, in DIGITS digits.
+    """Return the impacts of a rock from x (3,) m with v (3,) m/s on a sequence of facets, in DIGITS digits.
 
-    Numbers are taken as they are in the machine: a coefficient of 0.1 is the double nearest to it.
+    Numbers are used as stored: a coefficient of 0.1 is the nearest double.
 
-    surfaces, times : of each impact, the ground and the recorded time (s), which tells a parabola's two roots apart
-    rebound : None for that of constant restitution
+    surfaces, times : ground and recorded time (s) of each impact; the time selects one of the two roots of a parabola
+    rebound : None for constant restitution
     """
     bounce = constant if rebound is None else rebound
     with localcontext(prec=DIGITS):
@@ -138,7 +141,7 @@ class Landed(NamedTuple):
 
 
 def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
-    """Where a rock meets a facet of three corners (3, 3) m after its last impact, near to the recorded time (s)."""
+    """Return where a rock meets a facet of three corners (3, 3) m after its last impact, near the recorded time (s)."""
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
@@ -147,7 +150,7 @@ def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, re
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
-    """The root of a t^2 + b t + c that is nearer to a time (s)."""
+    """Return the root of a t^2 + b t + c that is nearer to a time (s)."""
     if a == 0:
         return -c / b
     root = max(b * b - 4 * a * c, Decimal(0)).sqrt()
@@ -155,12 +158,18 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
 
 
 def constant(surface: Surface, v: Point, n: Point) -> Point:
-    """Equations 3-1 to 3-3 of the thesis as vectors (`kinetics.rebound.constant_restitution`)."""
+    """Return the velocity after an impact by equations 3-1 to 3-3 of the thesis as vectors.
+
+    Like `kinetics.rebound.constant_restitution`.
+    """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
 
 
 def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
-    """The same, with no more loss along the ground than friction allows (`kinetics.rebounds.coulomb_limited`)."""
+    """Return the velocity like `constant`, but lose no more along the ground than friction allows.
+
+    Like `kinetics.rebounds.coulomb_limited`.
+    """
     R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))
     into2 = _dot(v, n) ** 2 / _dot(n, n)
     speed = max(_dot(v, v) - into2, Decimal(0)).sqrt()
@@ -169,14 +178,14 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
 
 
 def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
-    """The velocity after an impact that leaves a share of the speed along the ground."""
+    """Return the velocity after an impact that keeps a share of the speed along the ground."""
     into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
     x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z
 
 
 FOLLOWED: dict[type, Rebound] = {ConstantRestitution: constant, CoulombLimited: coulomb_limited}
-"""Rebound models that are followed, with what they do in DIGITS digits."""
+"""Rebound models that can be followed, with their functions in DIGITS digits."""
 
 
 def _decimals(values: Sequence[float]) -> Point:

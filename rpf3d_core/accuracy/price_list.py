@@ -1,4 +1,4 @@
-"""The price list: what each setting leaves open on a scene, and what it costs, in one currency."""
+"""The price list: error and cost of each setting on a scene, in the same units for all settings."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ EVENTS: Mapping[str, Any] = {"method": "events"}
 
 
 class Priced(NamedTuple):
-    """A line of the list: a setting, its error (-), what 1,000 rocks cost (s of one core), and what else is known."""
+    """A line of the list: a setting, its error (-), the cost of 1,000 rocks (s of one core), and further values."""
 
     setting: Mapping[str, Any]
     error: float
@@ -57,9 +57,10 @@ class Priced(NamedTuple):
 class PriceList:
     """What accuracy costs on one scene.
 
-    digest : of the scene; rocks : how many it asks for; auto : whether these are only the first round of `rocks: auto`
-    method : the setting that it names; cell : of its map, m
-    off_exact : how far events are from arithmetic with 50 digits, impact by impact
+    digest : of the scene; rocks : number of rocks of a run; auto : True if only those of the first round of `rocks:
+        auto`
+    method : the setting that the scene names; cell : of its map, m
+    off_exact : errors of events against arithmetic with 50 digits, impact by impact
     """
 
     scene: str
@@ -76,17 +77,17 @@ class PriceList:
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
-    """The line of the method that meets every event."""
+    """Return the line of the exact method, which finds every event."""
     return Priced(EVENTS, error, seconds_per_1000, {"timed": True})
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
-    """A setting of a fixed-step method, as it stands in the list."""
+    """Return a setting of a fixed-step method in the form of the list."""
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """The line of a setting of a fixed-step method."""
+    """Return the line of a setting of a fixed-step method."""
     price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
@@ -99,18 +100,18 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
-    """The line of a coarser terrain."""
+    """Return the line of a coarser terrain."""
     setting = {"part": found.part, "triangles": found.triangles}
     return Priced(setting, found.off.of_map, found.seconds_per_1000, _off(found.off, rocks, sampled))
 
 
 def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
-    """The line of the terrain as it is."""
+    """Return the line of the full terrain."""
     return Priced({"part": 1, "triangles": triangles}, 0.0, seconds_per_1000, {})
 
 
 def priced_sample(found: Sampled) -> Priced:
-    """The line of a number of rocks."""
+    """Return the line of a number of rocks."""
     more = {
         "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
         "seconds": found.seconds,
@@ -135,7 +136,7 @@ def _both(metres: Metres) -> list[float | None]:
 
 
 def section(prices: PriceList) -> dict[str, Any]:
-    """The price list as plain values for cost.json."""
+    """Return the price list as plain values for cost.json."""
     exact = [
         {"impact": number, "rocks": off.impacts, "place_m": [off.place_median, off.place_max],
          "time_s": [off.time_median, off.time_max]}
@@ -175,7 +176,7 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 
 
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
-    """The price list that a cost.json holds; KeyError, TypeError or ValueError where it is none."""
+    """Return the price list in the values of a cost.json; raise KeyError, TypeError or ValueError for other values."""
     scene = facts["scene"]
     lines = {
         name: [_priced(line) for line in facts[name]]

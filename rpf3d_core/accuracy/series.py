@@ -1,4 +1,4 @@
-"""The price list as series of points to be drawn: error against seconds of one core."""
+"""The price list as series of points for plots: error against seconds of one core."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -8,17 +8,17 @@ from rpf3d_core.accuracy.price_list import Priced, PriceList
 from rpf3d_core.results.series import Colour, Series
 
 LEAST = 1e-4
-"""Where an error below this is drawn, 0 above all: logarithms have no place for it. Its word then says what it is."""
+"""Smallest drawn error, because logarithms have no place for 0. The word at a point states a smaller error."""
 BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
 STEPS = (
     (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
     (227, 119, 194),
 )  # fmt: skip
-"""Of the methods of fixed steps, one after another: no more than these are measured."""
+"""Colours of the fixed-step methods in turn; no more methods than these are measured."""
 
 
 def series_of(prices: PriceList) -> list[Series]:
-    """All series; seconds are those of 1,000 rocks or, where the number of rocks is the setting, of that many."""
+    """Return all series; seconds are those of 1,000 rocks or, if the number of rocks is the setting, of that number."""
     groups: dict[str, list[Priced]] = {}
     for line in prices.numerical:
         groups.setdefault(_method_name(line.setting), []).append(line)
@@ -47,7 +47,7 @@ def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], secon
 
 
 def _beside(line: Priced) -> str:
-    """The word beside a point, with its error where that cannot be drawn."""
+    """Return the word next to a point, with its error if the error is too small to be drawn."""
     word = word_of(line.setting)
     return word if line.error >= LEAST else f"{word}: {line.error:.1g}"
 
@@ -60,7 +60,7 @@ def _method_name(setting: Mapping[str, Any]) -> str:
 
 
 def word_of(setting: Mapping[str, Any]) -> str:
-    """A setting in a word or two."""
+    """Return a setting in a word or two."""
     if "rocks" in setting:
         return f"{setting['rocks']:,}"
     if "part" in setting:

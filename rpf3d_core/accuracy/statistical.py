@@ -1,4 +1,4 @@
-"""What the number of rocks leaves open: maps of some of all rocks flown, intervals of shares, p95 of energy."""
+"""The statistical error: maps of a part of all flown rocks, intervals of shares, and the p95 of energy."""
 
 import math
 from typing import NamedTuple
@@ -12,18 +12,19 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95
 from rpf3d_core.setup.prepared import Prepared
 
 FEWEST = 125
-"""Rocks that the doublings begin with."""
+"""Number of rocks of the smallest ensemble."""
 MOST = 32_000
-"""Rocks that they end with."""
+"""Largest number of rocks of an ensemble."""
 QUANTILE = 0.95
 
 
 class Sampled(NamedTuple):
-    """What is known from so many rocks.
+    """The statistical errors of a number of rocks.
 
-    of_map : distance (-) of their map from that of all rocks there could be; apart : of two such maps from each other
+    of_map : distance (-) of their map from the map of infinitely many rocks; apart : between two such maps
     half_width : of the widest 95 % interval of a share (-)
     energy : half-width of the 95 % interval of the p95 of energy over that p95 (-), None if unknown
+    seconds : of one core, to fly and count the rocks
     """
 
     rocks: int
@@ -35,7 +36,7 @@ class Sampled(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two ensembles of as many, but other, rocks: their maps, and what is known from one of them, as of `Sampled`."""
+    """Two ensembles of equal size without a common rock: their maps, and the errors of one of them as in `Sampled`."""
 
     one: Reached
     other: Reached
@@ -45,7 +46,10 @@ class Pair(NamedTuple):
 
 
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
-    """Ensembles of 125, 250, ... rocks, until a budget (s of one core) is used up; each is flown twice, other rocks."""
+    """Return the errors of 125, 250, ... rocks, until a budget (s of one core) is used up.
+
+    Each number is flown twice, with different rocks.
+    """
     pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0
     while rocks <= MOST and spent < budget:
@@ -69,20 +73,21 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """The map of two ensembles without a rock in common."""
+    """Return the map of two ensembles without a rock in common."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)
 
 
 def distance_from_truth(some: Reached, everything: Reached) -> float:
-    """How far (-) the map of some rocks is from that of all there could be, told from all that were flown.
+    """Return the estimated distance (-) between the map of some rocks and the map of infinitely many rocks.
 
-    n of N rocks are off those N by less than off the truth, by the square root of 1 - n/N: the correction for a finite
-    population. Half of the distance of two maps would not do, nor that over the square root of two: of a cell that
-    next to no rock comes to, two small ensembles are no further apart than each is off the truth.
+    The distance of n rocks from all N flown rocks is smaller than that from the truth by the factor sqrt(1 - n/N), the
+    correction for a finite population. Half of the distance between two maps would not do, nor the distance over the
+    square root of two: in a cell that hardly any rock reaches, two small ensembles are no further apart than each is
+    from the truth.
 
-    everything : a map that the rocks of `some` are among
+    everything : a map that includes the rocks of `some`
 
     Sources
     -------
@@ -93,10 +98,11 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
-    """Half-width of the 95 % interval of a quantile (-) of values (N,), over its own size (-).
+    """Return the half-width of the 95 % interval of a quantile (-) of values (N,), over the quantile's value (-).
 
-    The interval lies between two order statistics: how many of N values lie below the true quantile is binomial, here
-    by its normal limit. None where that reaches beyond the largest value, or the values have no size.
+    The interval lies between two order statistics: the number of values below the true quantile is binomial, here in
+    its normal limit. Return None if the interval reaches beyond the smallest or largest value, or if the quantile's
+    value is not above 0.
 
     Sources
     -------
@@ -113,9 +119,9 @@ def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
 
 
 def floor_of(rocks: int, sampled: list[Sampled]) -> float:
-    """How far two maps (-) of so many different rocks each are apart, from the doublings nearest to that number.
+    """Return the distance (-) between maps of two ensembles of the given number of different rocks, by chance alone.
 
-    Errors go as one over the square root of the number of rocks.
+    The distance comes from the nearest doubling, and errors are proportional to 1 / sqrt(rocks).
     """
     nearest = min(sampled, key=lambda one: abs(math.log(one.rocks / rocks)))
     return min(math.sqrt(nearest.rocks / rocks) * nearest.apart, 1.0)

@@ -1,4 +1,4 @@
-"""The price list in words: tables for the screen and for Markdown, and what it comes to."""
+"""The price list as tables for the screen and for Markdown, and its findings in words."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -29,7 +29,7 @@ NOTE = (
 
 
 def numerical_rows(prices: PriceList) -> list[Row]:
-    """A row for each way of finding contacts."""
+    """Return a row for each method of finding contacts."""
     return [_numerical(line) for line in prices.numerical]
 
 
@@ -51,7 +51,7 @@ def _method(setting: Any) -> str:
 
 
 def geometric_rows(prices: PriceList) -> list[Row]:
-    """A row for each terrain."""
+    """Return a row for each terrain."""
     return [
         (
             f"{line.setting['triangles']:,}", word_of(line.setting), number(line.error), number(line.more.get("floor")),
@@ -62,7 +62,7 @@ def geometric_rows(prices: PriceList) -> list[Row]:
 
 
 def statistical_rows(prices: PriceList) -> list[Row]:
-    """A row for each number of rocks."""
+    """Return a row for each number of rocks."""
     return [
         (
             word_of(line.setting), number(line.error), number(line.more["half_width"]),
@@ -78,7 +78,7 @@ def _lengths(more: Any) -> Row:
 
 
 def number(value: float | None) -> str:
-    """A number to two digits; nothing for one that is not known."""
+    """Return a number with two digits as text; "" for None."""
     if value is None:
         return ""
     if value == 0.0:
@@ -88,7 +88,7 @@ def number(value: float | None) -> str:
 
 
 def findings(prices: PriceList, target: float) -> list[str]:
-    """What the list comes to: how exact events are, the largest of the three errors, and what a target costs."""
+    """Return sentences on the exactness of events, the largest of the three errors, and the cost of a target."""
     errors = errors_of_scene(prices)
     told = {
         "numerical": "numerical (the scene's method)",
@@ -141,13 +141,13 @@ def _choice(choice: Choice | None) -> str:
 
 
 def ordinal(number: int) -> str:
-    """1st, 2nd, 3rd, 4th, ..., 11th, ..., 21st."""
+    """Return 1st, 2nd, 3rd, 4th, ..., 11th, ..., 21st."""
     word = "th" if number // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
     return f"{number}{word}"
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Header and rows of the three tables."""
+    """Return header and rows of the three tables."""
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),
         (GEOMETRIC_HEADER, geometric_rows(prices)),
@@ -156,12 +156,12 @@ def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
 
 
 def document(prices: PriceList, target: float) -> str:
-    """The price list as a page of Markdown, without a title."""
+    """Return the price list as a page of Markdown without a title."""
     lines = [f"- {line}" for line in findings(prices, target)]
     return "\n\n".join(["\n".join(lines), *(markdown(*table) for table in tables(prices)), NOTE])
 
 
 def markdown(header: Sequence[str], rows: Sequence[Row]) -> str:
-    """A table in Markdown."""
+    """Return a table in Markdown."""
     lines = [header, ("---",) * len(header), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

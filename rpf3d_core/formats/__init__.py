@@ -1,1 +1,1 @@
-"""Readers and writers of files that know nothing of a scene."""
+"""Readers and writers of file formats, independent of scenes."""

@@ -1,10 +1,10 @@
 """Elevation grids: ESRI ASCII and GeoTIFF through rasterio.
 
-What the grid means: an elevation belongs to the centre of its cell. So the vertices of the mesh are the cell centres,
-half a cell inside the grid's outline (`xllcorner` names the outline's corner, `xllcenter` the first centre; both give
-the same mesh where they say the same thing). Four neighbouring centres make a square of two triangles, all squares
-cut along the same diagonal, from the first row and column to the next row and column (north-west to south-east in a
-north-up grid). A square with a corner without data is a hole.
+An elevation of the grid belongs to the centre of its cell. So the vertices of the mesh are the cell centres, half a
+cell inside the grid's outline (`xllcorner` is the corner of the outline, `xllcenter` the first centre; both keys give
+the same mesh for the same grid). Four neighbouring centres form a square of two triangles. All squares are cut along
+the same diagonal, from the first row and column to the next row and column (north-west to south-east in a north-up
+grid). A square with a corner without data is a hole.
 """
 
 import gzip
@@ -29,13 +29,13 @@ DEM_EXTENSIONS = (".asc", ".asc.gz", ".tif", ".tiff")
 HEADER_KEYS = b"ncols nrows xllcorner yllcorner xllcenter yllcenter cellsize dx dy nodata_value".split()
 
 ESRI_NODATA = -9999.0
-"""What stands for a missing elevation in an ESRI ASCII grid that does not say (ESRI, ASCII raster format)."""
+"""The value for missing elevations if an ESRI ASCII grid does not state it (ESRI, ASCII raster format)."""
 
 logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def read_dem(path: Path) -> FileMesh:
-    """The mesh over an elevation grid; its facets look up, square by square in row order.
+    """Return the mesh over an elevation grid, with facets that face up, square by square in row order.
 
     Parameters
     ----------
@@ -45,15 +45,15 @@ def read_dem(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is no raster, is truncated, or is in degrees.
+        If the file is not a raster, is truncated, or is in degrees.
     """
     return _surface(*read_grid(path))
 
 
 def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
-    """The numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
+    """Return the numbers (H, W) of a grid, in the file's own unit, and the transform from cell corners to x, y.
 
-    NaN stands where there are none; `kind` is what messages call one of them.
+    Missing numbers are NaN. `kind` is the word for one number in messages.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def read_grid(path: Path, kind: str = "elevation") -> tuple[FloatArray, Affine]:
 
 
 def _read_numbers(path: Path, kind: str) -> tuple[FloatArray, Affine]:
-    """As `read_grid`."""
+    """Return numbers and transform like `read_grid`, but let errors of rasterio pass."""
     is_text = path.name.lower().endswith((".asc", ".asc.gz"))
     name = f"/vsigzip/{path.absolute()}" if path.suffix.lower() == ".gz" else str(path)
     options: dict[str, Any] = {"driver": "AAIGrid", "DATATYPE": "Float64"} if is_text else {"driver": "GTiff"}
@@ -94,9 +94,9 @@ def _refuse_unusable(path: Path, grid: Any) -> None:
 
 
 def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
-    """The numbers below the header of an ESRI ASCII grid.
+    """Return the numbers below the header of an ESRI ASCII grid.
 
-    Read here because GDAL turns the missing part of a truncated file, and words, into heights of 0.
+    GDAL does not read the numbers, because it turns words and the missing part of a truncated file into heights of 0.
     """
     data = gzip.decompress(path.read_bytes()) if path.suffix.lower() == ".gz" else path.read_bytes()
     words = data.split()
@@ -114,7 +114,7 @@ def _text_numbers(path: Path, kind: str, rows: int, columns: int) -> FloatArray:
 
 
 def _surface(heights: FloatArray, transform: Affine) -> FileMesh:
-    """Vertices at the centres of the cells that have data, and two triangles for each full square."""
+    """Return the mesh with vertices at the centres of cells with data, and two triangles for each complete square."""
     row, column = np.nonzero(np.isfinite(heights))
     x = transform.a * (column + 0.5) + transform.b * (row + 0.5) + transform.c
     y = transform.d * (column + 0.5) + transform.e * (row + 0.5) + transform.f

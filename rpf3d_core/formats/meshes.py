@@ -1,4 +1,4 @@
-"""Reading a mesh file of any known kind."""
+"""Reading a mesh file of any known format."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,11 +9,11 @@ from rpf3d_core.formats.surface import FileMesh
 
 
 def read_stl(path: Path) -> FileMesh:
-    """The facets of an STL file, ASCII or binary."""
+    """Return the facets of an STL file, ASCII or binary."""
     return _read_ascii_stl(path) if is_ascii_stl(path) else read_binary_stl(path)
 
 
-# VTK takes a fifth of a second to import: only a run that reads with it pays for it.
+# VTK takes a fifth of a second to import, so only runs that read with VTK import it.
 
 
 def _read_ascii_stl(path: Path) -> FileMesh:
@@ -41,4 +41,4 @@ MESH_READERS: dict[str, Callable[[Path], FileMesh]] = {
     ".vtp": _read_vtk,
     ".vtk": _read_vtk,
 }
-"""Reader by file name extension."""
+"""Readers by file name extension."""

@@ -1,7 +1,7 @@
 """PLY meshes, ASCII and binary of either byte order (Turk 1994, The PLY Polygon File Format).
 
-Read here and not by vtkPLYReader, which crashes on a truncated binary file and fills a truncated text file with
-whatever the memory held. Every count is held against the file's size first. Polygons become fans of triangles.
+vtkPLYReader is not used: it crashes on a truncated binary file, and fills the mesh of a truncated text file with
+arbitrary memory. This reader first checks every count against the file's size. Polygons become fans of triangles.
 """
 
 from pathlib import Path
@@ -18,7 +18,7 @@ _WHOLE_TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "in
 _TYPES = _WHOLE_TYPES | {"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"}
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _HEADER_LIMIT = 100_000
-"""Bytes within which a header must end."""
+"""Largest size of a header, bytes."""
 
 
 class Element(NamedTuple):
@@ -30,12 +30,12 @@ class Element(NamedTuple):
 
 
 def read_ply(path: Path) -> FileMesh:
-    """The vertices and faces of a PLY file.
+    """Return the vertices and faces of a PLY file.
 
     Raises
     ------
     TerrainError
-        If the file is not a PLY mesh of vertices x, y, z followed by faces, or holds less than its header announces.
+        If the file is not a PLY mesh of vertices x, y, z followed by faces, or has less data than its header announces.
     """
     data = path.read_bytes()
     order, elements, begin = _header(path, data)
@@ -54,7 +54,7 @@ def read_ply(path: Path) -> FileMesh:
 
 
 def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:
-    """Byte order ("" for text), elements, and where the tables begin."""
+    """Return byte order ("" for text), elements, and the offset of the tables in bytes."""
     end = data.find(b"end_header", 0, _HEADER_LIMIT)
     line_end = data.find(b"\n", end)
     if not data.startswith(b"ply") or end < 0 or line_end < 0:
@@ -90,7 +90,7 @@ def _column(words: list[str]) -> tuple[str, ...]:
 
 
 def _mesh_elements(path: Path, elements: list[Element]) -> tuple[Element, Element]:
-    """The vertex and the face element, which must come first and in this order."""
+    """Return the vertex and the face element, which must be the first two, in this order."""
     if [element.name for element in elements[:2]] != ["vertex", "face"]:
         raise TerrainError(f"{path}: must have the elements vertex and face, in this order and first")
     vertex, face = elements[:2]
@@ -120,7 +120,7 @@ def _binary_tables(
 
 
 def _binary_polygons(data: bytes, begin: int, order: str, face: Element) -> list[list[int]]:
-    """Corner lists of faces of mixed sizes, one after the other."""
+    """Return the corner lists of faces with different numbers of corners."""
     _, count_kind, kind = face.columns[0]
     count_type, corner_type = np.dtype(order + count_kind), np.dtype(order + kind)
     tail = sum(np.dtype(column[1]).itemsize for column in face.columns[1:])
@@ -164,12 +164,12 @@ def _refuse_few_corners(face: int, corners: int) -> None:
 
 
 def _fans(polygons: list[list[int]]) -> NDArray[np.int32]:
-    """Triangles (F, 3) that fan out from the first corner of each polygon."""
+    """Return triangles (F, 3) that fan out from the first corner of each polygon."""
     triangles = [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)]
     return _indices(np.array(triangles, dtype=np.int64).reshape(-1, 3))
 
 
 def _indices(corners: NDArray[Any]) -> NDArray[np.int32]:
-    """The same indices in 32 bits; ones that do not fit become -1, which no point has."""
+    """Return the indices in 32 bits; an index that does not fit becomes -1, which no point has."""
     fits = (corners >= 0) & (corners < 2**31)
     return np.where(fits, corners, -1).astype(np.int32)

@@ -1,7 +1,7 @@
-"""Points from a file: x y z first on each line of a text, the columns that a CSV's header names, or points of GeoJSON.
+"""Points from a file: a text with x y z first on each line, a CSV with named columns, or points of GeoJSON.
 
-Cells are taken as they stand: a text between quotes is one cell, and only a plain number is a coordinate. Whatever
-could be read in two ways (`1,234.5`, a name before the coordinates) is refused, for it would put rocks elsewhere.
+Cells are read literally: a text between quotes is one cell, and only a plain number is a coordinate. Ambiguous
+content (`1,234.5`, a name before the coordinates) is refused, because a wrong reading would misplace rocks.
 """
 
 import csv
@@ -21,7 +21,8 @@ from rpf3d_core.terrain.frame import FloatArray, Up
 
 GEOJSON = (".geojson", ".json")
 SEPARATORS = ";\t,"
-"""Of cells, the first of them that stands in the first line; a decimal comma makes no cells where there is another."""
+"""Separators of cells in order of priority: the first one that is present in the first line separates all cells, so a
+decimal comma does not separate cells in a file with semicolons or tabs."""
 
 AXES = "xyz"
 COLUMN_NAMES = {
@@ -29,7 +30,7 @@ COLUMN_NAMES = {
     "y": ("north", "northing", "n"),
     "z": ("elevation", "elev", "height", "altitude", "alt", "rl"),
 }
-"""What surveys call a column, beside x, y and z themselves."""
+"""Names of columns in surveys, besides x, y and z."""
 
 UNIT = re.compile(r"(_m|\s*\(m\)|\s*\[m\])$")
 QUOTED = re.compile(r'"[^"]*"')
@@ -38,30 +39,31 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 class Row(NamedTuple):
-    """The cells of one line of a file, its number counted from 1."""
+    """The cells of one line of a file; `line` is counted from 1."""
 
     line: int
     cells: list[str]
 
 
 def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
-    """Points (N, 3) of a file, N >= 1, in the input's own coordinates (m).
+    """Return the points (N, 3) of a file, N >= 1, in the input's own coordinates (m).
 
-    In a text, numbers are separated by blanks, and what follows a `#` is a comment. If the first line has a comma,
-    semicolon or tab, the file is a CSV: cells lie between those, and a line that begins with `#` is a comment. Empty
-    lines are skipped. A first line without any number is a header: it names the columns (`COLUMN_NAMES`); without one
-    they are the first three. A name that ends in .geojson or .json is GeoJSON with Points or MultiPoints.
+    In a text, numbers are separated by blanks, and `#` starts a comment. If the first line has a comma, semicolon or
+    tab, the file is a CSV: this character separates cells, and a line that begins with `#` is a comment. Empty lines
+    are skipped. A first line without any number is a header that names the columns (`COLUMN_NAMES`); without a header,
+    the coordinates are the first three columns. A file with the extension .geojson or .json is GeoJSON with Points or
+    MultiPoints.
 
     Parameters
     ----------
-    up : the input axis that points up; where it is y, no column can be called an easting, northing or elevation
-    heights : whether each point must have one; if not, points in plan will do, and a height that is left out is 0
+    up : the input axis that points up; if y, no column may be called an easting, northing or elevation
+    heights : True if each point needs a height; if False, points in plan are accepted, and a missing height is 0
 
     Raises
     ------
     InputError
-        If the file cannot be read, holds no point, or holds anything but finite numbers where a point should be; names
-        the line and the column, or the position in GeoJSON.
+        If the file cannot be read, has no point, or has a point that is not made of finite numbers; names the line and
+        the column, or the position in GeoJSON.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -75,7 +77,7 @@ def read_points(path: Path, up: Up = "z", heights: bool = True) -> FloatArray:
 
 
 def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
-    """The points of a text or CSV."""
+    """Return the points of a text or CSV."""
     rows = list(rows_of(path, text))
     if not rows:
         return []
@@ -90,7 +92,7 @@ def _text_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[flo
 
 
 def rows_of(path: Path, text: str) -> Iterator[Row]:
-    """The lines that hold anything, as cells without blanks around them."""
+    """Return the non-empty lines as cells without surrounding blanks; comments are left out."""
     begin = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
     separator = next((mark for mark in SEPARATORS if mark in REMARK.sub("", QUOTED.sub("", begin))), None)
     rows = _blank_rows(text) if separator is None else _csv_rows(path, text, separator)
@@ -112,22 +114,22 @@ def _csv_rows(path: Path, text: str, separator: str) -> Iterator[Row]:
 
 
 def _plan_axes(up: Up) -> str:
-    """The axes of a point in plan."""
+    """Return the two axes of a point in plan."""
     return "xy" if up == "z" else "xz"
 
 
 def _named_columns(path: Path, header: Row, up: Up, heights: bool) -> dict[str, int]:
-    """The columns of x, y and z by what a header calls them; a height may be missing where none is needed.
+    """Return the columns of x, y and z by the names in a header; an optional height may be missing.
 
     Raises
     ------
     InputError
-        One of them has no column, or more than one; says which names are known.
+        A coordinate has no column, or more than one; the message lists the known names.
     """
     names = [UNIT.sub("", cell.lower()) for cell in header.cells]
     columns = {}
     for axis in AXES:
-        # A file with z may have a height beside it, such as that of a tree.
+        # A file with z may also have a column height, such as the height of a tree.
         found = [i for i, name in enumerate(names) if name == axis] or [
             i for i, name in enumerate(names) if up == "z" and name in COLUMN_NAMES[axis]
         ]
@@ -146,18 +148,18 @@ def _listed(axes: Sequence[str]) -> str:
 
 
 def _known(up: Up) -> str:
-    """The names of columns that a header may use."""
+    """Return the known names of columns, for messages."""
     names = [", ".join((axis, *(COLUMN_NAMES[axis] if up == "z" else ()))) for axis in AXES]
     return "; ".join(names) + ", in capitals too, with or without _m, (m) or [m]"
 
 
 def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] | None) -> tuple[float, ...]:
-    """The point of a row; 0 for a coordinate that has no column.
+    """Return the point of a row, with 0 for a coordinate without a column.
 
     Raises
     ------
     InputError
-        A cell is missing or no plain, finite number.
+        A cell is missing or not a plain, finite number.
     """
     point = dict.fromkeys(AXES, 0.0)
     for axis, column in columns.items():
@@ -175,7 +177,7 @@ def _point(path: Path, row: Row, columns: dict[str, int], header: Sequence[str] 
 
 
 def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[float, ...]]:
-    """The points of GeoJSON."""
+    """Return the points of a GeoJSON text."""
     try:
         content = json.loads(text)
     except ValueError as fault:
@@ -184,7 +186,7 @@ def _geojson_points(path: Path, text: str, up: Up, heights: bool) -> list[tuple[
 
 
 def _positions(path: Path, content: Any) -> Iterator[Any]:
-    """What should be positions, in order."""
+    """Yield the written positions in order, unchecked."""
     for geometry in geometries(path, content, ("Point", "MultiPoint")):
         written = geometry.get("coordinates")
         if geometry["type"] == "Point":
@@ -196,7 +198,7 @@ def _positions(path: Path, content: Any) -> Iterator[Any]:
 
 
 def _position(path: Path, position: Any, up: Up, heights: bool) -> tuple[float, ...]:
-    """Three finite numbers; two will do where no height is needed, as in polygons those of the plan."""
+    """Return the three finite numbers of a position; two numbers, those in plan, are enough if heights are optional."""
     numbers = isinstance(position, list) and all(type(number) in (int, float) for number in position)
     counts = (3,) if heights else (2, 3)
     if not numbers or len(position) not in counts or not all(map(math.isfinite, position)):

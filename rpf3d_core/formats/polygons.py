@@ -17,12 +17,12 @@ KINDS = ("Polygon", "MultiPolygon")
 
 
 def read_polygons(path: Path) -> MultiPolygon:
-    """All polygons of a GeoJSON file, holes respected; a point is in them if it is in any.
+    """Return all polygons of a GeoJSON file, with their holes; a point is inside if it is inside any polygon.
 
     Raises
     ------
     InputError
-        If the file is not GeoJSON, holds anything but polygons, none at all, or one that crosses itself.
+        If the file is not GeoJSON, has other geometries than polygons, no polygon, or a polygon that crosses itself.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -35,16 +35,16 @@ def read_polygons(path: Path) -> MultiPolygon:
 
 
 def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
-    """The polygon of three or more corners (N, 2) m in plan, closed by itself.
+    """Return the polygon of three or more corners (N, 2) m in plan; the last corner joins the first.
 
     Raises
     ------
     InputError
-        It crosses itself or encloses no area.
+        The polygon crosses itself or encloses no area.
     """
     polygon = shapely.Polygon(corners)
     if not polygon.is_valid or polygon.area == 0.0:
-        # A bow tie of two equal halves has no area either: only corners on one line enclose none.
+        # A bow tie of two equal halves also has area 0, but crosses itself; corners on one line enclose no area.
         on_a_line = polygon.convex_hull.area == 0.0
         why = "it encloses no area" if on_a_line else f"it crosses itself: {shapely.is_valid_reason(polygon)}"
         raise InputError(f"must be the corners of a polygon in their order around it, but is none ({why})")
@@ -52,26 +52,26 @@ def polygon_of(corners: Sequence[tuple[float, float]]) -> MultiPolygon:
 
 
 def plan_triangles(polygons: MultiPolygon) -> NDArray[np.float64]:
-    """Triangles (T, 3, 2) m in plan that fill polygons exactly, holes left out, without overlapping one another."""
+    """Return triangles (T, 3, 2) m in plan that fill polygons exactly, without holes and without overlap."""
     whole = shapely.union_all(list(polygons.geoms))  # parts may overlap
     triangles = shapely.constrained_delaunay_triangles(whole).geoms
     return np.array([shapely.get_coordinates(triangle)[:3] for triangle in triangles]).reshape(-1, 3, 2)
 
 
 def local_plan(frame: Frame, plan: FloatArray) -> FloatArray:
-    """Plan coordinates (..., 2) m of the input, x y or x z where y is up, in the local frame."""
+    """Return plan coordinates (..., 2) m of the input (x y, or x z if y is up) in the local frame."""
     level = np.zeros(plan.shape[:-1])
     columns = (plan[..., 0], plan[..., 1], level) if frame.up == "z" else (plan[..., 0], level, plan[..., 1])
     return frame.points_to_local(np.stack(columns, axis=-1))[..., :2]
 
 
 def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[Any]:
-    """The geometries of a FeatureCollection, a Feature, a GeometryCollection or a bare geometry, all of wanted kinds.
+    """Yield the geometries of a FeatureCollection, a Feature, a GeometryCollection or a bare geometry of wanted types.
 
     Raises
     ------
     InputError
-        There is something else in it.
+        The content has other geometries, or is not GeoJSON.
     """
     kind = content.get("type") if isinstance(content, dict) else None
     parts = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
@@ -88,7 +88,7 @@ def geometries(path: Path, content: Any, wanted: tuple[str, ...]) -> Iterator[An
 
 
 def _polygons(path: Path, geometry: Any) -> list[Any]:
-    """The polygons of one Polygon or MultiPolygon."""
+    """Return the polygons of one Polygon or MultiPolygon."""
     try:
         read = shape(geometry)
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, shapely.errors.ShapelyError) as fault:

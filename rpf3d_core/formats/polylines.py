@@ -1,4 +1,4 @@
-"""Lines in plan: written out, or from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
+"""Lines in plan: given by corners, or from GeoJSON (RFC 7946, but in the input's own plan coordinates, m)."""
 
 import json
 from pathlib import Path
@@ -13,16 +13,16 @@ from rpf3d_core.terrain.frame import FloatArray
 LINES = ("LineString", "MultiLineString")
 
 Along = Path | tuple[tuple[float, float], ...]
-"""What a scene writes for lines: the path of a file, or the corners of one."""
+"""Lines as written in a scene: the path of a file, or the corners of one line."""
 
 
 def lines_along(along: Along) -> list[FloatArray]:
-    """Lines (P, 2) m in plan, P >= 2, each without points that repeat the one before.
+    """Return lines (P, 2) m in plan, P >= 2, without repeated consecutive points.
 
     Raises
     ------
     InputError
-        Their file is damaged, or a line has no length.
+        The file is damaged, or a line has no length.
     """
     written = [np.array(along, dtype=float)] if isinstance(along, tuple) else read_lines(along)
     lines = [line[np.append(True, (np.diff(line, axis=0) != 0.0).any(axis=1))] for line in written]
@@ -32,12 +32,12 @@ def lines_along(along: Along) -> list[FloatArray]:
 
 
 def read_lines(path: Path) -> list[FloatArray]:
-    """The lines (P, 2) m of a GeoJSON file, at least one.
+    """Return the lines (P, 2) m of a GeoJSON file, at least one.
 
     Raises
     ------
     InputError
-        If the file is not GeoJSON, holds anything but lines, none at all, or one with less than two points.
+        If the file is not GeoJSON, has other geometries than lines, no line, or a line with fewer than two points.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""The coordinate reference system that a scene or a file names, as georeferenced files need it."""
+"""The coordinate reference system of a scene or a file, for georeferenced output."""
 
 import logging
 from pathlib import Path
@@ -16,14 +16,15 @@ logging.getLogger("rasterio").addHandler(logging.NullHandler())
 
 
 def reference_system(name: str | None, up: Up) -> CRS | None:
-    """The reference system of plan coordinates in the input's own axes; None where the scene names none.
+    """Return the reference system of plan coordinates in the input's own axes; None if the scene names none.
 
-    None with `up: y` as well: plan coordinates are x and z there, z runs south, and no reference system has such axes.
+    Return None with `up: y` as well: plan coordinates are then x and z, z runs south, and no reference system has such
+    axes.
 
     Raises
     ------
     InputError
-        The name is not known, or is one of degrees.
+        The name is unknown, or the reference system is in degrees.
     """
     if name is None:
         return None
@@ -33,7 +34,7 @@ def reference_system(name: str | None, up: Up) -> CRS | None:
 
 
 def why_unusable(name: str) -> str | None:
-    """Why a reference system cannot be that of a terrain in metres, None if it can."""
+    """Return why a reference system cannot be used for a terrain in metres; None if it can."""
     try:
         system = _named(name)
     except CRSError:
@@ -44,14 +45,15 @@ def why_unusable(name: str) -> str | None:
 
 
 def are_same(name: str, other: str) -> bool:
-    """Whether two names that are known mean one reference system."""
+    """True if two known names mean the same reference system."""
     return bool(_named(name) == _named(other))
 
 
 def reference_system_of_file(path: Path) -> str | None:
-    """What a GeoTIFF says it is in: its EPSG code or, where it has none, the whole definition (WKT).
+    """Return the reference system of a GeoTIFF: its EPSG code or, without one, the whole definition (WKT).
 
-    None for other files and where it says nothing; also where it is in degrees or damaged, which its reader refuses.
+    Return None for other files and if the file states no reference system; also if the system is in degrees or the file
+    is damaged, because the reader of the file refuses both.
     """
     if path.suffix.lower() not in GEOTIFF:
         return None
@@ -67,6 +69,6 @@ def reference_system_of_file(path: Path) -> str | None:
 
 
 def _named(name: str) -> CRS:
-    """A reference system by its name; `CRSError` if there is none."""
-    with rasterio.Env():  # without it, what GDAL and PROJ find wrong goes to the terminal as it is
+    """Return the reference system of a name; raise CRSError if the name is unknown."""
+    with rasterio.Env():  # without Env, GDAL and PROJ print their errors to the terminal
         return CRS.from_user_input(name)

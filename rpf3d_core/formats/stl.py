@@ -1,8 +1,9 @@
-"""Binary STL, and what is wrong with an ASCII one.
+"""Reader of binary STL files, and checks of ASCII STL files.
 
-A binary STL is 84 + 50 F bytes: 80 of free text, the number F of facets, and for each its normal and three corners in
-float32 (Burns 1993, Automated Fabrication, section 6.5). The number is held against the file's size before anything
-is allocated. The stored normals are not read: the winding says the same, and unlike them is always there.
+A binary STL has 84 + 50 F bytes: 80 of free text, the number F of facets, and for each facet its normal and three
+corners in float32 (Burns 1993, Automated Fabrication, section 6.5). The number is checked against the file's size
+before memory is allocated. The stored normals are not read, because the winding gives the same normals and is always
+present.
 """
 
 from collections.abc import Iterator
@@ -18,28 +19,28 @@ HEADER = 84
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 RECORDS_AT_A_TIME = 2**14
-"""Facets of a binary file that are held at a time, 0.8 MB: they stay in the cache."""
+"""Facets of a binary file that are read at a time, 0.8 MB, so that they stay in the cache."""
 LINES_AT_A_TIME = 2**24
-"""Bytes of text that are held at a time."""
+"""Bytes of text that are read at a time."""
 
 _VERTEX = ("vertex", 3)
 _FACET_LINES = (("facet normal", 3), ("outer loop", 0), _VERTEX, _VERTEX, _VERTEX, ("endloop", 0), ("endfacet", 0))
 
 
 def is_ascii_stl(path: Path) -> bool:
-    """Whether the file starts as an ASCII STL does: `solid` and text after it (binary ones may also begin so)."""
+    """True if the file starts like an ASCII STL: `solid`, then text. A binary STL may also begin with `solid`."""
     with path.open("rb") as file:
         head = file.read(HEADER)
     return head.lstrip().startswith(b"solid") and b"\0" not in head
 
 
 def read_binary_stl(path: Path) -> FileMesh:
-    """The facets of a binary STL, corner by corner.
+    """Return the facets of a binary STL, corner by corner.
 
     Raises
     ------
     TerrainError
-        If the file is not as long as the number of facets in its header says.
+        If the size of the file does not match the number of facets in its header.
     """
     size = path.stat().st_size
     if size < HEADER:
@@ -55,7 +56,7 @@ def read_binary_stl(path: Path) -> FileMesh:
             f"{HEADER + RECORD.itemsize * announced:,} bytes, but the file has {size:,} (room for {room:,} triangles); "
             "it is truncated, or no STL"
         )
-    # Whole columns: everything that follows works on one coordinate of all points at a time.
+    # Whole columns, because all later steps work on one coordinate of all points at a time.
     columns, block = np.empty((3, announced, 3), np.float32), np.empty(RECORDS_AT_A_TIME, RECORD)
     with path.open("rb") as file:
         file.seek(HEADER)
@@ -69,7 +70,7 @@ def read_binary_stl(path: Path) -> FileMesh:
 
 
 def ascii_stl_corners(path: Path, count: int) -> FloatArray:
-    """The corners (count, 3) m of a sound ASCII STL, as precise as they are written."""
+    """Return the corners (count, 3) m of a sound ASCII STL, as precise as in the text."""
     try:
         corners = _numbers_of_vertices(path)
     except ValueError as fault:
@@ -80,7 +81,7 @@ def ascii_stl_corners(path: Path, count: int) -> FloatArray:
 
 
 def _numbers_of_vertices(path: Path) -> FloatArray:
-    """The numbers (N,) that follow the word `vertex` at the start of a line."""
+    """Return the numbers (N,) that follow the word `vertex` at the start of a line."""
     parts = [np.empty(0)]
     with path.open("rb") as file:
         while lines := file.readlines(LINES_AT_A_TIME):
@@ -91,14 +92,14 @@ def _numbers_of_vertices(path: Path) -> FloatArray:
 
 
 def ascii_stl_fault(path: Path) -> str:
-    """Where an ASCII STL departs from the format: a sentence with the line number."""
+    """Return a sentence on the first fault of an ASCII STL, with its line number."""
     with path.open(encoding="ascii", errors="replace") as file:
         lines = ((n, line.split()) for n, line in enumerate(file, start=1) if line.strip())
         return _fault_in(lines) or "the facets look right, yet the file could not be read as an ASCII STL"
 
 
 def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
-    """The first fault of an ASCII STL, from its line numbers and words; None if there is none."""
+    """Return the first fault of an ASCII STL, from its line numbers and words; None if there is none."""
     n, inside, place = 0, False, 0
     for n, words in lines:
         if inside and place == 0 and words[0] == "endsolid":
@@ -116,7 +117,7 @@ def _fault_in(lines: Iterator[tuple[int, list[str]]]) -> str | None:
 
 
 def _fits(words: list[str], keyword: str, numbers: int) -> bool:
-    """Whether a line is a keyword and that many numbers."""
+    """True if a line is a keyword and the given number of numbers."""
     keys = keyword.split()
     values = words[len(keys) :]
     return words[: len(keys)] == keys and len(values) == numbers and all(_is_number(word) for word in values)

@@ -1,4 +1,4 @@
-"""What a terrain file holds once it is read: points and the triangles between them."""
+"""The content of a terrain file: points and the triangles between them."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from rpf3d_core.errors import TerrainError
 
 MOST_TRIANGLES = (2**31 - 1) // 3
-"""Facets, vertices and sides of facets are counted in 32 bits."""
+"""Largest number of facets, because facets, vertices and sides of facets are counted in 32 bits."""
 
 FARTHEST = 1e9
-"""Coordinates (m) that float64 still resolves to a micrometre; larger ones come from damage or from wrong units."""
+"""Largest coordinate (m): float64 still resolves a micrometre. Larger values come from damage or from wrong units."""
 
 
 class FileMesh(NamedTuple):
-    """The content of one file, in its own axes, order and winding; nothing is welded yet.
+    """The content of one file, in its own axes, order and winding, not welded.
 
     points : (N, 3) float32 or float64, m
-    triangles : (F, 3) int32, indices into points; None where points 3 f, 3 f + 1, 3 f + 2 are the corners of facet f
+    triangles : (F, 3) int32, indices into points; None if points 3 f, 3 f + 1, 3 f + 2 are the corners of facet f
     """
 
     points: NDArray[Any]
@@ -27,17 +27,18 @@ class FileMesh(NamedTuple):
 
 
 def facet_count(surface: FileMesh) -> int:
-    """Number of triangles F."""
+    """Return the number of triangles F."""
     return len(surface.points) // 3 if surface.triangles is None else len(surface.triangles)
 
 
 def usable(path: Path, surface: FileMesh) -> FileMesh:
-    """The surface without the points that no facet has, checked.
+    """Return the checked surface without the points that no facet uses.
 
     Raises
     ------
     TerrainError
-        If it is empty, too large, not finite, far off or has facets on points that do not exist; it names the file.
+        If the surface is empty, too large, not finite, too far from the origin, or has facets on points that do not
+        exist; names the file.
     """
     facets = facet_count(surface)
     if facets == 0:
@@ -53,14 +54,14 @@ def usable(path: Path, surface: FileMesh) -> FileMesh:
 
 
 def refuse_wrong_indices(path: Path, corners: NDArray[Any], points: int) -> None:
-    """Raise a TerrainError where corners, any shape, name points that do not exist."""
+    """Raise a TerrainError if corners, an index array of any shape, name points that do not exist."""
     if corners.size and (corners.min() < 0 or corners.max() >= points):
         wrong = corners[(corners < 0) | (corners >= points)].flat[0]
         raise TerrainError(f"{path}: a facet names point {wrong}, but the file has points 0 to {points - 1}")
 
 
 def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
-    """The points that facets have, renumbered in the same order."""
+    """Return the mesh with the points that facets use only, renumbered in the same order."""
     used = np.zeros(len(points), bool)
     used[triangles] = True
     if used.all():
@@ -70,7 +71,7 @@ def _used_only(points: NDArray[Any], triangles: NDArray[np.int32]) -> FileMesh:
 
 
 def _refuse_wrong_points(path: Path, surface: FileMesh) -> None:
-    """Raise the TerrainError of a surface with a point that is NaN, infinite or too far away."""
+    """Raise a TerrainError for a surface with a point that is NaN, infinite or too far from the origin."""
     wrong = ~(np.abs(surface.points) <= FARTHEST).all(axis=1)
     corners = wrong if surface.triangles is None else wrong[surface.triangles]
     facets = np.flatnonzero(corners.reshape(-1, 3).any(axis=1))

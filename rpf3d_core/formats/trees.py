@@ -1,4 +1,4 @@
-"""Trees from a file: a CSV with a header, or x, y, dbh_cm, height and kind on each line."""
+"""Trees from a file: a CSV with a header, or lines of x, y, dbh_cm, height and kind."""
 
 import math
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ NAMES = {
     "kind": ("kind", "type", "species"),
     "foot": ("z", "foot"),
 }
-"""What else a header may call a column, beside the coordinates in plan."""
+"""Names of the columns besides the coordinates in plan."""
 WITHOUT_A_HEADER = ("east", "north", "dbh", "height", "kind")
 MUST = ("east", "north", "dbh")
 THICKEST, HIGHEST = 500.0, 150.0
-"""Bounds of a DBH (cm) and of a height (m)."""
+"""Largest DBH (cm) and largest height (m)."""
 
 
 class Tree(NamedTuple):
     """One tree: its line in the file, its place in plan of the input (m), DBH (cm), height (m), kind and foot (m).
 
-    height, foot : None where the file tells none
+    height, foot : None if the file does not give the value
     """
 
     line: int
@@ -39,12 +39,12 @@ class Tree(NamedTuple):
 
 
 def read_trees(path: Path, up: Up) -> list[Tree]:
-    """The trees of a file, at least one.
+    """Return the trees of a file, at least one.
 
     Raises
     ------
     InputError
-        The file cannot be read, holds no tree, or something that is no tree; names the line and the column.
+        The file cannot be read, has no tree, or has a wrong value; names the line and the value.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -61,7 +61,7 @@ def read_trees(path: Path, up: Up) -> list[Tree]:
 
 
 def _columns(path: Path, header: Row, up: Up) -> dict[str, int]:
-    """The columns by what a header calls them."""
+    """Return the column numbers by the names in a header."""
     names = [UNIT.sub("", cell.lower()) for cell in header.cells]
     plan = ("x", "y") if up == "z" else ("x", "z")
     known = {
@@ -96,12 +96,12 @@ def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
 
 
 def _number(path: Path, row: Row, columns: dict[str, int], what: str) -> float | None:
-    """A cell as a number; None where it may be left out and is.
+    """Return a cell as a number; None if the cell is optional and empty.
 
     Raises
     ------
     InputError
-        It is missing, or no plain, finite number.
+        The cell is missing, or not a plain, finite number.
     """
     place = columns.get(what, len(row.cells))
     cell = row.cells[place] if place < len(row.cells) else ""

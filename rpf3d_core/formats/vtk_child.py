@@ -1,4 +1,4 @@
-"""The process that reads one VTK file, with a limit of memory, and saves the surface.
+"""The process that reads one VTK file with a limit of memory, and saves the surface.
 
     python -m rpf3d_core.formats.vtk_child terrain.vtp points_and_triangles.npz
 
@@ -15,13 +15,13 @@ from rpf3d_core.formats.vtk_files import read_here
 from rpf3d_core.formats.vtk_process import REFUSED
 
 MEMORY = 4 * 2**30
-"""Bytes of addresses that the process may have, libraries included, without those for the file itself."""
+"""Bytes of address space for the process, libraries included, without the share of the file."""
 MEMORY_PER_BYTE = 200
-"""Further bytes for each byte of the file: a byte holds a few records at most, each of a few hundred bytes."""
+"""Further bytes for each byte of the file: a byte stands for a few records at most, of a few hundred bytes each."""
 
 
 def main(path: Path, result: Path) -> int:
-    """Read a file and save its surface; return the exit code."""
+    """Read a file, save its surface and return the exit code."""
     _limit_memory(MEMORY + MEMORY_PER_BYTE * path.stat().st_size)
     try:
         surface = read_here(path)
@@ -34,7 +34,7 @@ def main(path: Path, result: Path) -> int:
 
 
 def _limit_memory(size: int) -> None:
-    """Let the system refuse more memory than this (bytes) to this process, where it can."""
+    """Limit the address space of this process to a size (bytes), if the system can."""
     try:
         import resource
     except ImportError:  # Windows

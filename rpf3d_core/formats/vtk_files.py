@@ -1,7 +1,7 @@
 """ASCII STL, OBJ, VTP and legacy VTK through VTK's readers.
 
-VTK prints what it finds wrong and then hands out what it has got, or nothing. Here its messages are collected, and any
-of them refuses the file. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
+VTK prints errors and still returns a part of the data, or nothing. This file collects the messages, and any message
+refuses the file. VTP and legacy VTK are read in a separate process (`vtk_process.py`).
 """
 
 import re
@@ -26,7 +26,7 @@ from rpf3d_core.formats.surface import FileMesh, refuse_wrong_indices
 from rpf3d_core.formats.vtk_process import read_apart
 
 MOST_RECORDS_PER_BYTE = 10
-"""Points or cells that a byte of a file may stand for: in text one takes 6 bytes, well compressed about 1."""
+"""Points or cells that one byte of a file may stand for: in text a record takes 6 bytes, well compressed about 1."""
 
 _ANNOUNCED = re.compile(
     rb"""(?:Number\w+\s*=\s*["']\s*|(?:^|\s)(?:POINTS|POLYGONS|VERTICES|LINES|TRIANGLE_STRIPS)\s+)(\d+)(?:\s+(\d+))?""",
@@ -35,10 +35,10 @@ _ANNOUNCED = re.compile(
 
 
 def read_ascii_stl(path: Path) -> FileMesh:
-    """The facets of an ASCII STL, corner by corner; a TerrainError names the line that is wrong.
+    """Return the facets of an ASCII STL, corner by corner; a TerrainError names the wrong line.
 
-    VTK's reader says whether the file is sound; its float32 is half a metre wide at survey coordinates, so the corners
-    are taken from the text again.
+    VTK's reader checks the file. The corners are read from the text again, because VTK's float32 has steps of half a
+    metre at survey coordinates.
     """
     reader = vtkSTLReader()
     reader.MergingOff()
@@ -50,18 +50,18 @@ def read_ascii_stl(path: Path) -> FileMesh:
 
 
 def read_obj(path: Path) -> FileMesh:
-    """The faces of an OBJ file."""
+    """Return the faces of an OBJ file."""
     return _surface(path, _output(path, vtkOBJReader()))
 
 
 def read_vtk(path: Path) -> FileMesh:
-    """The polygons of a VTK XML file of polygonal data (.vtp) or a legacy one (.vtk, DATASET POLYDATA)."""
+    """Return the polygons of a VTK XML file of polygonal data (.vtp) or a legacy file (.vtk, DATASET POLYDATA)."""
     _refuse_impossible_counts(path)
     return read_apart(path)
 
 
 def read_here(path: Path) -> FileMesh:
-    """As `read_vtk`, by the calling process."""
+    """Return the polygons like `read_vtk`, read by the calling process."""
     reader = vtkXMLPolyDataReader() if path.suffix.lower() == ".vtp" else vtkPolyDataReader()
     try:
         return _surface(path, _output(path, reader))
@@ -82,7 +82,7 @@ def _output(path: Path, reader: Any) -> vtkPolyData:
 
 @contextmanager
 def _collected_messages() -> Iterator[Any]:
-    """While this lasts, VTK's messages go to the window that it hands out, and no longer to the terminal."""
+    """Within the context, send VTK's messages to the yielded window instead of the terminal."""
     before, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
@@ -95,9 +95,9 @@ def _collected_messages() -> Iterator[Any]:
 
 
 def _first_sentence(messages: str | bytes) -> str:
-    """The first message in VTK's words, without its place in VTK's sources and in memory.
+    """Return the first message of VTK, without its place in VTK's sources and in memory.
 
-    VTK quotes the file; where that is no text, its messages come as bytes.
+    VTK quotes the file in its messages; if the quoted part is not text, the messages are bytes.
     """
     messages = messages if isinstance(messages, str) else messages.decode("ascii", "replace")
     lines = [line.strip() for line in messages.splitlines() if line.strip()]
@@ -106,7 +106,7 @@ def _first_sentence(messages: str | bytes) -> str:
 
 
 def _surface(path: Path, data: vtkPolyData) -> FileMesh:
-    """The triangles of polygonal data, its polygons and strips cut up; points that lie bare or on lines are ignored."""
+    """Return the triangles of polygonal data, with polygons and strips cut up; unused points and lines are ignored."""
     if data.GetPoints() is None or data.GetNumberOfPolys() + data.GetNumberOfStrips() == 0:
         return FileMesh(np.empty((0, 3)))
     points = vtk_to_numpy(data.GetPoints().GetData())
@@ -136,7 +136,7 @@ def _refuse_damaged_cells(path: Path, cells: Any, points: int) -> None:
 
 
 def _refuse_impossible_counts(path: Path) -> None:
-    """Refuse a file that announces more points or cells than it can hold, before VTK allocates for them."""
+    """Refuse a file that announces more points or cells than it can hold, before VTK allocates memory for them."""
     data = path.read_bytes()
     most = max((int(number) for match in _ANNOUNCED.finditer(data) for number in match.groups("0")), default=0)
     if most > MOST_RECORDS_PER_BYTE * len(data):

@@ -1,4 +1,4 @@
-"""Read VTK files in a separate process: VTK's readers crash, or ask for all memory, on some damaged files."""
+"""Reading VTK files in a separate process, because VTK's readers crash or use all memory on some damaged files."""
 
 import os
 import subprocess
@@ -12,9 +12,9 @@ from rpf3d_core.errors import TerrainError
 from rpf3d_core.formats.surface import FileMesh
 
 REFUSED = 2
-"""Exit code of the process that refuses a file; the reason is on its standard output."""
+"""Exit code of the process if it refuses a file; the reason is on its standard output."""
 HOME = Path(__file__).parents[2]
-"""Where the program lies, whatever folder the caller stands in."""
+"""The folder that contains the program, independent of the caller's working directory."""
 
 
 def read_apart(path: Path) -> FileMesh:
@@ -23,7 +23,7 @@ def read_apart(path: Path) -> FileMesh:
     Raises
     ------
     TerrainError
-        If the file is refused, or the process breaks down on it.
+        If the file is refused, or the process crashes on the file.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "surface.npz"

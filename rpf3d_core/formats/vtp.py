@@ -1,8 +1,8 @@
-"""VTK XML files of polygonal data: appended raw binary in blocks, compressed with LZ4.
+"""Writer of VTK XML files of polygonal data: appended raw binary in blocks, compressed with LZ4.
 
-Written here and not by VTK's writer, which wants every array whole and at once: a map of millions of facets has 25 of
-them, and rocks came to a thousandth of the facets. Of an array that is the same nearly everywhere one block is
-compressed, and stands for all others like it. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
+VTK's writer is not used, because it needs every array whole and at once: a map of millions of facets has 25 arrays,
+and rocks reach a thousandth of the facets. For an array with the same value nearly everywhere, one block of this value
+is compressed and reused for all equal blocks. (Format: VTK file formats, "XML File Formats", docs.vtk.org.)
 """
 
 import html
@@ -18,14 +18,17 @@ from numpy.typing import NDArray
 from rpf3d_core.terrain.frame import FloatArray
 
 BLOCK = 2**15
-"""Bytes that are compressed at a time, as by VTK."""
+"""Bytes that are compressed at a time, as in VTK."""
 CODEC = pa.Codec("lz4_raw")
 WIDEST = 2**63
-"""Stands for an offset that is not known yet: none has more digits."""
+"""Placeholder for an unknown offset: no offset has more digits."""
 
 
 class Scattered(NamedTuple):
-    """A number for each of so many cells: `values` (S,) in `cell` (S,), ascending, and `elsewhere` in all others."""
+    """One number a cell: `values` (S,) in the cells `cell` (S,), ascending, and `elsewhere` in all other cells.
+
+    cells : number of cells
+    """
 
     cells: int
     cell: NDArray[Any]
@@ -37,11 +40,11 @@ Array = NDArray[Any] | Scattered
 
 
 class PolyData(NamedTuple):
-    """What a file holds.
+    """The content of a file of polygonal data.
 
     points : (N, 3) m; kind : "Polys" or "Lines"
     ends, corners : cell number i joins the points corners[ends[i - 1] : ends[i]]
-    point_data, cell_data : arrays (N,) and (C,) by name, the first of each the active one
+    point_data, cell_data : arrays (N,) and (C,) by name; the first array of each is the active one
     names : field data, texts by name
     """
 
@@ -55,7 +58,7 @@ class PolyData(NamedTuple):
 
 
 def write_poly_data(path: Path, data: PolyData) -> None:
-    """Write a file; whole numbers of 64 bits become 32, for ParaView's colour maps need no more.
+    """Write a file. Whole numbers of 64 bits become 32 bits, which is enough for ParaView's colour maps.
 
     Raises
     ------
@@ -65,7 +68,7 @@ def write_poly_data(path: Path, data: PolyData) -> None:
     arrays = _arrays(data)
     try:
         with path.open("wb") as file:
-            # The text in front says where each array begins, which is known once it is compressed: room is left.
+            # The header states the offset of each array, known after compression only: leave room for the header.
             room = len(_header(data, arrays, [WIDEST] * len(arrays)))
             file.write(b" " * room + b'<AppendedData encoding="raw">\n_')
             begin, offsets = file.tell(), []
@@ -80,7 +83,7 @@ def write_poly_data(path: Path, data: PolyData) -> None:
 
 
 def _arrays(data: PolyData) -> list[Array]:
-    """All arrays in the order in which `_header` names them."""
+    """Return all arrays in the order of their names in `_header`."""
     attributes = [*data.point_data.values(), *data.cell_data.values()]
     return [_narrow(values) for values in (*attributes, data.points, data.corners, data.ends)]
 
@@ -96,7 +99,7 @@ def _narrow_array(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _header(data: PolyData, arrays: Sequence[Array], offsets: Sequence[int]) -> bytes:
-    """The text of a file up to its arrays, which begin at some offsets."""
+    """Return the text of a file up to its arrays, which begin at the given offsets."""
     following = zip(arrays, offsets, strict=True)
     cells = f'NumberOfVerts="0" NumberOfStrips="0" NumberOf{data.kind}="{len(data.ends)}"'
     other = "Lines" if data.kind == "Polys" else "Polys"
@@ -131,7 +134,7 @@ def _array(name: str, values: Array, offset: int) -> str:
 
 
 def _texts(name: str, texts: Sequence[str]) -> str:
-    """Texts as the codes of their bytes, each with a 0 at its end."""
+    """Return an XML element with texts as the codes of their bytes, each text with a final 0."""
     codes = " ".join(str(code) for text in texts for code in (*text.encode(), 0))
     return f'<Array type="String" Name={_quoted(name)} NumberOfTuples="{len(texts)}" format="ascii">{codes}</Array>'
 
@@ -141,7 +144,7 @@ def _quoted(text: str) -> str:
 
 
 def _write_array(file: BinaryIO, values: Array) -> None:
-    """How many blocks there are, their size, that of a last smaller one, what each takes, then the blocks."""
+    """Write the number of blocks, their size, the size of a smaller last block, the compressed sizes and the blocks."""
     if isinstance(values, Scattered):
         size, blocks = values.cells * values.values.itemsize, list(_scattered_blocks(values))
     else:
@@ -151,7 +154,7 @@ def _write_array(file: BinaryIO, values: Array) -> None:
 
 
 def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
-    """An array cut up and compressed."""
+    """Yield the compressed blocks of an array."""
     if values.size:
         content = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
         for begin in range(0, len(content), BLOCK):
@@ -159,7 +162,7 @@ def _blocks(values: NDArray[Any]) -> Iterator[bytes]:
 
 
 def _scattered_blocks(some: Scattered) -> Iterator[bytes]:
-    """The same of numbers that differ in some cells only."""
+    """Yield the compressed blocks of scattered numbers; blocks without a scattered number are compressed once."""
     step = BLOCK // some.values.itemsize
     same = np.full(step, some.elsewhere, dtype=some.values.dtype)
     whole = _compressed(same)

@@ -1,7 +1,8 @@
-"""A YAML file as plain values, with the line of every key: what an error message needs.
+"""Reader of a YAML file as plain values, with the line of every key for error messages.
 
-Only what a scene file uses is read: mappings, sequences and plain scalars after the YAML 1.2 core rules (so `1e-4`
-is a number and `no` a word), no tags, no aliases; a repeated key is a fault, not a silent overwriting.
+The reader takes only the YAML that scene files use: mappings, sequences and plain scalars by the YAML 1.2 core rules
+(so `1e-4` is a number and `no` a word), no tags and no aliases. A repeated key is a fault and does not silently
+overwrite the first one.
 """
 
 import re
@@ -22,16 +23,16 @@ PLAIN_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map")}
 
 
 class Fault(NamedTuple):
-    """Something wrong: the line (from 1), and a sentence about it."""
+    """A fault of a file: its line (from 1), and a sentence."""
 
     line: int
     sentence: str
 
 
 class Document(NamedTuple):
-    """A file's values (mappings as dict, sequences as tuple), the line of every key path, and faults met on the way.
+    """A file's values (mappings as dict, sequences as tuple), the line of every key path, and the faults found.
 
-    kind : what the file is to be, as sentences about it say
+    kind : the kind of file in messages, such as "scene"
     """
 
     values: Any
@@ -41,7 +42,10 @@ class Document(NamedTuple):
 
 
 class _Composer(yaml.BaseLoader):
-    """Reads nodes with their lines, makes no objects and takes no alias, which could repeat its target without end."""
+    """A YAML composer that keeps nodes with their lines, creates no objects and refuses aliases.
+
+    An alias could repeat its target without end.
+    """
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):
@@ -52,12 +56,12 @@ class _Composer(yaml.BaseLoader):
 
 
 def read_yaml(path: Path, kind: str = "scene") -> Document:
-    """Read a YAML file of one document; `kind` is what it is to be, as sentences about it say.
+    """Read a YAML file of one document; `kind` is the kind of file in messages, such as "scene".
 
     Raises
     ------
     SceneError
-        Naming file and line, if it cannot be opened, is not UTF-8 text or is not YAML.
+        If the file cannot be opened, is not UTF-8 text or is not YAML; names the file and, if known, the line.
     """
     document = Document(None, {}, [], kind)
     try:
@@ -70,7 +74,7 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
 
 
 def key_name(path: KeyPath) -> str:
-    """A key path as people write it: `sources[0].velocity`."""
+    """Return a key path in the usual notation: `sources[0].velocity`."""
     name = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return name.removeprefix(".") or "scene"
 
@@ -130,6 +134,6 @@ def _scalar(text: str) -> Any:
         return WORDS[text.lower()]
     if NO_NUMBER.fullmatch(text):
         return float(text.replace(".", "", 1))
-    if INTEGER.fullmatch(text) and len(text) < 100:  # longer ones are refused as numbers out of range
+    if INTEGER.fullmatch(text) and len(text) < 100:  # a longer word becomes a float
         return int(text)
     return float(text) if NUMBER.fullmatch(text) else text

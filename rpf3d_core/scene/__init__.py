@@ -1,1 +1,1 @@
-"""The scene file: its sections, its models and effects, and what is wrong with it."""
+"""The scene file: its sections, its models and effects, and its faults."""

@@ -8,14 +8,14 @@ from rpf3d_core.scene.offers import Confirmed, Offer, parameter
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0
-"""m; the highest nets stand 10 m."""
+"""m; the highest nets are 10 m high."""
 STRONGEST = 1e6
 """kJ; the strongest nets are tested with 10,000 kJ."""
 BALANCE = "energy balance, physics reference 5.1"
 
 
 class BarrierSpec(StrictModel):
-    """One net or fence: vertical panels on the ground below a line. Every rock finds it as it is written here."""
+    """One net or fence: vertical panels on the ground below a line. Every rock meets an intact barrier."""
 
     name: Name = Field(description="a name that no other barrier has")
     along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")

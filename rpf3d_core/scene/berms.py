@@ -1,4 +1,4 @@
-"""The scene's key `terrain.berms`: ridges that are raised on the ground before anything flies over it."""
+"""The scene's key `terrain.berms`: ridges that are added to the terrain before rocks fly."""
 
 from typing import Self
 
@@ -7,11 +7,11 @@ from pydantic import Field, model_validator
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, refuse
 
 HIGHEST, WIDEST = 50.0, 200.0
-"""m; berms along haul roads stand 2 m, waste dumps above pits some tens."""
+"""m; berms along haul roads are 2 m high, waste dumps above pits some tens of metres."""
 
 
 class BermSpec(StrictModel):
-    """One berm along lines; its facets are the zone `berm_<name>`, so materials and tables know it."""
+    """One berm along lines. Its facets are the zone `berm_<name>`, which materials and tables may name."""
 
     name: Name = Field(description="a name that no other berm has")
     along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")

@@ -1,4 +1,4 @@
-"""What a scene may name, as a list to read: models and effects with parameters, sources and measured cost."""
+"""The list of all models and effects that a scene may name, with parameters, sources and measured costs."""
 
 import json
 from collections.abc import Iterator
@@ -16,17 +16,17 @@ from rpf3d_core.scene.own import OWN
 
 KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
 COSTS = "measured_costs.json"
-"""What each costs on the demo pit, measured by `make effects`."""
+"""File with the measured cost of each model and effect on the wall of a synthetic pit; `make effects` writes it."""
 WORDS = {"gt": "above {:g}", "ge": "at least {:g}", "lt": "below {:g}", "le": "at most {:g}"}
-"""What pydantic calls a bound, in words."""
+"""Pydantic's names of bounds, in words."""
 
 
 @dataclass(frozen=True)
 class Parameter:
     """A parameter of a model or effect.
 
-    default : None where it must be given or is left out (`required` tells which)
-    bounds : in words, "" for none; unit : "" where it is no number
+    default : None if the parameter is required or has no default (see `required`)
+    bounds : in words, "" for none; unit : "" if the parameter is not a number
     """
 
     name: str
@@ -43,8 +43,9 @@ class Parameter:
 class Offered:
     """A model or effect that a scene may name.
 
-    kind : the scene's key; summary : what it does; cost : times the time of a rock of the demo pit without it, and what
-    it does to the mean runout there (relative), None where it was not measured
+    kind : the scene's key; summary : what the model or effect does
+    cost : "time", the time of a rock over its time with a scene's defaults, and "runout", the relative change of the
+        mean runout, both on the wall of a synthetic pit; None if not measured
     """
 
     kind: str
@@ -57,7 +58,7 @@ class Offered:
 
 
 def offers() -> list[Offered]:
-    """All of them, in the order of the scene's keys; their physics is not imported."""
+    """Return all models and effects in the order of the scene's keys, without importing their physics."""
     costs = _costs()
     return [
         _offered(kind, name, offer, costs.get(f"{kind}.{name}"))
@@ -67,7 +68,7 @@ def offers() -> list[Offered]:
 
 
 def _offers_of(spec: type) -> Iterator[tuple[str, type[Offer]]]:
-    """The names and classes that one of the scene's keys may hold, but for the user's own."""
+    """Yield name and class of each model or effect under a key of the scene, except classes of the user."""
     for name, field in spec.model_fields.items():  # type: ignore[attr-defined]
         if field.alias != OWN:
             yield name, next(kind for kind in get_args(field.annotation) if kind is not NoneType)
@@ -80,7 +81,7 @@ def _offered(kind: str, name: str, offer: type[Offer], cost: dict[str, float] | 
 
 
 def _parameter(name: str, field: FieldInfo, offer: type[Offer]) -> Parameter:
-    """A field, with what `scene_offers.parameter` says of it; a field without that has its offer's source."""
+    """Return the parameter of a field. A field not made by `offers.parameter` has the source of its offer."""
     facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     default = field.get_default(call_default_factory=True)
     return Parameter(
@@ -103,6 +104,6 @@ def _bounds(field: FieldInfo) -> Iterator[str]:
 
 
 def _costs() -> dict[str, dict[str, float]]:
-    """The measured costs that come with the package; none where they have not been measured."""
+    """Return the measured costs that come with the package; {} if the file is missing."""
     file = resources.files("rpf3d_core").joinpath(COSTS)
     return json.loads(file.read_text()) if file.is_file() else {}

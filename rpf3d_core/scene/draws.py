@@ -1,4 +1,4 @@
-"""A number of a scene that may be left to chance: written as a number, or as one of four truncated distributions."""
+"""A number of a scene that may be random: written as a number, or as one of four truncated distributions."""
 
 from collections.abc import Mapping
 from functools import partial, reduce
@@ -46,12 +46,15 @@ class Normal(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return truncated_normal(self.mean, self.sd, self.min, self.max)
 
 
 class LognormalSpec(Normal):
-    """Mean and sd of the number itself, not of its logarithm, before the cut."""
+    """A lognormal distribution, cut off at its bounds: mean and sd of the number itself, not of its logarithm.
+
+    Mean and sd are those before the cut.
+    """
 
     @model_validator(mode="after")
     def _positive(self) -> Self:
@@ -63,12 +66,15 @@ class LognormalSpec(Normal):
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return truncated_lognormal(self.mean, self.sd, self.min, self.max)
 
 
 class PowerLawSpec(StrictModel):
-    """N(> x) ~ x^-exponent between two bounds (physics reference 6.4: volumes of blocks have 0.4 to 0.6)."""
+    """A truncated power law, N(> x) ~ x^-exponent between two bounds.
+
+    Physics reference 6.4: volumes of blocks have exponents of 0.4 to 0.6.
+    """
 
     exponent: Number = Field(gt=0, description="a number above 0, b in N(> x) ~ x^-b")
     min: Number = Field(gt=0, description="a number above 0 and below max")
@@ -81,7 +87,7 @@ class PowerLawSpec(StrictModel):
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return truncated_power_law(self.exponent, self.min, self.max)
 
 
@@ -92,12 +98,12 @@ class Lognormal(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest number."""
+        """The smallest and the largest number."""
         return self.lognormal.min, self.lognormal.max
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return self.lognormal.prepared
 
 
@@ -108,17 +114,17 @@ class PowerLaw(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest number."""
+        """The smallest and the largest number."""
         return self.power_law.min, self.power_law.max
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return self.power_law.prepared
 
 
 class Uniform(StrictModel):
-    """Every number between two bounds alike."""
+    """A uniform distribution between two bounds."""
 
     uniform: tuple[Number, Number] = Field(description="two numbers [low, high] with low < high")
 
@@ -131,12 +137,12 @@ class Uniform(StrictModel):
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Least and greatest number."""
+        """The smallest and the largest number."""
         return self.uniform
 
     @property
     def prepared(self) -> Distribution:
-        """As kernels draw from it."""
+        """The distribution in the form that kernels draw from."""
         return uniform_between(*self.uniform)
 
 
@@ -145,18 +151,18 @@ Draw = Normal | Lognormal | PowerLaw | Uniform
 KINDS: dict[str, type[StrictModel]] = {
     "[normal]": Normal, "[lognormal]": Lognormal, "[power_law]": PowerLaw, "[uniform]": Uniform,
 }  # fmt: skip
-"""The distributions by the mark that pydantic puts into the path of a key below them."""
+"""Distributions by the mark that pydantic puts into the path of a key below them."""
 NUMBER = "[number]"
 MARKS = (*KINDS, NUMBER)
 
 
 def distribution_of(value: float | Draw) -> Distribution:
-    """A number, or what is written in its place, as kernels draw from it."""
+    """Return the distribution of a number or of a written distribution, in the form that kernels draw from."""
     return fixed(float(value)) if isinstance(value, int | float) else value.prepared
 
 
 def drawn(unit: str, **limits: float) -> Any:
-    """The type of a number (in a unit) within limits (ge, gt, le, lt), or a distribution whose bounds keep to them."""
+    """Return the type of a number in a unit, or of a distribution, that keeps within limits (ge, gt, le, lt)."""
     number = Annotated[Number, Field(**limits)]
     kinds = [Annotated[kind, Tag(mark)] for mark, kind in KINDS.items()]
     union = reduce(or_, kinds, Annotated[number, Tag(NUMBER)])
@@ -164,14 +170,14 @@ def drawn(unit: str, **limits: float) -> Any:
 
 
 def _kind_of(value: Any) -> str:
-    """The mark of what is written: a mapping with the name of a distribution, any other mapping, or anything else."""
+    """Return the mark of a written value: of the named distribution, of normal for other mappings, else of a number."""
     if isinstance(value, Mapping):
         return next((f"[{name}]" for name in value if f"[{name}]" in KINDS and name != "normal"), "[normal]")
     return next((mark for mark, kind in KINDS.items() if type(value) is kind), NUMBER)
 
 
 def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> float | Draw:
-    """Refuse a distribution that may give a number out of limits."""
+    """Return the value unchanged; refuse a distribution that may give a number outside the limits."""
     if isinstance(value, float):
         return value
     low, high = (value.min, value.max) if isinstance(value, Normal) else value.bounds
@@ -185,11 +191,11 @@ def _within(limits: Mapping[str, float], unit: str, value: float | Draw) -> floa
 
 
 WORDS = {"ge": "at least", "gt": "above", "le": "at most", "lt": "below"}
-"""Limits as people say them."""
+"""Names of limits in words."""
 
 
 def _rising(low: float, high: float) -> None:
-    """Refuse bounds that enclose nothing."""
+    """Refuse a lower bound that is not below the upper bound."""
     if low >= high:
         raise refuse(f"is {low:g}, but must be a number below max {high:g}", "min")
 

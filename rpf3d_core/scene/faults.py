@@ -1,6 +1,6 @@
-"""What is wrong with a scene file, in sentences: pydantic's findings with line, key, value and what would be right.
+"""Faults of a scene file as sentences: pydantic's findings with line, key, value and the valid values.
 
-Other files that a pydantic model checks (`io/site.py`) name that model as the `root`; without one it is the scene.
+Other files that a pydantic model checks pass that model as `root`; without a root, the file is a scene.
 """
 
 import difflib
@@ -21,26 +21,26 @@ from rpf3d_core.scene.own import OWN
 from rpf3d_core.scene.values import ROCKS_MARKS
 
 LONGEST_VALUE = 60
-"""Characters of a wrong value that an error message shows."""
+"""Largest number of characters of a wrong value in an error message."""
 
 PYDANTIC_MARKS = ("[key]", "[file]", "[corners]", OWN, *ROCKS_MARKS, *MARKS)
-"""What pydantic puts into the path of a key: that a key of a mapping is wrong, or which of several types it took."""
+"""Steps that pydantic adds to the path of a key, to mark the key of a mapping or the chosen type of a union."""
 
 PLACES = {"[x, y, z]": "three numbers [x, y, z] (m)", "[x, y]": "two numbers [x, y] (m)"}
-"""What an item of a list must be whose description has this shape."""
+"""Required form of a list item, by the shape in the description of the list."""
 ELSEWHERE = {"berm": "terrain.berms", "berms": "terrain.berms"}
-"""Where a key belongs that is sought among the effects: berms are ground."""
+"""The place of keys that users look for among the effects: berms belong to the terrain."""
 
 UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 NOT_SCENE_KEYS = ("path",)
-"""Fields of `Scene` that are not written in the file."""
+"""Fields of `Scene` that are not keys of the scene file."""
 
 Root = type[BaseModel] | None
-"""The model of the file that is wrong; None for the scene's."""
+"""The model of the faulty file; None for a scene."""
 
 
 def faults_of(details: list[ErrorDetails], document: Document, root: Root = None) -> Iterator[Fault]:
-    """Pydantic's findings, less those that only follow from another, as lines and sentences."""
+    """Yield pydantic's findings as lines and sentences, without findings that only follow from another."""
     paths = [_without_marks(detail["loc"]) for detail in details]
     misspelt = {
         (*path[:-1], _nearest(path, root))
@@ -48,14 +48,14 @@ def faults_of(details: list[ErrorDetails], document: Document, root: Root = None
         if detail["type"] in UNKNOWN_KEY
     }
     for path, detail in zip(paths, details, strict=True):
-        # A list counts as too short when its items are refused.
+        # Pydantic also reports a list as too short if its items are refused.
         follows = detail["type"] == "too_short" and any(other[: len(path)] == path != other for other in paths)
         if not follows and not (detail["type"] == "missing" and path in misspelt):
             yield _fault(path, detail, document, root)
 
 
 def unknown_key(path: KeyPath, document: Document, root: Root = None) -> Fault:
-    """A key that the scene, or another file, does not have, with the nearest one that it has."""
+    """Return the fault of an unknown key of the scene or of another file, with the nearest known key."""
     near = _nearest(path, root)
     file = "scene" if root is None else f"{document.kind} file"
     if path[:-1] == ("effects",) and (place := ELSEWHERE.get(str(path[-1]))):
@@ -80,14 +80,14 @@ def _fault(path: KeyPath, detail: ErrorDetails, document: Document, root: Root) 
         path = _told_in(str(context["error"]), path, root)
         sentence = f"is refused: {context['error']}"
     else:
-        # Of a list that is too short, there is no such item.
+        # A missing list item has no value to show: the list is too short.
         path = path[:-1] if kind == "missing" else _whole(path, root)
         sentence = _wrong_value(path, _written(path, document), root)
     return Fault(_line(path, document), f"`{key_name(path)}` {sentence}")
 
 
 def _told_in(message: str, path: KeyPath, root: Root) -> KeyPath:
-    """The key below a path that a message speaks of, or the path itself."""
+    """Return the path of the one key below a path that a message names, or the path itself."""
     words = re.findall(r"\w+", message)
     named = [key for key in _keys(_annotation(path, root)) if key in words]
     return (*path, named[0]) if len(named) == 1 else path
@@ -101,7 +101,7 @@ def _wrong_value(path: KeyPath, value: Any, root: Root) -> str:
 
 
 def _whole(path: KeyPath, root: Root) -> KeyPath:
-    """The path of the vector that a number stands in, of anything else its own: half a vector tells nobody much."""
+    """Return the path of the vector for one of its numbers, else the path itself: half a vector helps no user."""
     is_component = isinstance(path[-1], int) and _bare(_annotation(path, root)) is float
     return path[:-1] if is_component else path
 
@@ -114,7 +114,7 @@ def _written(path: KeyPath, document: Document) -> Any:
 
 
 def _known(path: KeyPath, root: Root) -> list[str]:
-    """The keys that could stand where the last of a path stands."""
+    """Return the keys that are valid in place of the last key of a path."""
     keys = _keys(_annotation(path[:-1], root))
     return keys if path[:-1] else [key for key in keys if key not in NOT_SCENE_KEYS]
 
@@ -133,19 +133,19 @@ def _shown(value: Any) -> str:
 
 
 def _line(path: KeyPath, document: Document) -> int:
-    """The line of a key, or of the nearest key above it."""
+    """Return the line of a key, or of the nearest key above it."""
     while path and path not in document.lines:
         path = path[:-1]
     return document.lines.get(path, 1)
 
 
 def _without_marks(location: tuple[int | str, ...]) -> KeyPath:
-    """A key path without the marks that pydantic adds."""
+    """Return a key path without the marks that pydantic adds."""
     return tuple(step for step in location if step not in PYDANTIC_MARKS)
 
 
 def _requirement(path: KeyPath, root: Root) -> str:
-    """What the nearest described field at or above the path must be."""
+    """Return the requirement for a value, from the nearest described field at or above the path."""
     inner = _bare(_annotation(path, root))
     if _is_record(inner):
         return f"a mapping with the keys {', '.join(_keys(inner))}"
@@ -168,7 +168,7 @@ def _descriptions(path: KeyPath, root: Root) -> Iterator[str | None]:
 
 
 def _annotation(path: KeyPath, root: Root) -> Any:
-    """The type that the file's model wants at a key path."""
+    """Return the type of a key path in the model of the file."""
     annotation: Any = root or Scene
     for step in path:
         annotation = _inside(_bare(annotation), step)
@@ -188,7 +188,7 @@ def _inside(annotation: Any, step: str | int) -> Any:
 
 
 def _bare(annotation: Any) -> Any:
-    """A type without its `Annotated` and `| None`; a union of several types where several can stand."""
+    """Return a type without `Annotated` and `| None`; a union of several types stays a union."""
     if get_origin(annotation) is Annotated:
         return _bare(get_args(annotation)[0])
     if _is_union(annotation):

@@ -1,4 +1,4 @@
-"""The fields of a scene, one by one, as its model declares them: for those who offer them under another roof."""
+"""The fields of a scene as a list, for programs that offer the fields in another form, such as ROS parameters."""
 
 import types
 from collections.abc import Iterator, Mapping
@@ -18,19 +18,19 @@ Scalar = bool | int | float | str
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")
 ANY_ZONE = "default"
-"""The key that stands for all others in a mapping of zones."""
+"""Key for every zone that a mapping of zones does not name."""
 
 
 @dataclass(frozen=True)
 class SceneField:
     """One field of a scene.
 
-    key : as in the scene file, with dots; of a mapping of zones, that of its `default`
-    kind : bool, int, float or str; None where a list, a file or a mapping of the user's names is wanted
-    default : what the model has where it is left out, None for nothing or where it must be given
-    choices : of a str or an int, () for any; bounds : of a number, by pydantic's names ge, gt, le, lt
-    within : the key of the model or effect that the field is a parameter of, "" where its part is always there
-    names : whether the field names a model (str) or an effect (bool), whose parameters are fields below it
+    key : key in the scene file, with dots; in a mapping of zones, the key below `default`
+    kind : bool, int, float or str; None if the field takes a list, a file or a mapping with names of the user
+    default : default of the model; None if the field is required or its default is not a bool, int, float or str
+    choices : valid values of a str or an int, () for any; bounds : of a number, by pydantic's names ge, gt, le, lt
+    within : key of the model, effect or optional section that the field belongs to; "" if the section is always present
+    names : True if the field names a model (str) or an effect (bool), whose parameters are the fields below its key
     """
 
     key: str
@@ -44,7 +44,7 @@ class SceneField:
 
 
 def scene_fields() -> Iterator[SceneField]:
-    """Every field of the scene model that is no mapping of further fields, in the model's order."""
+    """Yield every field that holds a value or names a model or effect, in the order of the scene model."""
     yield from _fields(Scene, "", "")
 
 
@@ -67,7 +67,7 @@ def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneFi
 
 
 def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
-    """A field that holds a value."""
+    """Return the scene field of a model field that holds a value."""
     kind, choices, bounds = _scalar(field.annotation, field.metadata)
     default = field.get_default(call_default_factory=False) if not field.is_required() else None
     known = default if isinstance(default, SCALARS) else None
@@ -75,21 +75,21 @@ def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
 
 
 def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
-    """A field that names one of several models."""
+    """Return the scene field that names one of several models."""
     default = field.get_default(call_default_factory=True)
     names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
     return SceneField(key, str, default.name, f"one of {', '.join(names)}", names, names=True)
 
 
 def _effect(key: str, field: FieldInfo, offer: type[Offer]) -> SceneField:
-    """A field that names an effect, with all its defaults."""
+    """Return the scene field that names an effect with all its defaults."""
     kind = bool if _is_nameable(field) else None
     summary = " ".join((offer.__doc__ or "").split())
     return SceneField(key, kind, None, f"true names the effect: {summary}", within=key, names=True)
 
 
 def _is_nameable(field: FieldInfo) -> bool:
-    """Whether a model or effect can be named without a list or a file."""
+    """True if every required parameter of a model or effect is a single value, not a list or a file."""
     offer = _part(field.annotation)
     assert offer is not None
     required = [each for each in offer.model_fields.values() if each.is_required()]
@@ -97,7 +97,7 @@ def _is_nameable(field: FieldInfo) -> bool:
 
 
 def _part(annotation: Any) -> type[BaseModel] | None:
-    """The model that a field holds, alone, optional, or for each zone; None where it holds a value."""
+    """Return the model that a field holds: alone, optional, or one a zone. Return None if the field holds a value."""
     several = [get_args(annotation)[1]] if _is_mapping(annotation) else _alternatives(annotation)
     found, _ = _unwrapped(several[0]) if len(several) == 1 else (None, [])
     return found if isinstance(found, type) and issubclass(found, BaseModel) else None
@@ -112,7 +112,7 @@ def _may_be_left_out(field: FieldInfo) -> bool:
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """The types of a union, without None, with what they are annotated with; of anything else, that alone."""
+    """Return the types of a union without None, with their annotations; for any other type, the type alone."""
     bare, _ = _unwrapped(annotation)
     if get_origin(bare) in (Union, types.UnionType):
         return [item for item in get_args(bare) if item is not types.NoneType]
@@ -120,11 +120,11 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[Any, ...], dict[str, float]]:
-    """Type, choices and bounds of a field; None and nothing where it holds no single value."""
+    """Return type, choices and bounds of a field; None, () and {} if the field holds no single value."""
     several = _alternatives(annotation)
     if len(several) == 1 and len(_alternatives(several[0])) > 1:
         several = _alternatives(several[0])
-    if len(several) > 1:  # a number, or a distribution in its place
+    if len(several) > 1:  # the field takes a number or a distribution
         several = [item for item in several if Tag(NUMBER) in getattr(item, "__metadata__", ())]
     if len(several) != 1:
         return None, (), {}
@@ -138,7 +138,7 @@ def _scalar(annotation: Any, metadata: list[Any]) -> tuple[type | None, tuple[An
 
 
 def _unwrapped(annotation: Any) -> tuple[Any, list[Any]]:
-    """A type without what it is annotated with, and that."""
+    """Return a type without its annotations, and the annotations."""
     if get_origin(annotation) is not Annotated:
         return annotation, []
     inner, *own = get_args(annotation)

@@ -9,9 +9,9 @@ from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"
 THICKEST = 500.0
-"""cm; the thickest trees of the Alps have about half of it."""
+"""cm; the thickest trees of the Alps have about half of this diameter."""
 DENSEST = 20_000.0
-"""Stems a hectare; thickets have fewer that stop a rock."""
+"""Stems a hectare; thickets have fewer stems that stop a rock."""
 
 Chance = Annotated[Number, Field(ge=0, le=1)]
 Chances = tuple[Chance, Chance, Chance]
@@ -29,7 +29,7 @@ CLASSES = (0.72, 0.24, 0.04)
 
 
 class EnergyFactors(StrictModel):
-    """FE of E_max = FE 38.7 DBH^2.31 J, by kind of tree."""
+    """The factor FE in E_max = FE 38.7 DBH^2.31 J, by kind of tree."""
 
     conifer: Number = parameter(
         0.93, "a number above 0 (-), FE of conifers; unconfirmed", "-", DORREN_BERGER, "UNCONFIRMED", gt=0
@@ -43,7 +43,7 @@ class EnergyFactors(StrictModel):
 
 
 class DeflectionSpec(StrictModel):
-    """How far rocks are turned aside: the chances of 0-22.5, 22.5-67.5 and 67.5-76 degrees, by where they strike."""
+    """The deflection of rocks: probabilities of 0-22.5, 22.5-67.5 and 67.5-76 degrees, by the offset of the blow."""
 
     frontal_within: Number = parameter(
         0.35, "a number from 0 to 1 (-), offset up to which a blow is frontal; unconfirmed", "-", "none", "UNCONFIRMED",

@@ -1,4 +1,4 @@
-"""Ground models that a scene may name beside `none` and `sliding`, with their parameters."""
+"""The ground models that a scene may name besides `none`, `sliding` and `sphere`, with their parameters."""
 
 from typing import ClassVar
 

@@ -1,7 +1,7 @@
-"""The scene's key `hazard`: the raster of the maps, the levels of the zones, and the memory that maps may take.
+"""The scene's key `hazard`: the raster of the maps, the levels of the zones, and the memory limit of the maps.
 
-Levels and classes are the user's: thresholds differ between countries and mines, and moving one changes the zones
-radically (physics reference 7.3), so nothing but the three levels of reach probability has a default.
+Levels and classes have no defaults, except the three levels of reach probability: thresholds differ between countries
+and mines, and a moved threshold changes the zones radically (physics reference 7.3).
 """
 
 from itertools import pairwise
@@ -15,10 +15,10 @@ from rpf3d_core.scene.values import Name, Number, StrictModel, refuse
 JOULE_PER_KJ = 1000.0
 
 LEAST_CELL = 0.01
-"""m; no survey knows the ground so well, and the number of smaller cells would soon not fit an integer."""
+"""m; no survey is so detailed, and the number of smaller cells would soon overflow an integer."""
 
 REACH_LEVELS = (0.01, 0.1, 0.5)
-"""One rock in a hundred, one in ten, every second one: round shares to look at, not thresholds of anything."""
+"""One rock in a hundred, one in ten and one in two: round shares for display, not thresholds."""
 
 
 def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
@@ -28,7 +28,7 @@ def _ascending(levels: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def _table(rows: Any) -> Any:
-    """Refused here, for the checks behind it see single rows and names only."""
+    """Return a table of names unchanged; refuse wrong shapes, because later checks see single rows and names only."""
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
         raise refuse("must be a list of lists of names, a list for each band of energy, from the lowest")
     for number, row in enumerate(rows, start=1):
@@ -44,7 +44,7 @@ Energies = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], Field(min_lengt
 
 
 class MatrixSpec(StrictModel):
-    """Classes by energy and reach probability: n levels part n + 1 bands, and a level belongs to the upper one."""
+    """Classes by energy and reach probability: n levels separate n + 1 bands, and a level belongs to the upper band."""
 
     energy_levels_kj: Energies = Field(description="a list of numbers above 0 (kJ), ascending")
     probability_levels: Shares = Field(description="a list of shares above 0 and up to 1 (-), ascending")
@@ -75,7 +75,7 @@ class MatrixSpec(StrictModel):
 
 
 class HazardSpec(StrictModel):
-    """How the hazard of the ensemble is mapped; every map is of rocks that fall, not of how often they do."""
+    """The settings of the hazard maps. All maps are of rocks that fall, not of how often rocks fall."""
 
     cell: Number | None = Field(
         None,
@@ -102,7 +102,7 @@ class HazardSpec(StrictModel):
 
 
 def matrix_of(spec: HazardSpec) -> Matrix | None:
-    """The matrix in J, as `hazard.zones` reads it; None if the scene has none."""
+    """Return the matrix with energies in J, as `hazard.zones` reads it; None if the scene has no matrix."""
     if spec.matrix is None:
         return None
     levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
@@ -111,5 +111,5 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
 
 
 def asks_ways(spec: HazardSpec) -> bool:
-    """Return whether the maps of a scene need passages per metre."""
+    """True if the maps of a scene need passages per metre."""
     return spec.passage_per_metre or (spec.matrix is not None and spec.matrix.object_width is not None)

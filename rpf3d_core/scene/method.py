@@ -1,4 +1,4 @@
-"""The scene's key `method`: how contacts are found. `events` is exact; fixed steps are there to be compared with it."""
+"""The scene's key `method`: how contacts are found. `events` is exact; fixed steps serve as a comparison."""
 
 from typing import Any
 
@@ -8,13 +8,13 @@ from rpf3d_core.scene.values import Number, StrictModel, refuse
 
 EVENTS = "events"
 LONGEST_STEP = 1.0
-"""s; in a second a rock falls 5 m, and a longer step finds nothing that is worth a comparison."""
+"""s; a rock falls 5 m in a second, and a comparison with longer steps is of no use."""
 SHORTEST_STEP = 1e-7
-"""s; a fall of 10 s then takes a hundred million steps: it still comes to an end."""
+"""s; a fall of 10 s then takes a hundred million steps and still ends."""
 
 
 class SteppingSpec(StrictModel):
-    """Contacts found in fixed steps, as in the thesis, sections 3.1 and 3.4; its defaults are 0.1 ms and 5 cm."""
+    """Contacts found in fixed steps, as in the thesis, sections 3.1 and 3.4; the defaults are 0.1 ms and 5 cm."""
 
     dt: Number = Field(
         1e-4, ge=SHORTEST_STEP, le=LONGEST_STEP,
@@ -30,12 +30,12 @@ class SteppingSpec(StrictModel):
 
 
 class MethodSpec(StrictModel):
-    """How contacts are found: exactly, event by event, unless `stepping` is given."""
+    """The method of finding contacts: exact, event by event, unless `stepping` is given."""
 
     stepping: SteppingSpec | None = Field(None, description="a mapping with dt, threshold and squared")
 
     def describe(self) -> str:
-        """The method in words, for every report of a result."""
+        """Return the method in words, for every report of a result."""
         if self.stepping is None:
             return EVENTS
         squared = ", compared with the squared distance" if self.stepping.squared else ""
@@ -43,12 +43,12 @@ class MethodSpec(StrictModel):
 
 
 def method_values(value: Any) -> Any:
-    """What a scene may write for a method: `events`, or a mapping.
+    """Return the field values of a method that the scene writes as `events` or as a mapping.
 
     Raises
     ------
     PydanticCustomError
-        Any other word, a list, or a mapping without `stepping`.
+        The value is any other word, a list, or an empty mapping.
     """
     if value == EVENTS:
         return {}

@@ -1,7 +1,7 @@
-"""The scene: what a run simulates, as frozen, validated values.
+"""The scene model: all settings of a run as frozen, validated values.
 
-Everything is in the input's own axes and coordinates, SI units; angles in degrees at this edge only. The description
-of each field says what a right value is, and is what the error message for a wrong one quotes (`io.scene`).
+Coordinates and axes are those of the input files, units are SI; only here, angles are in degrees. The description of
+each field states the valid values. Error messages about wrong values quote the description (`scene.faults`).
 """
 
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ from rpf3d_core.scene.values import (
 from rpf3d_core.values import STANDARD_GRAVITY
 
 LARGEST_SEED = 2**63 - 1
-"""Seeds are the 64-bit key of the random streams; kept in the range of a signed integer."""
+"""Largest seed (-). A seed is the 64-bit key of the random streams and stays in the range of a signed integer."""
 
 
 def _rising(sections: Mapping[str, tuple[float | None, float | None]]) -> Mapping[str, Any]:
@@ -63,7 +63,7 @@ def _names_only(value: Any, name: str) -> bool:
 
 
 class Material(StrictModel):
-    """How a zone returns a lumped mass: coefficients (-) of speed, friction angle in degrees, stop speed in m/s."""
+    """The ground of a zone for a lumped mass: coefficients (-), friction angle in degrees, stop speed in m/s."""
 
     normal_restitution: Share = Field(description="a number from 0 to 1 (-), R_n, or a distribution")
     tangential_restitution: Share = Field(description="a number from 0 to 1 (-), R_t, or a distribution")
@@ -81,14 +81,14 @@ class Material(StrictModel):
 
 
 class AreaSpec(StrictModel):
-    """A named area that the summary counts rocks in."""
+    """A named area in which the summary counts rocks."""
 
     name: Name = Field(description="a name that no other area has")
     polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")
 
 
 class OutputSpec(StrictModel):
-    """How much is written: the number of rocks whose paths are kept for display, and what may be left out."""
+    """The extent of the output: the number of rocks whose paths are kept for display, and the optional files."""
 
     trajectories: Count = Field(200, ge=0, description="a whole number of at least 0, the rocks whose paths are kept")
     impacts: bool = Field(True, strict=True, description="true or false, whether impacts.parquet is written")
@@ -97,7 +97,7 @@ class OutputSpec(StrictModel):
 
 
 class TargetSpec(StrictModel):
-    """When `rocks: auto` has flown enough, judged by the areas of interest or, without any, by the zones."""
+    """The accuracy at which `rocks: auto` ends, judged in the areas of interest or, without any, in the zones."""
 
     half_width: Number = Field(
         0.02, gt=0, lt=0.5, description="a number above 0 and below 0.5, the half-width of the 95 % intervals of shares"
@@ -109,7 +109,7 @@ class TargetSpec(StrictModel):
 
 
 class ObservedSpec(StrictModel):
-    """Stops seen in the field, to compare with: points, and sections of the distance along an input axis."""
+    """Observed stops for comparison: points, and sections of distance (m) along a direction in the input's axes."""
 
     points_file: InputFile = Field(description="the path of a file with x y z (m) first on each line")
     along: Annotated[Vector, AfterValidator(_pointing_somewhere)] = Field(
@@ -121,7 +121,7 @@ class ObservedSpec(StrictModel):
 
 
 class Scene(StrictModel):
-    """Everything a run needs to know; equal scenes with equal files give equal answers."""
+    """All settings of a run. Equal scenes with equal files give equal results."""
 
     path: Path = Field(description="the scene file")
     terrain: TerrainSpec = Field(description="a mapping with files or pit")
@@ -177,7 +177,7 @@ class Scene(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _ground_of_a_sphere(cls, values: Any) -> Any:
-        """A sphere slides and rolls by the ground model that belongs to it, unless the scene names another."""
+        """Add the ground model `sphere` if a scene has the rebound `coulomb_sphere` and names no ground model."""
         if not isinstance(values, Mapping) or "ground" in values:
             return values
         rebound = values.get("rebound")

@@ -1,6 +1,6 @@
-"""The scene's keys `rebound`, `ground` and `effects`: one of several models, or any number of effects, by name.
+"""The scene's keys `rebound`, `ground` and `effects`: one of several models each, or any number of effects, by name.
 
-A name alone takes the model with its defaults; a mapping of the name gives its parameters.
+A name alone selects the model with its defaults. A mapping of the name gives its parameters.
 """
 
 from typing import Any, ClassVar, Self
@@ -62,12 +62,12 @@ class SlidingSpec(Offer):
 
     @property
     def asks_friction(self) -> bool:
-        """It does."""
+        """True: sliding depends on the friction angle."""
         return True
 
 
 class OneOf(StrictModel):
-    """A choice among models, each a field; exactly one is given."""
+    """A choice among models, each of which is a field; exactly one is given."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -76,17 +76,17 @@ class OneOf(StrictModel):
 
     @property
     def name(self) -> str:
-        """The name of the model that is given."""
+        """The name of the given model."""
         return next(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     @property
     def offer(self) -> Offer:
-        """Its parameters."""
+        """The parameters of the given model."""
         return getattr(self, self.name)  # type: ignore[no-any-return]
 
 
 class ReboundSpec(OneOf):
-    """What an impact does to a rock."""
+    """The rebound model: the change of a rock's velocity at an impact."""
 
     constant: ConstantSpec | None = Field(None, description="a mapping without keys")
     coulomb_limited: CoulombLimitedSpec | None = Field(None, description="a mapping without keys")
@@ -102,7 +102,7 @@ class ReboundSpec(OneOf):
 
 
 class GroundSpec(OneOf):
-    """What follows when the bouncing has died out."""
+    """The ground model: the motion of a rock after its bounces have died out."""
 
     none: NoGroundSpec | None = Field(None, description="a mapping without keys")
     sliding: SlidingSpec | None = Field(None, description="a mapping without keys")
@@ -112,7 +112,7 @@ class GroundSpec(OneOf):
 
 
 class EffectsSpec(StrictModel):
-    """What else acts on rocks; nothing that is not named here is simulated."""
+    """The effects on rocks beyond rebound and ground model. Only named effects are simulated."""
 
     roughness: RoughnessSpec | None = Field(None, description="a mapping with amplitude or angle_sd_deg")
     scarring: ScarringSpec | None = Field(None, description="a mapping with the ground's stiffness, drag and friction")
@@ -125,14 +125,14 @@ class EffectsSpec(StrictModel):
 
     @property
     def named(self) -> dict[str, Offer]:
-        """The effects that are given, in the order in which they act: the user's own last, in their order."""
+        """The given effects by name, in the order in which they act; user-defined effects come last, in file order."""
         given = {name: getattr(self, name) for name in type(self).model_fields if name != "own"}
         ours = {name: offer for name, offer in given.items() if offer is not None}
         return ours | {offer.path: offer for offer in self.own}
 
 
 def chosen_model(spec: type[OneOf]) -> Any:
-    """What a scene may write for a choice among models: a name, or a mapping of one name to parameters."""
+    """Return a validator that turns a name, or a mapping of one name to parameters, into the fields of a choice."""
 
     def values(value: Any) -> Any:
         if isinstance(value, str):
@@ -147,13 +147,13 @@ def chosen_model(spec: type[OneOf]) -> Any:
 
 
 def named_effects(value: Any) -> Any:
-    """What a scene may write for its effects: a mapping of names to parameters, or to nothing for all defaults."""
+    """Return the fields of the effects of a scene from a mapping of names to parameters; None stands for defaults."""
     own, ours = _told_apart(value)
     return ours | {OWN: own} if own else ours
 
 
 def _told_apart(value: Any) -> tuple[list[dict[str, Any]], Any]:
-    """What is the user's own in a mapping of names to parameters, and the rest; no parameters are all defaults."""
+    """Split a mapping of names to parameters into user-defined classes and all others; None becomes {}."""
     if not isinstance(value, dict):
         return [], value
     given = {key: {} if item is None else item for key, item in value.items()}

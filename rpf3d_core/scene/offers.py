@@ -1,6 +1,6 @@
-"""What a scene may name: models and effects, each with its parameters, their bounds and where they come from.
+"""The base class of the models and effects that a scene may name: parameters with bounds and sources.
 
-The physics stands in a file of its own, which is imported once a scene names it, and not before.
+The physics of a model or effect is in a separate file, which is imported only if a scene names the model or effect.
 """
 
 from importlib import import_module
@@ -12,20 +12,21 @@ from rpf3d_core.scene.values import StrictModel
 
 Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
 """How far a figure is confirmed: C read in the primary text, CC in an independent public implementation, S quoted by
-another text, D derived here; UNCONFIRMED general knowledge, to be checked by who uses it."""
+another text, D derived here; UNCONFIRMED general knowledge, to be checked by the user."""
 
 
 class Offer(StrictModel):
-    """Parameters of one model or effect, under names that the class of its physics has as well.
+    """The parameters of one model or effect. The class of its physics has fields of the same names.
 
-    PHYSICS : module and class of the parameters that its rules are registered for
-    MATERIAL_KEYS : optional keys of a material that the model cannot do without
-    GROUNDS, REBOUNDS : ground and rebound models that it goes with, None for any
+    PHYSICS : module and class of the physics parameters, for which the rules are registered
+    MATERIAL_KEYS : optional keys of a material that the model requires
+    GROUNDS, REBOUNDS : ground and rebound models that may be combined with this model, None for any
     STEPS : whether contacts may be found in fixed steps
-    BUILDER : module and function that makes that class from the scene where there is more to it than copying numbers
-    OBSTACLES : module and function that tells what its obstacles are called, from (name, offer, its parameters)
-    STOPPED : of a ground model, the sentence on rocks that stopped where it is not that of all others
-    SOURCE : where it is published; CONFIRMED : how far that is confirmed
+    BUILDER : module and function that builds the physics class from the scene; None if copying the numbers is enough
+    OBSTACLES : module and function that returns names and places of the obstacles, from (name, offer, physics
+        parameters)
+    STOPPED : sentence on stopped rocks that replaces the usual one; for ground models
+    SOURCE : where the model is published; CONFIRMED : how far the source is confirmed
     """
 
     PHYSICS: ClassVar[str]
@@ -41,20 +42,20 @@ class Offer(StrictModel):
 
     @property
     def asks_friction(self) -> bool:
-        """Whether the result depends on the friction angle of the materials."""
+        """True if the result depends on the friction angle of the materials."""
         return False
 
     def physics(self) -> type:
-        """The class of the parameters, imported with its rules."""
+        """Import and return the class of the physics parameters; the import registers its rules."""
         return loaded(self.PHYSICS)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """The parameters as a value of that class, which has fields of the same names."""
+        """Return the parameters as a value of the physics class, which has fields of the same names."""
         return self.physics()(**{name: getattr(self, name) for name in type(self).model_fields})
 
 
 def loaded(path: str) -> Any:
-    """What stands at `module:name`."""
+    """Import and return the object at `module:name`."""
     module, name = path.split(":")
     return getattr(import_module(module), name)
 
@@ -62,9 +63,9 @@ def loaded(path: str) -> Any:
 def parameter(
     default: Any, description: str, unit: str, source: str, confirmed: Confirmed, **bounds: Any
 ) -> Any:  # fmt: skip
-    """A field of an `Offer`: a number with its unit, bounds, source, and how far that is confirmed.
+    """Return a field of an `Offer`: a value with its unit, bounds, source, and how far the source is confirmed.
 
-    default : `...` where there is none
+    default : `...` for a required parameter
     """
     facts: dict[str, Any] = {"unit": unit, "source": source, "confirmed": confirmed}
     return Field(default, description=description, json_schema_extra=facts, **bounds)

@@ -1,6 +1,6 @@
-"""Models and effects of the user's own: a class in a file outside the package, named in the scene by its import path.
+"""User-defined models and effects: a class in a file outside the package, named in the scene by its import path.
 
-The file is looked for beside the scene, then where Python looks for modules. docs/own-models.md shows one.
+The file is searched next to the scene file, then on Python's module path. docs/own-models.md shows an example.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from rpf3d_core.scene.values import Name, Number, refuse
 
 
 class OwnSpec(Offer):
-    """A model or effect of the user's own: the class at an import path, with numbers for its parameters."""
+    """A user-defined model or effect: the class at an import path, with numbers as parameters."""
 
     PHYSICS: ClassVar[str] = ""
     SOURCE: ClassVar[str] = "the user's own"
@@ -33,7 +33,7 @@ class OwnSpec(Offer):
     @model_validator(mode="before")
     @classmethod
     def _found(cls, given: Any, info: ValidationInfo) -> Any:
-        """The file is found out, not written in the scene; its class must be there, and take the values."""
+        """Add the file of the class, which the scene does not give. Refuse a missing class or wrong values."""
         path, values = given["path"], given["values"]
         module, _, _ = path.rpartition(".")
         file = _file_of(module, (info.context or {}).get("folder", Path()))
@@ -41,21 +41,21 @@ class OwnSpec(Offer):
         return {**given, "file": file}
 
     def physics(self) -> type:
-        """The class, from its file: loaded once, and again when the file has changed."""
+        """Return the class from its file. The file is loaded once, and again after it has changed."""
         return _class_at(self.path, self.file)  # type: ignore[no-any-return]
 
     def made(self) -> Any:
-        """Its parameters, as floats: a whole number would be compiled as another type."""
+        """Return the parameters as floats, because a whole number would be compiled as another type."""
         return self.physics()(**{name: float(value) for name, value in self.values.items()})
 
 
 def _class_at(path: str, file: Path) -> Any:
-    """The NamedTuple of an import path, which is in a file.
+    """Return the NamedTuple class at an import path, whose module is in a file.
 
     Raises
     ------
     PydanticCustomError
-        The file cannot be run, or holds no such NamedTuple.
+        The file cannot be run, or has no such NamedTuple.
     """
     module, _, name = path.rpartition(".")
     own = getattr(_loaded(module, file), name, None)
@@ -67,7 +67,7 @@ def _class_at(path: str, file: Path) -> Any:
 
 
 def _check_values(path: str, own: Any, values: Any) -> None:
-    """Refuse parameters that a class does not have, that are no numbers, or that are missing."""
+    """Refuse parameters that are unknown to the class, not numbers, or missing."""
     if not isinstance(values, dict):
         raise refuse(f"gives {path} {values!r}, but must give a mapping of its parameters to numbers")
     for name, value in values.items():
@@ -81,7 +81,7 @@ def _check_values(path: str, own: Any, values: Any) -> None:
 
 
 def _file_of(module: str, folder: Path) -> Path:
-    """The file of a module: beside the scene, or where Python finds it."""
+    """Return the file of a module, next to the scene file or on Python's module path."""
     beside = folder.joinpath(*module.split(".")).with_suffix(".py")
     if beside.is_file():
         return beside.absolute()
@@ -95,7 +95,7 @@ def _file_of(module: str, folder: Path) -> Path:
 
 
 def _loaded(name: str, file: Path) -> Any:
-    """The module of a file under a name, run anew if the file is not what it was when it was last run."""
+    """Return the module of a file under a name; run the file again if its content has changed since the last call."""
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     there = sys.modules.get(name)
     if getattr(there, "RPF3D_DIGEST", None) == digest:
@@ -104,7 +104,7 @@ def _loaded(name: str, file: Path) -> Any:
     if specification is None or specification.loader is None:
         raise refuse(f"names {file.name}, which is no Python file")
     module = importlib.util.module_from_spec(specification)
-    sys.modules[name] = module  # numba finds the classes of what it has compiled by the name of their module
+    sys.modules[name] = module  # numba finds the classes of compiled code by the name of their module
     try:
         specification.loader.exec_module(module)
     except Exception as fault:
@@ -116,9 +116,9 @@ def _loaded(name: str, file: Path) -> Any:
 
 
 OWN = "[own]"
-"""What stands before the user's own in the path of a key that is refused; it is not shown."""
+"""Mark of user-defined classes in the key path of a pydantic error; messages do not show it."""
 
 
 def is_own(name: Any) -> bool:
-    """Whether a name in a scene is the import path of a class of the user's own."""
+    """True if a name in a scene is the import path of a user-defined class."""
     return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name

@@ -1,4 +1,4 @@
-"""Reading a scene file: YAML in, a validated `Scene` out, or one sentence for each thing that is wrong with it."""
+"""Reading a scene file: from YAML to a validated `Scene`, or to one sentence for each fault."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ def read_scene(path: str | Path) -> Scene:
     Parameters
     ----------
     path : str or Path
-        A YAML file; the paths in it are relative to its folder and must exist.
+        A YAML file. Paths in the file are relative to its folder and must exist.
 
     Returns
     -------
@@ -32,10 +32,10 @@ def read_scene(path: str | Path) -> Scene:
     Raises
     ------
     SceneError
-        One line for each fault: file, line, key, value and what would be right; then the scene's `data_hint` if a
-        file is missing.
+        One line for each fault: file, line, key, value and the valid values; then the scene's `data_hint` if a file is
+        missing.
     InputError
-        A file of points that rocks are to be counted by is damaged.
+        A file of points is damaged and the number of its points sets the number of rocks.
     """
     path = Path(path)
     document = read_yaml(path)
@@ -54,12 +54,12 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
-    """Check a scene whose values were not read from a file; `path` stands for that in later messages.
+    """Check values that were not read from a file and return their scene; `path` stands for the file in later messages.
 
     Raises
     ------
     SceneError
-        One line for each fault: parameter, value and what would be right.
+        One line for each fault: parameter, value and the valid values.
     """
     try:
         return Scene.model_validate({**values, "path": path})
@@ -69,7 +69,7 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
 
 
 def _filled_in(scene: Scene) -> Scene:
-    """The scene with what its files say where it says nothing: a reference system, and how many points there are."""
+    """Return the scene with the values that only its files state: the reference system and the number of points."""
     terrain = scene.terrain
     crs = terrain.crs or next(iter(terrain.crs_of_files().values()), None)
     sources = tuple(_a_rock_a_point(source, scene) for source in scene.sources)
@@ -77,7 +77,7 @@ def _filled_in(scene: Scene) -> Scene:
 
 
 def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
-    """A source that does not say how many rocks fall from it has one for each of its points: none is left out."""
+    """Return the source with one rock a point if the scene gives no number of rocks, so that no point is left out."""
     if "rocks" in source.model_fields_set:
         return source
     if source.points_file:
@@ -88,18 +88,19 @@ def _a_rock_a_point(source: SourceSpec, scene: Scene) -> SourceSpec:
 
 
 def scene_digest(scene: Scene) -> str:
-    """SHA-256 (64 hex digits) of what a scene says.
+    """Return the SHA-256 digest (64 hex digits) of the content of a scene.
 
-    Every key counts, defaults included, but for `path` and `data_hint`; a file counts by its content, not its name or
-    place. Equal digests therefore mean equal answers from the same version.
+    All keys count, defaults included, except `path` and `data_hint`. A file counts by its content, not by its name or
+    place. Equal digests therefore mean equal results from the same version.
     """
     return _digest(scene.model_dump(exclude={"path", "data_hint"}))
 
 
 def releases_digest(scene: Scene) -> str:
-    """SHA-256 (64 hex digits) of what decides, with the seed, where rocks start, how fast and how heavy they are.
+    """Return the SHA-256 digest (64 hex digits) of the settings that, with the seed, decide how rocks are released.
 
-    Not how many there are: of more rocks the first start as those of fewer.
+    The settings are those of places, velocities and sizes, not the number of rocks: the first rocks of a larger
+    ensemble start like the rocks of a smaller one.
     """
     return _digest({
         "rock": scene.rock.model_dump(),
@@ -117,7 +118,7 @@ def _canonical(value: Any) -> Any:
         with value.open("rb") as file:
             return {"sha256": hashlib.file_digest(file, "sha256").hexdigest()}
     if isinstance(value, Mapping):
-        # Materials are matched in file order, so order is part of what a scene says.
+        # Materials are matched in file order, so the order is part of the content.
         return [[key, _canonical(item)] for key, item in value.items()]
     return [_canonical(item) for item in value] if isinstance(value, list | tuple) else value
 
@@ -128,7 +129,7 @@ def _scene(path: Path, values: dict[str, Any]) -> Scene:
 
 
 def _data_hint(error: ValidationError, values: dict[str, Any]) -> str:
-    """What the scene itself says about files that are missing, once, after the faults."""
+    """Return the scene's own hint on missing files, to be shown once after the faults; "" if no file is missing."""
     is_missing = any(detail["type"] == MISSING_FILE for detail in error.errors())
     return f"\n{values['data_hint']}" if is_missing and "data_hint" in values else ""
 

@@ -1,4 +1,4 @@
-"""The rebound models that a scene may name beside `constant`, with their parameters."""
+"""The rebound models that a scene may name besides `constant`, with their parameters."""
 
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, Self
@@ -15,11 +15,13 @@ PFEIFFER = "Pfeiffer & Bowen 1989, Bull. AEG 26:135-146"
 BOURRIER = "Bourrier et al. 2009, Geomorphology 110:68-79"
 
 STEEPEST = 90.0
-"""Degrees; an impact straight into the ground."""
+"""Degrees; the angle of an impact at right angles to the ground."""
 MOST_R_N = 10.0
-"""R_n of a table at most: Wyllie's law is cut off at 2, and energy limits it anyway."""
+"""Largest R_n (-) of a table. Wyllie's law is cut off at 2, and the energy limits R_n in any case."""
 ROUNDING = 1e-9
-"""Share of its largest entry by which a covariance may miss symmetry, or be below zero: figures are written rounded."""
+"""Tolerance for asymmetry and negative eigenvalues of a covariance, as a share of its largest entry.
+
+Users write rounded figures."""
 
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
@@ -37,7 +39,7 @@ class CoulombLimitedSpec(Offer):
 
     @property
     def asks_friction(self) -> bool:
-        """It does."""
+        """True: friction limits the tangential impulse."""
         return True
 
 

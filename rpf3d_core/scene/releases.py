@@ -1,4 +1,4 @@
-"""What a scene releases: its rocks, and the sources that say where they start and how fast."""
+"""The releases of a scene: the rocks, and the sources that state their places and velocities."""
 
 import math
 from pathlib import Path
@@ -24,13 +24,13 @@ from rpf3d_core.scene.values import (
 from rpf3d_core.terrain.frame import FloatArray, Up
 
 FASTEST = 10_000.0
-"""m/s at which a rock may start: no blast throws one so fast, and squares of speeds stay numbers."""
+"""Highest release speed, m/s. No blast throws a rock so fast, and the square of the speed stays finite."""
 PLACES = ("points", "points_file", "line", "polygon", "zone")
-"""Keys of a source that say where its rocks start; one of them is given."""
+"""Keys of a source that give the places of its rocks; exactly one is given."""
 
 
 class RockSpec(StrictModel):
-    """The rocks: density (kg/m3), and the diameter (m) of the sphere of the same volume, the mass or the volume."""
+    """The rocks: density (kg/m3), and one of diameter (m) of the sphere of equal volume, mass (kg) and volume (m3)."""
 
     density: Number = Field(2700.0, gt=0, description="a number above 0 (kg/m3)")
     diameter: Size | None = Field(None, description="a number above 0 (m), or a distribution")
@@ -50,7 +50,7 @@ class RockSpec(StrictModel):
 
 
 class SourceSpec(StrictModel):
-    """Where rocks start and how fast; `rocks` is the source's total."""
+    """A source: places and velocities of the released rocks; `rocks` is the total number."""
 
     name: Name = Field(description="a name that no other source has")
     points: tuple[Vector, ...] | None = Field(None, min_length=1, description="a list of points [x, y, z] (m)")
@@ -100,7 +100,7 @@ class SourceSpec(StrictModel):
 
     @property
     def _fastest(self) -> float:
-        """No rock of the source starts faster than this (m/s)."""
+        """Upper bound of the release speed (m/s)."""
         speed = 0.0 if self.speed is None else distribution_of(self.speed).high
         return speed + math.hypot(*self.velocity) + math.hypot(*self.velocity_spread)
 
@@ -120,7 +120,7 @@ class SourceSpec(StrictModel):
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """The points (P, 3) m of a source's file; where rocks start above the ground, those of a plan will do.
+    """Return the points (P, 3) m of a source's file; plan coordinates are enough if rocks start above the ground.
 
     Raises
     ------

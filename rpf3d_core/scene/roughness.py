@@ -1,4 +1,4 @@
-"""The effect `roughness` as a scene names it."""
+"""The scene's effect `roughness`: a random normal at each impact."""
 
 from typing import Annotated, ClassVar, Self
 

@@ -13,7 +13,7 @@ BARTELT = "Bartelt et al. 2016, as used by Lu et al. 2019"
 
 
 class SoftZoneSpec(StrictModel):
-    """What is other in one zone than elsewhere."""
+    """The values of one zone that differ from those of the other zones."""
 
     stiffness: Number | None = Field(None, ge=1e3, description="a number of at least 1000 (Pa), or left out")
     form_drag: Number | None = Field(None, ge=0, description="a number >= 0, or left out")

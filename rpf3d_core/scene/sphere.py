@@ -1,4 +1,4 @@
-"""The rigid sphere that a scene may name: its rebound and its ground model, which belong together."""
+"""The rigid sphere that a scene may name: its rebound model and its ground model, which belong together."""
 
 from typing import Any, ClassVar
 
@@ -47,7 +47,7 @@ class CoulombSphereSpec(Offer):
 
     @property
     def asks_friction(self) -> bool:
-        """It does unless impacts have a friction of their own."""
+        """True unless `impact_friction` is given."""
         return self.impact_friction is None
 
 
@@ -65,5 +65,5 @@ class SphereGroundSpec(Offer):
 
     @property
     def asks_friction(self) -> bool:
-        """It does."""
+        """True: skidding depends on the friction angle."""
         return True

@@ -34,14 +34,14 @@ else:
 
 
 class TerrainFile(StrictModel):
-    """One mesh or grid file, all of it one zone."""
+    """One mesh or grid file, all of whose facets belong to one zone."""
 
     path: InputFile = Field(description="the path of a terrain file, relative to the scene file")
     zone: Name = Field("terrain", description="the name of the zone that the file's facets belong to")
 
 
 class TerrainSpec(StrictModel):
-    """Where the terrain comes from: files, or a synthetic pit."""
+    """The origin of the terrain: files, or a synthetic pit."""
 
     files: tuple[TerrainFile, ...] | None = Field(None, min_length=1, description="a list of {path, zone}")
     pit: PitSpec | None = Field(None, description="a mapping of the synthetic pit's parameters")
@@ -72,13 +72,13 @@ class TerrainSpec(StrictModel):
         return self
 
     def crs_of_files(self) -> dict[int, str]:
-        """The reference systems of those files that say in which they are, by their place in the list."""
+        """Return the reference systems stated by the files, by index in the list of files."""
         found = {i: reference_system_of_file(file.path) for i, file in enumerate(self.files or ())}
         return {i: crs for i, crs in found.items() if crs is not None}
 
 
 class ZoneSpec(StrictModel):
-    """Facets whose centroid lies, in plan, in one of the polygons belong to the zone."""
+    """A zone drawn in plan: facets belong to the zone if their centroid lies in one of the polygons."""
 
     zone: Name = Field(description="the name of a zone")
     polygons: InputFile = Field(description="the path of a GeoJSON file with polygons")

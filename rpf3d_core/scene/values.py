@@ -1,4 +1,4 @@
-"""What the parts of a scene are made of: numbers, names, vectors, outlines, files; and how one of them is refused."""
+"""The value types of a scene, such as numbers, names, vectors, outlines and files, and their validators."""
 
 import os
 from pathlib import Path
@@ -11,24 +11,24 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import polygon_of
 
 MOST_ROCKS = 4_000_000_000
-"""Rocks of one scene: a rock's number is a word of 32 bits of the random streams."""
+"""Largest number of rocks of a scene: a rock's number is a 32-bit word of the random streams."""
 
 MISSING_FILE = "missing_file"
-"""The kind of refusal that a scene's `data_hint` speaks to."""
+"""The kind of refusal to which a scene's `data_hint` is added."""
 
 
 def refuse(sentence: str, *at: str | int, kind: str = "refused") -> PydanticCustomError:
-    """A refusal that reads `<key> <sentence>`, pointing at a key below the one being validated."""
+    """Return the error that reads `<key> <sentence>`; `at` is the path to a key below the key being validated."""
     return PydanticCustomError(kind, "{sentence}", {"sentence": sentence, "at": at})
 
 
 def existing_file(value: Any, info: ValidationInfo) -> Path:
-    """The path of a file that is there, relative to the scene's folder.
+    """Return the absolute path of an existing file, given relative to the scene's folder.
 
     Raises
     ------
     PydanticCustomError
-        It is no path, a folder, or nothing at all.
+        The value is not a path, or the path is a folder or does not exist.
     """
     if not isinstance(value, str | Path) or not str(value):
         raise refuse(f"is {value!r}, but must be the path of a file, relative to the scene file")
@@ -41,7 +41,7 @@ def existing_file(value: Any, info: ValidationInfo) -> Path:
 
 
 def exactly_one(part: BaseModel, *names: str) -> None:
-    """Refuse a part that has none of some keys, or more than one."""
+    """Refuse a part of a scene unless exactly one of the keys is given."""
     given = [name for name in names if getattr(part, name) is not None]
     if len(given) != 1:
         has = " and ".join(given) if given else "none of them"
@@ -49,7 +49,7 @@ def exactly_one(part: BaseModel, *names: str) -> None:
 
 
 def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Refuse parts of which two have the same name."""
+    """Return the parts unchanged; refuse parts of which two have the same name."""
     first: dict[str, int] = {}
     for i, part in enumerate(parts):
         if first.setdefault(part.name, i) != i:
@@ -61,7 +61,7 @@ def no_two_alike(parts: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _enclosing(corners: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """Refuse corners in plan (N, 2) that enclose no area."""
+    """Return corners in plan (N, 2) unchanged; refuse corners that are not a valid polygon with an area."""
     try:
         polygon_of(corners)
     except InputError as fault:
@@ -106,6 +106,6 @@ else:
 
 
 class StrictModel(BaseModel):
-    """A frozen piece of a scene that refuses keys it does not know."""
+    """A frozen part of a scene that refuses unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

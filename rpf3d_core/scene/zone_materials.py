@@ -1,4 +1,4 @@
-"""Which of a scene's materials a zone of the terrain has: by its name, by a pattern, or by default."""
+"""The material of a zone of the terrain: by the zone's name, by a pattern, or by default."""
 
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -8,22 +8,22 @@ from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.model import Material, Scene
 
 MOST_NAMED = 12
-"""Zones that a message lists: a pit has dozens."""
+"""Largest number of zones that a message lists: a pit has dozens."""
 
 
 def material_of(scene: Scene, zone: str) -> Material:
-    """The material of a zone: its exact name, else the first pattern in file order, else `default`.
+    """Return the material of a zone: by its exact name, else by the first fitting pattern in file order, else default.
 
     Raises
     ------
     SceneError
-        If nothing in the scene's materials fits the zone.
+        No name or pattern in the scene's materials fits the zone.
     """
     return scene.materials[name_of_material(scene, zone)]
 
 
 def name_of_material(scene: Scene, zone: str) -> str:
-    """The name, in the scene, of the material of a zone.
+    """Return the name, in the scene, of the material of a zone.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def name_of_material(scene: Scene, zone: str) -> str:
 
 
 def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
-    """Names of the materials that take the default friction angle: zones have them, and the scene's models ask for it.
+    """Return names of the materials of zones that use the default friction angle; () if no model needs the angle.
 
     Raises
     ------
@@ -55,18 +55,18 @@ def without_friction(scene: Scene, zones: Sequence[str]) -> tuple[str, ...]:
 
 
 def words_on_friction(materials: Sequence[str]) -> str:
-    """A sentence on materials that take the default friction angle."""
+    """Return a sentence on materials that use the default friction angle."""
     default = Material.model_fields["friction_angle_deg"].default
     return f"`friction_angle_deg` is not given for {', '.join(materials)}: the default of {default:g} degrees is used"
 
 
 def check_materials(scene: Scene, zones: Sequence[str]) -> None:
-    """Refuse a material that no zone of the terrain takes: its name is misspelt, or what it is for is not there.
+    """Refuse a material that fits no zone of the terrain: its name is misspelt, or its zone does not exist.
 
     Raises
     ------
     SceneError
-        Names it and the nearest zone, or the zones that there are.
+        A material fits no zone; the message names it and the nearest zone, or the existing zones.
     """
     for name in scene.materials:
         if name == "default" or any(zone == name or fnmatchcase(zone, name) for zone in zones):

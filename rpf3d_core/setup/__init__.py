@@ -1,1 +1,1 @@
-"""From a scene to what flies: terrain, sources, materials, models and maps."""
+"""From a scene to everything that a run needs: terrain, sources, materials, models and maps."""

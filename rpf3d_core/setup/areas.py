@@ -1,4 +1,4 @@
-"""Areas of interest: polygons in plan."""
+"""Areas of interest of a scene: polygons in plan, checked against the terrain."""
 
 from pathlib import Path
 
@@ -20,9 +20,9 @@ REACHED_BY = (
 
 
 def read_areas(scene: Scene) -> dict[str, MultiPolygon]:
-    """The areas of interest by name, in the input's plan coordinates; `InputError` as `read_polygons`.
+    """Return the areas of interest by name, in the input's plan coordinates; raise InputError like `read_polygons`.
 
-    Polygons of one area that overlap are one: the overlap is not outside.
+    Overlapping polygons of one area are united, so the overlap lies inside the area.
     """
     return {area.name: _united(read_polygons(area.polygons)) for area in scene.areas_of_interest}
 
@@ -33,12 +33,12 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
 
 
 def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]:
-    """The rings (N, 2) m of each area of interest, as `local_outlines`, over a terrain that they must lie on.
+    """Return the rings (N, 2) m of each area of interest, like `local_outlines`; each area must lie on the terrain.
 
     Raises
     ------
     InputError
-        A file is damaged, or an area lies off the terrain: nobody would learn anything of it.
+        A file is damaged, or an area lies off the terrain, so that it would give no result.
     """
     areas = read_areas(scene)
     for spec in scene.areas_of_interest:
@@ -52,12 +52,12 @@ def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]
 
 
 def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
-    """The rings (N, 2) m of the polygons of a file, as `local_outlines`, on a terrain; overlapping ones are one.
+    """Return the rings (N, 2) m of the polygons of a file, like `local_outlines`; overlapping polygons are united.
 
     Raises
     ------
     InputError
-        The file is damaged, or they lie off the terrain; names the scene's key.
+        The file is damaged, or the polygons lie off the terrain; names the scene's key.
     """
     polygons = _united(read_polygons(path))
     if lies_off(terrain, polygons):
@@ -66,6 +66,6 @@ def outlines_on(terrain: Terrain, path: Path, key: str) -> list[FloatArray]:
 
 
 def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
-    """Outer and inner rings (N, 2) m in plan, local frame."""
+    """Return the outer and inner rings (N, 2) m of polygons in plan, in the local frame."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
     return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]

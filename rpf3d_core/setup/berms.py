@@ -1,4 +1,4 @@
-"""The berms of a scene, raised on its terrain."""
+"""Adds the berms of a scene to its terrain."""
 
 from itertools import pairwise
 
@@ -15,11 +15,11 @@ from rpf3d_core.terrain.sections import section_of
 from rpf3d_core.terrain.zones import with_zone
 
 ZONE = "berm_"
-"""What the name of a berm's zone begins with."""
+"""Prefix of the zone names of berms."""
 
 
 def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
-    """The terrain with the scene's berms on it, one after another: where two cross, their heights add up.
+    """Return the terrain with the scene's berms, added one after another; where berms cross, their heights add up.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def with_berms(terrain: Terrain, scene: Scene) -> Terrain:
 
 
 def with_zones_of_berms(terrain: Terrain, berms: Terrain) -> Terrain:
-    """A terrain whose facets that belong to berms in another, of the same facets, do so again."""
+    """Return a terrain with the berm zones of another terrain of the same facets."""
     for number, zone in enumerate(berms.zones):
         if zone.startswith(ZONE):
             terrain = with_zone(terrain, zone, berms.zone == number)

@@ -1,4 +1,4 @@
-"""The least cell of a scene's maps: its rocks are to fill the cells, where the scene does not give a cell."""
+"""The smallest cell of a scene's maps if the scene gives none: cells large enough for the rocks to fill them."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,11 +15,11 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 FIRST_ROUND = 1000
-"""Rocks that `rocks: auto` begins with, at least; each further round doubles them."""
+"""Smallest number of rocks in the first round of `rocks: auto`; each further round doubles the number."""
 
 
 def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> float:
-    """Return the least cell (m) that a scene's rocks fill, as far as its map may be coarse; 0 without sources."""
+    """Return the smallest cell (m) that a scene's rocks fill, at most the coarsest useful cell; 0 without sources."""
     if not sources:
         return 0.0
     low, high = (_corner(terrain.vertices, ends) for ends in (np.min, np.max))
@@ -27,9 +27,9 @@ def least_cell(scene: Scene, terrain: Terrain, sources: Sequence[Source]) -> flo
 
 
 def fewest_rocks(scene: Scene) -> int:
-    """Return how many rocks of a scene fly unless it is interrupted: of `rocks: auto` those of the doublings it needs.
+    """Return the least number of rocks of an uninterrupted run; for `rocks: auto`, after the necessary doublings.
 
-    It is known before the first rock flies, and the same in every part of the scene.
+    The number is known before the first rock flies, and is the same in every part of the scene.
     """
     rocks = sum(source.rocks for source in scene.sources)
     if scene.rocks != "auto":
@@ -38,5 +38,5 @@ def fewest_rocks(scene: Scene) -> int:
 
 
 def _corner(points: FloatArray, ends: Callable[[FloatArray], Any]) -> Vec:
-    """A corner (3,) m of the box of points (P, 3), column by column."""
+    """Return a corner (3,) m of the box of points (P, 3), column by column."""
     return float(ends(points[:, 0])), float(ends(points[:, 1])), float(ends(points[:, 2]))

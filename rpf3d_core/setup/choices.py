@@ -1,4 +1,4 @@
-"""What of a scene is flown: the caller's choices instead of its own, and how many rocks in each round."""
+"""The caller's choices of rocks, engine and seed in place of the scene's, and the number of rocks in each round."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,23 +12,23 @@ from rpf3d_core.scene.values import MOST_ROCKS
 from rpf3d_core.setup.cells import FIRST_ROUND
 
 Rocks = int | Literal["auto"] | None
-"""How many rocks in total: a number, until the scene's target is reached, or None for what the scene says."""
+"""Total number of rocks: a number, auto to fly until the scene's target is reached, or None for the scene's setting."""
 Round = tuple[Sequence[int], Sequence[int]]
-"""The rocks of one round: of each source from a number to before another."""
+"""The rocks of one round: for each source, the number of its first rock and the number after its last rock."""
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """A scene, read if need be, with what the caller chose instead of what it says; errors as `with_choices`."""
+    """Return a scene, read from its file if necessary, with the caller's choices; errors as in `with_choices`."""
     return with_choices(scene if isinstance(scene, Scene) else read_scene(scene), rocks, engine, seed)
 
 
 def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
-    """The scene with what the caller chose instead of what it says; None keeps what it says.
+    """Return the scene with the caller's choices in place of its own settings; None keeps the setting of the scene.
 
     Raises
     ------
     InputError
-        Fewer than one rock or more than MOST_ROCKS, an unknown engine, or a seed out of range.
+        The number of rocks is below 1 or above MOST_ROCKS, the engine is unknown, or the seed is out of range.
     """
     changes: dict[str, object] = {}
     wanted = scene.rocks if rocks is None else rocks
@@ -54,10 +54,10 @@ def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | Non
 
 
 def rounds_of(scene: Scene, points: Sequence[int]) -> Iterator[Round]:
-    """One round of all rocks or, for `rocks: auto`, rounds that each double what has flown, until `most_rocks`.
+    """Yield one round of all rocks or, for `rocks: auto`, rounds that each double the flown rocks, up to `most_rocks`.
 
-    points : how many places each source deals its rocks to in turn: the first round reaches all of them, or what it
-        says would be of the first places only
+    points : number of places to which each source deals its rocks in turn. The first round reaches all places;
+        otherwise its result would be of the first places only.
     """
     counts = [source.rocks for source in scene.sources]
     done = [0] * len(counts)

@@ -1,4 +1,4 @@
-"""How much of polygons in plan has terrain above or below it."""
+"""Overlap in plan of polygons with the terrain."""
 
 import numpy as np
 from shapely.geometry import MultiPolygon
@@ -11,22 +11,22 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.terrain.zones import covered, in_plan
 
 PIXELS = 500
-"""Along the longer side of the polygons' box: a share is told to about 1 %."""
+"""Pixels along the longer side of the polygons' box, which gives a share to about 1 %."""
 
 
 def lies_off(terrain: Terrain, polygons: MultiPolygon) -> bool:
-    """Whether polygons, in the input's plan coordinates, share no area with the terrain in plan."""
+    """True if polygons, in the input's plan coordinates, share no area with the terrain in plan."""
     plan = in_plan(terrain.frame, terrain.vertices)
     low_x, low_y, high_x, high_y = polygons.bounds
     near = plan[(plan[:, 0] >= low_x) & (plan[:, 0] <= high_x) & (plan[:, 1] >= low_y) & (plan[:, 1] <= high_y)]
     if covered(polygons, near).any():
         return False
-    prisms = local_plan(terrain.frame, plan_triangles(polygons))  # they may still lie within one facet
+    prisms = local_plan(terrain.frame, plan_triangles(polygons))  # the polygons may still lie within one facet
     return not len(facets_within(terrain.vertices[terrain.triangles], prisms))
 
 
 def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
-    """Share (-) of the area of polygons, in the input's plan coordinates, that has terrain above or below it."""
+    """Return the share (-) of the area of polygons, in the input's plan coordinates, with terrain above or below."""
     corners = local_plan(terrain.frame, np.reshape(polygons.bounds, (2, 2)))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
     ground = seen_from_above(terrain, Window(left, right, bottom, top), PIXELS).facet >= 0
@@ -35,12 +35,12 @@ def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
     y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)
     centres = np.stack([*np.meshgrid(x, y), np.zeros(ground.shape)], axis=-1).reshape(-1, 3)
     inside = covered(polygons, in_plan(terrain.frame, centres))
-    # A sliver may lie between all centres: then its box has to do.
+    # A sliver may lie between all centres; then use its box.
     return float(ground.ravel()[inside if inside.any() else slice(None)].mean())
 
 
 def extents(terrain: Terrain, plan: FloatArray) -> str:
-    """From where to where plan points (..., 2) m of the input go, and the terrain beside them, in words."""
+    """Return the extent in plan of points (..., 2) m of the input and of the terrain, as part of a message."""
     return f"it goes {_extent(plan)}, the terrain {_extent(in_plan(terrain.frame, terrain.vertices))}"
 
 

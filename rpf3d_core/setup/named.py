@@ -1,4 +1,4 @@
-"""The models and effects that a scene names, made ready for the kernels; nothing else of them is imported."""
+"""Builds the models and effects that a scene names for the kernels, and imports no other models or effects."""
 
 from typing import Any
 
@@ -14,12 +14,12 @@ from rpf3d_core.terrain.obstacles import Obstacles, all_of
 
 
 def models_of(scene: Scene, terrain: Terrain) -> Models:
-    """The models of a scene over its terrain.
+    """Return the models and effects of a scene over its terrain.
 
     Raises
     ------
     InputError
-        One of them cannot be built there: names the key.
+        A model or effect cannot be built or has no rule; names the key.
     """
     model, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
     effects = numbered([_built(offer, scene, terrain) for offer in scene.effects.named.values()])
@@ -35,13 +35,13 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
 
 
 def models_called(rebound: str, ground: str) -> Models:
-    """Models by name, with all their defaults and no effects; for those that need nothing of a scene."""
+    """Return models by name, with default parameters and no effects, for models that need no scene."""
     bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
     return Models(bouncing.offer.made(), resting.offer.made())
 
 
 def numbered(effects: list[Any]) -> list[Any]:
-    """Effects whose obstacles, where they have some (`first`, `obstacles`), are numbered over all of them together."""
+    """Return effects with their obstacles, if any (`first`, `obstacles`), numbered consecutively over all effects."""
     known, first = [], 0
     for effect in effects:
         if hasattr(effect, "first"):
@@ -51,7 +51,7 @@ def numbered(effects: list[Any]) -> list[Any]:
 
 
 def obstacles_of(scene: Scene, models: Models) -> Obstacles:
-    """What the obstacles of a scene are called and where they stand, in the order of their numbers."""
+    """Return names and places of the obstacles of a scene, in the order of their numbers."""
     named = zip(scene.effects.named.items(), links_of(models.effects), strict=True)
     parts = [
         loaded(offer.OBSTACLES)(name, offer, effect) for (name, offer), effect in named if offer.OBSTACLES is not None
@@ -60,7 +60,7 @@ def obstacles_of(scene: Scene, models: Models) -> Obstacles:
 
 
 def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:
-    """The parameters of one model or effect, as the class that its rules are registered for."""
+    """Return the parameters of a model or effect, as the class for which its rules are registered."""
     if offer.BUILDER is not None:
         return loaded(offer.BUILDER)(offer, scene, terrain)
     return offer.made()

@@ -1,4 +1,4 @@
-"""A scene made ready to fly: terrain read, index built, ground, sources and maps prepared; refused here if at all."""
+"""Prepares a scene to fly: reads the terrain, and builds locator, ground, sources and maps. Refuses bad input."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -47,10 +47,10 @@ from rpf3d_core.values import Rock, Vec
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """Everything that flying a scene takes.
+    """A scene with everything needed to fly its rocks.
 
-    read_s : wall seconds to read and check the terrain; index_s : to build the engine's index over it
-    began : when it all began, `time.perf_counter()`
+    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's locator
+    began : `time.perf_counter()` at the start of the preparation
     """
 
     scene: Scene
@@ -69,19 +69,19 @@ class Prepared:
 
     @property
     def obstacles(self) -> Obstacles:
-        """What the obstacles of the scene are called and where they stand."""
+        """Names and places of the obstacles of the scene."""
         return obstacles_of(self.scene, self.flight.models)
 
 
 def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
-    """Read everything that a scene names and build what flying takes.
+    """Read all files that a scene names and build everything needed to fly its rocks.
 
-    wait : called before the index is built
+    wait : called before the locator is built
 
     Raises
     ------
     InputError
-        One of the scene's files, its sources or its maps is refused; says which, and what would be right.
+        A file, a source or a map of the scene is refused; the message names it and the valid values.
     """
     began = time.perf_counter()
     check_engine(scene)
@@ -103,12 +103,12 @@ def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
 
 
 def read_companions(scene: Scene) -> None:
-    """Read the small files that a scene names, so that a damaged one is refused before a large mesh is read and flown.
+    """Read the small files of a scene first, so that a damaged file is refused before a large mesh is read.
 
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; names it.
+        A file of points or polygons is damaged; names the file.
     """
     read_source_files(scene)
     read_areas(scene)
@@ -117,36 +117,36 @@ def read_companions(scene: Scene) -> None:
 
 
 def check_engine(scene: Scene) -> None:
-    """Refuse an engine that is not there.
+    """Refuse an engine that is not available.
 
     Raises
     ------
     InputError
-        The compiled engine is asked for and numba is not installed.
+        The scene asks for the compiled engine, but numba is not installed.
     """
     if scene.engine == Compiled.name and not HAS_NUMBA:
         raise InputError(f"{scene.path}: engine {scene.engine!r} cannot be used: numba is not installed")
 
 
 def engine_for(scene: Scene, rocks: int) -> str:
-    """The name of the engine that flies so many rocks of a scene."""
+    """Return the name of the engine that flies the given number of rocks of a scene."""
     return choose_engine(scene.engine, rocks, HAS_NUMBA, scene.rebound.name == COULOMB_SPHERE)
 
 
 def engine_name(scene: Scene) -> str:
-    """The name of the engine that flies the rocks of a scene."""
+    """Return the name of the engine that flies the rocks of a scene."""
     rocks = scene.target.most_rocks if scene.rocks == "auto" else sum(source.rocks for source in scene.sources)
     return engine_for(scene, rocks)
 
 
 def build_engine(scene: Scene, terrain: Terrain) -> Engine:
-    """The scene's engine, with its index over the terrain, and the method that the scene names."""
+    """Return the scene's engine with its locator over the terrain and the scene's method of finding contacts."""
     engine, steps = engine_over(engine_name(scene), terrain, facets_of(terrain)), scene.method.stepping
     return engine if steps is None else stepping(engine, steps.dt, steps.threshold, steps.squared)
 
 
 def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
-    """Materials by zone, settings and models of a scene.
+    """Return the materials by zone, the settings and the models of a scene.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
-    """The ground of one zone."""
+    """Return the ground of one zone."""
     material = material_of(scene, zone)
     return DrawnSurface(
         R_n=distribution_of(material.normal_restitution),
@@ -175,17 +175,17 @@ def _surface(scene: Scene, zone: str) -> DrawnSurface:
 def scene_raster(
     scene: Scene, terrain: Terrain, box: tuple[Vec, Vec] | None = None, sources: Sequence[Source] = ()
 ) -> Raster:
-    """The raster of the scene's maps.
+    """Return the raster of the scene's maps.
 
     Parameters
     ----------
-    box : corners of the terrain's box where they are known already, m
-    sources : whose rocks are to fill the cells where the scene gives no cell; none where they are not known beforehand
+    box : corners of the terrain's box, m, if known
+    sources : sources whose rocks shall fill the cells if the scene gives no cell; () if unknown
 
     Raises
     ------
     InputError
-        Its maps would need more memory than the scene allows.
+        The maps would need more memory than the scene allows.
     """
     least = 0.0 if scene.hazard.cell is not None else least_cell(scene, terrain, sources)
     raster = raster_over(terrain, scene.hazard.cell, box, least)
@@ -197,7 +197,7 @@ def scene_raster(
 
 
 def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
-    """The releases of the rocks of each source whose numbers stand in its range.
+    """Return the releases of the rocks of each source whose numbers are in its range.
 
     Raises
     ------
@@ -212,18 +212,18 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
 
 
 def places_of(prepared: Prepared) -> list[int]:
-    """How many places each source deals its rocks to in turn; 1 for one that draws them."""
+    """Return the number of places to which each source deals its rocks in turn; 1 for a source with drawn places."""
     drawn = [source.line or source.patches is not None for source in prepared.sources]
     return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
 
 
 def check_releases(prepared: Prepared, releases: Releases) -> None:
-    """Refuse rocks that start under the ground or beside the terrain.
+    """Refuse rocks that start under the ground or off the terrain.
 
     Raises
     ------
     InputError
-        Names the scene, the source, the rock and its position.
+        A rock starts there; names the scene, the source, the rock and its position.
     """
     names = [source.name for source in prepared.sources]
     try:
@@ -233,7 +233,7 @@ def check_releases(prepared: Prepared, releases: Releases) -> None:
 
 
 def empty_tallies(prepared: Prepared) -> Tallies:
-    """Tallies over the scene with nothing counted yet."""
+    """Return empty tallies over a scene."""
     scene, engine = prepared.scene, prepared.engine
     compiled = isinstance(engine, Compiled)
     facets = engine.facets if compiled else facets_of(prepared.terrain)
@@ -249,7 +249,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
 
 
 def _scales(prepared: Prepared, per_octave: int) -> Scales:
-    """Scales that hold whatever the scene can produce; a function of the scene alone, so that parts can be merged."""
+    """Return scales that cover all results of a scene; a function of the scene alone, so that parts can be merged."""
     facets, sources = prepared.engine.facets, prepared.sources
     fastest = max((_fastest(source) for source in sources), default=0.0)
     highest = max((_highest(source, facets.high[2]) for source in sources), default=0.0)
@@ -258,25 +258,28 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 
 
 def _highest(source: Source, top: float) -> float:
-    """No rock of a source is released higher than this (m), over a terrain that reaches up to `top` (m)."""
+    """Return an upper bound of the release heights of a source, m, over a terrain that reaches up to `top` (m)."""
     above = source.spread[2] + (source.above_ground or 0.0)
     on_ground = source.above_ground is not None or source.patches is not None
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 
 def _fastest(source: Source) -> float:
-    """No rock of a source is released faster than this (m/s)."""
+    """Return an upper bound of the release speeds of a source, m/s."""
     if source.throw is not None:
         return source.throw.speed.high
     return float(np.linalg.norm(source.velocity) + np.linalg.norm(source.velocity_spread))
 
 
 def empty_totals(prepared: Prepared) -> Totals:
-    """Return totals over a scene's rocks with nothing gathered yet."""
+    """Return empty totals over a scene's rocks."""
     return Totals(position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:
-    """Where points lie along the direction of the scene's observed stops; None if it has none."""
+    """Return the function for positions along the direction of the scene's observed stops; None without observed stops.
+
+    Takes points (N, 3) m in the local frame and gives positions (N,) m.
+    """
     observed = prepared.scene.observed
     return None if observed is None else position_along(observed, prepared.terrain.frame)

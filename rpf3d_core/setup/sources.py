@@ -1,4 +1,4 @@
-"""The sources and rocks of a scene as the ensemble releases them: in the terrain's local frame, angles in radians."""
+"""Sources and rocks of a scene as the ensemble releases them: local frame of the terrain, angles in radians."""
 
 import math
 from fnmatch import fnmatchcase
@@ -26,23 +26,23 @@ NO_POINTS = np.empty((0, 3))
 
 
 def scene_sources(scene: Scene, terrain: Terrain) -> list[Source]:
-    """The sources of a scene, in its order; one that is dealt no rock keeps its place, and with it every draw.
+    """Return the sources of a scene in its order; a source without rocks keeps its place, so all draws stay the same.
 
     Raises
     ------
     InputError
-        A file is damaged, a polygon lies off the terrain, or a zone has no such facet; names the key and what there is.
+        A file is damaged, a polygon lies off the terrain, or a zone has no such facet; names the key and what exists.
     """
     return [_source(scene, number, terrain) for number in range(len(scene.sources))]
 
 
 def read_source_files(scene: Scene) -> None:
-    """Read the files that sources name, for what is wrong with them.
+    """Read the files of the sources to check them.
 
     Raises
     ------
     InputError
-        A file of points or polygons is damaged; names it.
+        A file of points or polygons is damaged; names the file.
     """
     for number, spec in enumerate(scene.sources):
         if spec.points_file:
@@ -52,7 +52,7 @@ def read_source_files(scene: Scene) -> None:
 
 
 def rock_of(spec: RockSpec) -> Rock | DrawnRock:
-    """A rock from its density and its diameter, mass or volume: a sphere; drawn where that is a distribution."""
+    """Return a spherical rock from density and one of diameter, mass, volume; drawn sizes if this is a distribution."""
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
@@ -65,7 +65,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
 
 
 def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
-    """One source in the local frame."""
+    """Return one source in the local frame."""
     spec, frame = scene.sources[number], terrain.frame
     return Source(
         name=spec.name,
@@ -82,7 +82,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
 
 
 def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
-    """The points (P, 3) m of a source, local; none of an area."""
+    """Return the points (P, 3) m of a source in the local frame; no points for an area."""
     if spec.points_file:
         return frame.points_to_local(source_points(spec, frame.up))
     written = spec.points or spec.line
@@ -90,7 +90,7 @@ def _points(spec: SourceSpec, frame: Frame) -> FloatArray:
 
 
 def _throw(spec: SourceSpec) -> Throw | None:
-    """Speed and direction, where the source gives them instead of a velocity."""
+    """Return speed and direction of a source that gives them; None if the source gives a velocity."""
     if spec.speed is None:
         return None
     angles = (spec.azimuth_deg, spec.elevation_deg, spec.spread_deg)
@@ -98,7 +98,7 @@ def _throw(spec: SourceSpec) -> Throw | None:
 
 
 def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
-    """The surface that a source's rocks fall from, if it is an area."""
+    """Return the release surface of a source that is an area; None for other sources."""
     spec = scene.sources[number]
     if spec.polygon is not None:
         return _within_polygon(scene, number, terrain)
@@ -106,7 +106,7 @@ def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
 
 
 def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> Patches:
-    """The parts of facets within a source's polygon."""
+    """Return the parts of facets within a source's polygon."""
     plan = plan_triangles(source_outline(scene, number))
     parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
@@ -115,7 +115,7 @@ def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> Patches:
 
 
 def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
-    """The facets of a source's zone that are steep enough."""
+    """Return the facets of a source's zone that are steep enough."""
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg
     fits = np.array([name == pattern or fnmatchcase(name, pattern) for name in terrain.zones])
@@ -131,18 +131,18 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
 
 
 def _slopes(corners: FloatArray) -> FloatArray:
-    """Slopes (F,) of facets (F, 3, 3), degrees from the horizontal; an overhang has more than 90."""
+    """Return the slopes (F,) of facets (F, 3, 3), degrees from the horizontal; overhangs have more than 90."""
     x, y, z = normals_of(corners).T
     return np.asarray(np.degrees(np.arctan2(np.hypot(x, y), z)))
 
 
 def source_outline(scene: Scene, number: int) -> MultiPolygon:
-    """The polygons of a source that has some, in the input's plan coordinates.
+    """Return the polygons of a source, in the input's plan coordinates.
 
     Raises
     ------
     InputError
-        Their file is damaged; names the key.
+        The file of polygons is damaged; names the key.
     """
     polygon = scene.sources[number].polygon
     if isinstance(polygon, tuple):
@@ -154,11 +154,11 @@ def source_outline(scene: Scene, number: int) -> MultiPolygon:
 
 
 def _refused(scene: Scene, number: int, key: str, sentence: str) -> InputError:
-    """A refusal of one key of a source."""
+    """Return the error that refuses one key of a source."""
     return InputError(f"{scene.path}: `sources[{number}].{key}` {sentence}")
 
 
 def _vector(values: Any) -> Vec:
-    """Three floats as a tuple; a zero without a sign."""
+    """Return three numbers as a tuple of floats, with zeros that have no sign."""
     x, y, z = (float(value) + 0.0 for value in values)
     return x, y, z

@@ -1,4 +1,4 @@
-"""Reading a scene's terrain: files or a synthetic pit in, a welded and consistently wound mesh and its faults out."""
+"""Reading a scene's terrain: from files or a synthetic pit to a welded, consistently wound mesh and its faults."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,21 +24,21 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from rpf3d_core.terrain.zones import centroids_in_plan, covered, with_zone
 
 BLOCK = 2**14
-"""Points that are turned at a time: they stay in the cache."""
+"""Points that are rotated at a time, so that they stay in the cache."""
 
 
 def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
-    """The terrain of a scene, ready to fly over, and what was found and repaired on the way.
+    """Return the terrain of a scene, ready to fly over, and the faults that were found and repaired.
 
-    Files are read in order, turned z up, moved to a local origin of whole metres and welded; facets keep their order,
-    faulty ones included, so facet f of the run is facet f of the files, but for those that berms cut: the first part
-    of each keeps its number, and the others come after all. Zones drawn as polygons come on top, later ones winning;
-    a berm stays a zone of its own.
+    Files are read in order, turned z up, moved to a local origin of whole metres and welded. Facets keep their order,
+    faulty facets included, so facet f of the run is facet f of the files. Facets cut by berms are an exception: the
+    first part of each keeps its number, and the other parts follow after all facets. Zones drawn as polygons are
+    assigned last, and later polygons win; a berm stays a zone of its own.
 
     Raises
     ------
     InputError
-        If a file is missing, damaged, of unknown kind or empty, no facet has an area, or a polygon covers no facet; it
+        If a file is missing, damaged, of unknown format or empty, no facet has an area, or a polygon covers no facet;
         names the file.
     """
     raw, files = _read_files(scene.terrain) if scene.terrain.pit is None else _dug_pit(scene.terrain.pit)
@@ -53,12 +53,12 @@ def read_terrain(scene: Scene) -> tuple[Terrain, FaultReport]:
 
 
 def read_surface(path: Path) -> FileMesh:
-    """The triangles of one terrain file and the points that they have, as they are, checked.
+    """Return the checked triangles of one terrain file with their points, in the file's coordinates.
 
     Raises
     ------
     TerrainError
-        If the file is missing, empty, damaged, of unknown kind, or has facets with vertices that are not finite.
+        If the file is missing, empty, damaged, of unknown format, or has facets with vertices that are not finite.
     """
     extension = _extension(path)
     reader = MESH_READERS.get(extension, read_dem if extension in DEM_EXTENSIONS else None)
@@ -84,7 +84,7 @@ def _dug_pit(pit: Pit) -> tuple[Terrain, tuple[str, ...]]:
 
 
 def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
-    """The files of a scene as one welded mesh, wound as they were."""
+    """Return the files of a scene as one welded mesh with the winding of the files, and the file names."""
     files = spec.files or ()
     for file in files:
         if spec.up != "z" and _extension(file.path) in DEM_EXTENSIONS:
@@ -102,7 +102,7 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
 
 
 def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
-    """All points (N, 3) m in one local frame whose origin is the centre of their box, to whole metres."""
+    """Return all points (N, 3) m in one local frame; its origin is the centre of their box, in whole metres."""
     low = np.min([[column.min() for column in part.T] for part in parts], axis=0)
     high = np.max([[column.max() for column in part.T] for part in parts], axis=0)
     x, y, z = np.round(Frame(up=up).directions_to_local(0.5 * low + 0.5 * high)).tolist()
@@ -118,7 +118,7 @@ def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:
 
 
 def _corners(surfaces: list[FileMesh]) -> Index | None:
-    """The points (F, 3) at the corners of all facets; None if every facet has three points of its own."""
+    """Return the point indices (F, 3) of all facets; None if every facet has three points of its own."""
     if all(surface.triangles is None for surface in surfaces):
         return None
     parts, begin = [], 0

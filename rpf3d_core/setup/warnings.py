@@ -1,4 +1,4 @@
-"""What a scene says that is allowed and hardly meant."""
+"""Warnings about scene settings that are valid but suspicious."""
 
 from collections.abc import Iterator
 
@@ -9,17 +9,17 @@ from rpf3d_core.scene.sphere import SPHERE_GROUND
 from rpf3d_core.setup.sources import rock_of
 
 LEAST_FRICTION = 1.0
-"""Degrees; ice on ice has 2: below this an angle in radians, or its tangent, stands where degrees should."""
+"""Degrees; ice on ice has 2. A smaller value is probably an angle in radians, or a tangent."""
 LEAST_STEM = 2.0
-"""Centimetres; a stem this thin stops no rock: below this a diameter in metres stands where centimetres should."""
+"""Centimetres; a stem this thin stops no rock. A smaller value is probably a diameter in metres."""
 LEAST_DENSITY = 100.0
-"""kg/m^3; pumice has 250: below this a density in t/m^3 stands where kg/m^3 should."""
+"""kg/m^3; pumice has 250. A smaller value is probably a density in t/m^3."""
 LEAST_TERMINAL_SPEED = 1.0
-"""m/s; a rock that sinks more slowly takes half a minute through a layer of 30 m: it floats."""
+"""m/s; a rock that sinks more slowly takes half a minute through a layer of 30 m, so it floats."""
 
 
 def warnings_of(scene: Scene) -> Iterator[str]:
-    """A sentence for each thing that is likely to be a slip: a unit, or a key without effect."""
+    """Yield a sentence for each probable mistake: a wrong unit, a key without effect, or an unsuitable setting."""
     if scene.rock.density < LEAST_DENSITY:
         yield f"`rock.density` is {scene.rock.density:g} kg/m3; is it in t/m3?"
     for name, material in scene.materials.items():
@@ -47,7 +47,7 @@ def warnings_of(scene: Scene) -> Iterator[str]:
 
 
 def _rolling(scene: Scene) -> Iterator[str]:
-    """A sentence for each material without rolling friction where a sphere rolls."""
+    """Yield a sentence for each material without rolling friction, if the scene lets spheres roll."""
     if scene.ground.name != SPHERE_GROUND:
         return
     for name, material in scene.materials.items():
@@ -61,7 +61,7 @@ def _rolling(scene: Scene) -> Iterator[str]:
 
 
 def _floating(scene: Scene) -> Iterator[str]:
-    """A sentence where the drag layer lets the lightest rock, or fragment, sink at less than LEAST_TERMINAL_SPEED."""
+    """Yield a sentence if the lightest rock, or fragment, sinks in the drag layer at less than LEAST_TERMINAL_SPEED."""
     layer, breaking = scene.effects.drag_layer, scene.effects.fragmentation
     if layer is None or layer.coefficient == 0.0:
         return

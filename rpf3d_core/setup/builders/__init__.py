@@ -1,1 +1,1 @@
-"""Models and effects that take more to build than copying numbers from the scene."""
+"""Builders of models and effects whose parameters are not mere copies of numbers in the scene."""

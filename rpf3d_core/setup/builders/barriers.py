@@ -1,4 +1,4 @@
-"""The barriers of a scene, put on its terrain: each line in pieces over one facet each."""
+"""Builds the barriers of a scene on its terrain: each line is cut into parts over one facet each."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -24,7 +24,7 @@ JOULE_PER_KJ = 1000.0
 
 
 class _Piece(NamedTuple):
-    """One piece of a panel: its foot at both ends (2, 3) m, the facet below it, its line and its barrier."""
+    """One part of a panel: its foot at both ends (2, 3) m, the facet below, its line and its barrier."""
 
     foot: FloatArray
     facet: int
@@ -33,7 +33,7 @@ class _Piece(NamedTuple):
 
 
 def barriers_of(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers:
-    """The barriers of a scene.
+    """Return the barriers of a scene.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def barriers_of(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers
 
 
 def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) -> Obstacles:
-    """What the barriers are called, and the ground below them."""
+    """Return the names of the barriers, and the lines along their feet (P, 3) m."""
     panel = barriers.panel
     names = tuple(f"{name}.{spec.name}" for spec in offer.panels)
     begin = np.stack([panel.x, panel.y, panel.z], axis=1)
@@ -72,7 +72,7 @@ def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) ->
 
 
 def _pieces(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
-    """The pieces of all barriers, in order."""
+    """Yield the parts of all barriers, in order."""
     number = 0
     for barrier, spec in enumerate(offer.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"

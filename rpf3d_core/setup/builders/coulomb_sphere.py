@@ -1,15 +1,15 @@
-"""The rigid sphere of a scene, with everything that a body with a size takes in the loop."""
+"""Builds the rigid sphere of a scene, and imports the rules for bodies with a size."""
 
 from rpf3d_core.kinetics.coulomb_sphere import MATERIALS_OWN, CoulombSphere
 from rpf3d_core.kinetics.sphere_ground import SphereGround
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
-from rpf3d_core.simulation import sphere as sphere  # its rules are registered by importing it
+from rpf3d_core.simulation import sphere as sphere  # the import registers its rules
 from rpf3d_core.terrain.facets import Terrain
 
 
 def sphere_of(offer: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> CoulombSphere:
-    """The rebound of a sphere."""
+    """Return the rebound model of a sphere."""
     if scene.engine != "compiled":
         from rpf3d_core.detection import vtk_swept  # noqa: F401  (needed by the reference engine only)
     friction = MATERIALS_OWN if offer.impact_friction is None else offer.impact_friction
@@ -17,5 +17,5 @@ def sphere_of(offer: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> Coulo
 
 
 def sphere_ground_of(offer: SphereGroundSpec, scene: Scene, terrain: Terrain) -> SphereGround:
-    """The ground of a sphere."""
+    """Return the ground model of a sphere."""
     return SphereGround()

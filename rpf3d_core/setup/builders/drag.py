@@ -1,4 +1,4 @@
-"""Air drag from a scene: it is as accurate as the scene asks for under the scene's gravity."""
+"""Builds the air drag of a scene, with the accuracy and the gravity of the scene."""
 
 from rpf3d_core.effects.drag import Drag
 from rpf3d_core.scene.air import DragSpec
@@ -7,5 +7,5 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def drag(offer: DragSpec, scene: Scene, terrain: Terrain) -> Drag:
-    """The effect as the kernels take it."""
+    """Return the parameters of air drag for the kernels."""
     return Drag(offer.coefficient, offer.density, offer.accuracy, scene.gravity)

@@ -1,4 +1,4 @@
-"""The forest's drag layer from a scene: where it stands, in the terrain's local frame."""
+"""Builds the forest's drag layer of a scene, with its outlines in the terrain's local frame."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def drag_layer(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer:
-    """The effect as the kernels take it.
+    """Return the parameters of the drag layer for the kernels.
 
     Raises
     ------
@@ -25,7 +25,7 @@ def drag_layer(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLaye
 
 
 def _edges_of(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
-    """Edges (E, 4) m of the outlines of a forest; polygons that overlap are one."""
+    """Return the edges (E, 4) m of the outlines of a forest; overlapping polygons are united."""
     polygons: Path = offer.polygons  # type: ignore[assignment]  # there are some
     rings = outlines_on(terrain, polygons, f"{scene.path}: `effects.drag_layer.polygons`")
     return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])

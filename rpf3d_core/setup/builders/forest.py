@@ -1,4 +1,4 @@
-"""The trees of a scene: from its file, or drawn, and put on the terrain."""
+"""Builds the trees of a scene: read from a file or drawn, and placed on the terrain."""
 
 import math
 from typing import Any, NamedTuple
@@ -29,15 +29,15 @@ ANGLES = (0.0, 22.5, 67.5, 76.0)
 CENTIMETRE = 0.01
 SQUARE_METRES_PER_HA = 10_000.0
 MOST_TREES = 20_000_000
-"""Trees of a scene: 1 GB."""
+"""Largest number of trees of a scene; they take 1 GB."""
 OFF_GROUND = 2.0
-"""Metres that a file may put the foot of a tree off the ground: surveys of trees and of the ground differ."""
+"""Metres allowed between the foot of a tree in a file and the ground: surveys of trees and of the ground differ."""
 ROOM = 1.0 + 1e-9
-"""Over the largest rock's radius, so that rounding puts no tree into too few cells."""
+"""Factor on the largest rock's radius, so that rounding assigns no tree to too few cells."""
 
 
 class _Stand(NamedTuple):
-    """T trees before they stand anywhere: plan (T, 2) m, local; diameter (T,) m, height (T,) m; kind (T,) of KINDS."""
+    """T trees in plan: plan (T, 2) m, local; diameter (T,) m, height (T,) m; kind (T,) of KINDS."""
 
     plan: FloatArray
     diameter: FloatArray
@@ -46,12 +46,13 @@ class _Stand(NamedTuple):
 
 
 def forest_of(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
-    """The trees of a scene.
+    """Return the trees of a scene.
 
     Raises
     ------
     InputError
-        Its file is damaged, a tree stands off the terrain or inside the ground, or no tree is drawn; names the key.
+        A file is damaged, a tree of the file stands off the terrain or its foot off the ground, the polygons lie off
+        the terrain, or too many trees would be drawn; names the key.
     """
     stand = _drawn(offer, scene, terrain) if offer.file is None else _written(offer, scene, terrain)
     z, facet = ground_at(terrain, stand.plan)
@@ -70,19 +71,19 @@ def forest_of(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
 
 
 def forest_as_obstacles(name: str, offer: ForestSpec, forest: Forest) -> Obstacles:
-    """All trees have one name."""
+    """Return the trees as obstacles with one name: stems (T, 4) m with foot and diameter."""
     stems = forest.stems
     feet = np.stack([stems.x, stems.y, stems.z, 2.0 * stems.radius], axis=1)
     return Obstacles((name,), np.zeros(len(feet), dtype=np.int64), (), feet)
 
 
 def _largest_radius(scene: Scene) -> float:
-    """No rock of the scene is thicker than twice this (m)."""
+    """Return the largest radius of a rock of the scene, m."""
     return 0.5 * float(diameter_of(mass_range(rock_of(scene.rock))[1], scene.rock.density))
 
 
 def _written(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """The trees of a file."""
+    """Return the trees of a file."""
     key = f"{scene.path}: `effects.forest.file`"
     try:
         trees = read_trees(offer.file, terrain.frame.up)  # type: ignore[arg-type]
@@ -101,7 +102,7 @@ def _written(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _check_foot(key: str, offer: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
-    """Refuse a tree off the terrain, or whose foot the file puts elsewhere than on the ground."""
+    """Refuse a tree off the terrain, or with a foot in the file that is not on the ground."""
     where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {offer.file}, line {tree.line},"
     if facet < 0:
         raise InputError(f"{where} stands off the terrain: {extents(terrain, np.array([(tree.east, tree.north)]))}")
@@ -114,7 +115,10 @@ def _check_foot(key: str, offer: ForestSpec, tree: Tree, terrain: Terrain, groun
 
 
 def _drawn(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
-    """Trees drawn evenly over the plan of the terrain, or of polygons: of a box around it those that lie in it."""
+    """Return trees drawn evenly in plan in the box of the terrain, or in polygons on it.
+
+    Trees for polygons are drawn in the box around the polygons; trees outside the polygons are dropped.
+    """
     within = None if offer.within is None else _outline(offer, scene, terrain)
     low, high = _box(terrain, within)
     number = _number(offer, scene, float(np.prod(np.maximum(high - low, 0.0))))
@@ -131,12 +135,12 @@ def _drawn(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 
 def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
-    """Some of T trees (T,)."""
+    """Return the chosen trees of a stand, by a mask (T,)."""
     return _Stand(stand.plan[chosen], stand.diameter[chosen], stand.height[chosen], stand.kind[chosen])
 
 
 def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
-    """Corners (2,), (2,) m in plan, local, of the box that trees are drawn in."""
+    """Return the corners (2,), (2,) m, in plan and local, of the box in which trees are drawn."""
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     if within is None:
         return low, high
@@ -145,7 +149,7 @@ def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
 
 
 def _number(offer: ForestSpec, scene: Scene, area: float) -> int:
-    """How many trees to draw over an area (m^2) in plan."""
+    """Return the number of trees to draw over an area (m^2) in plan."""
     stems = (offer.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
     if stems > MOST_TREES:
         raise InputError(
@@ -155,7 +159,7 @@ def _number(offer: ForestSpec, scene: Scene, area: float) -> int:
 
 
 def _outline(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
-    """Where trees are drawn, in the input's plan coordinates."""
+    """Return the polygons in which trees are drawn, in the input's plan coordinates."""
     key = f"{scene.path}: `effects.forest.within`"
     try:
         polygons = read_polygons(offer.within)  # type: ignore[arg-type]

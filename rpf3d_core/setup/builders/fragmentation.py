@@ -1,4 +1,4 @@
-"""Fragmentation from a scene: angles become radians, energies speeds."""
+"""Builds fragmentation for a scene: converts angles to radians, and the energy loss to a factor of speed."""
 
 import math
 
@@ -9,7 +9,7 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 def fragmentation(offer: FragmentationSpec, scene: Scene, terrain: Terrain) -> Fragmentation:
-    """The effect as the kernels take it."""
+    """Return the parameters of fragmentation for the kernels."""
     return Fragmentation(
         offer.surface_factor, offer.surface_exponent, offer.least_ratio, offer.spread, offer.least_volume,
         math.sqrt(1.0 - offer.energy_lost), math.radians(0.5 * offer.cone_deg), math.radians(offer.least_angle_deg),

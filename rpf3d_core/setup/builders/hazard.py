@@ -1,4 +1,4 @@
-"""What the hazard maps of a scene need beside their cells: scales of their bins, memory, and tallies of barriers."""
+"""Inputs of a scene's hazard maps besides the cells: scales and memory of the bins, and tallies of barriers."""
 
 import math
 from typing import Any
@@ -13,22 +13,22 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Facets
 
 LEAST_DROP = 1e-3
-"""Of the diagonal, that maps tell heights over even where the terrain is level and rocks lie on it."""
+"""Smallest height range of the scales, as a share of the terrain's diagonal, for level terrain with rocks on it."""
 
 
 def memory_of_bins(scene: Scene, raster: Raster, facets: Facets) -> float:
-    """Bytes that the bins of a scene's maps may take: what it allows, less what all cells and facets take."""
+    """Return the bytes for the bins of a scene's maps: the scene's limit, less the memory of all cells and facets."""
     allowed = scene.hazard.memory_gb * GIGABYTE
     cells = len(facets.zone) + raster.nx * raster.ny
     return max(allowed - cells * BYTES_PER_CELL, LEAST_SHARE * allowed)
 
 
 def empty_barriers(scene: Scene, flight: Flight, compiled: bool) -> Any:
-    """A tally of a scene's barriers, None where it names none."""
+    """Return an empty tally of a scene's barriers; None if the scene has no barriers."""
     spec = scene.effects.barriers
     if spec is None:
         return None
-    from rpf3d_core.effects.barriers import Barriers  # for scenes that name them only
+    from rpf3d_core.effects.barriers import Barriers  # imported only for scenes with barriers
     from rpf3d_core.hazard.barriers import BarrierTally
 
     barriers = next(link for link in links_of(flight.models.effects) if isinstance(link, Barriers))
@@ -40,9 +40,9 @@ def scales_over(
     facets: Facets, gravity: float, fastest: float, highest: float, masses: tuple[float, float], per_octave: int,
     spins: bool = False,
 ) -> Scales:  # fmt: skip
-    """Scales of rocks released over facets no higher than `highest` (m, local) and no faster than `fastest` (m/s).
+    """Return scales for rocks released no higher than `highest` (m, local) and no faster than `fastest` (m/s).
 
-    masses : least and greatest (kg); spins : whether energies count rotation
+    masses : smallest and largest (kg); spins : True if energies include rotation
     """
     drop = max(highest, facets.high[2]) - facets.low[2]
     least = LEAST_DROP * math.dist(facets.low, facets.high)

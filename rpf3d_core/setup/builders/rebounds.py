@@ -1,4 +1,4 @@
-"""Rebound models whose parameters are not simply the numbers of the scene."""
+"""Builders of rebound models whose parameters are not mere copies of numbers in the scene."""
 
 import math
 from typing import Any
@@ -18,26 +18,27 @@ WYLLIE = "rpf3d_core.kinetics.rebounds.wyllie:Wyllie"
 
 
 def mass_scaled(offer: MassScaledSpec, scene: Scene, terrain: Terrain) -> Any:
-    """The model, with no scaling by speed where the scene names no K."""
+    """Return the model `mass_scaled`, without scaling by speed if the scene gives no K."""
     return offer.physics()(offer.C, math.inf if offer.K is None else offer.K)
 
 
 def angle_table(offer: AngleTableSpec, scene: Scene, terrain: Terrain) -> Any:
-    """The table of the scene, or the law that it names."""
+    """Return the table of the scene, or the law that the scene names."""
     if offer.rows is None:
         return loaded(WYLLIE)()
     return offer.physics()(*(np.ascontiguousarray(column) for column in np.array(offer.rows, dtype=float).T))
 
 
 def stochastic_matrix(offer: StochasticMatrixSpec, scene: Scene, terrain: Terrain) -> Any:
-    """The means, and the Cholesky factor of the covariance."""
+    """Return the model with the means and the Cholesky factor of the covariance."""
     return offer.physics()(np.array(offer.mean, dtype=float), cholesky(np.array(offer.covariance, dtype=float)))
 
 
 def cholesky(covariance: Floats) -> Floats:
-    """The lower triangular L (N, N) with L L^T = covariance (N, N), which may be singular.
+    """Return the lower triangular L (N, N) with L L^T = covariance (N, N), which may be singular.
 
-    Where a variable has no variance left beside those before it, its column is zero (NumPy's own factor refuses that).
+    The column of a variable is zero if the variables before it leave it no variance (NumPy's own factor refuses such
+    matrices).
     """
     left = np.array(covariance, dtype=float)
     root = np.zeros_like(left)

@@ -1,4 +1,4 @@
-"""The law of roughness that a scene names."""
+"""Builds the law of roughness that a scene names."""
 
 import math
 from typing import Any
@@ -13,7 +13,7 @@ SPREAD = "rpf3d_core.effects.roughness:SpreadRoughness"
 
 
 def roughness(offer: RoughnessSpec, scene: Scene, terrain: Terrain) -> Any:
-    """CRSP's law where an amplitude is given, RocFall's where an angle is, with a lateral part where that is given."""
+    """Return CRSP's law for an amplitude, RocFall's law for an angle, or RocFall's law with a lateral part if given."""
     if offer.angle_sd_deg is not None and offer.lateral_sd_deg is not None:
         return loaded(SPREAD)(math.radians(offer.angle_sd_deg), math.radians(offer.lateral_sd_deg))
     if offer.angle_sd_deg is not None:

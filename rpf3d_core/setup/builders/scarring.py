@@ -1,4 +1,4 @@
-"""Soft ground from a scene: the numbers of each zone of its terrain."""
+"""Builds soft ground for a scene: the parameters of each zone of the terrain."""
 
 from fnmatch import fnmatchcase
 from typing import Any
@@ -12,16 +12,16 @@ from rpf3d_core.scene.scarring import ScarringSpec
 from rpf3d_core.terrain.facets import Terrain
 
 HARD = {"form_drag": 0.0, "soil_drag": 0.0, "mu_min": 0.0, "mu_max": 0.0}
-"""What makes a zone one that a rock is not braked in."""
+"""Parameters of a zone that does not slow a rock."""
 
 
 def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
-    """The effect as the kernels take it.
+    """Return the parameters of soft ground for the kernels.
 
     Raises
     ------
     SceneError
-        A name fits no zone of the terrain, or friction falls as a rock slips; names the key.
+        A name fits no zone of the terrain, or friction decreases as a rock slips; names the key.
     """
     for name in offer.zones:
         if not any(zone == name or fnmatchcase(zone, name) for zone in terrain.zones):
@@ -37,7 +37,10 @@ def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
 
 
 def ground_of_zone(offer: ScarringSpec, zone: str) -> dict[str, Any]:
-    """The numbers of a zone: of its exact name, else of the first pattern that fits, in file order."""
+    """Return the parameters of a zone: those of its exact name, else of the first fitting pattern in file order.
+
+    Without `zones`, all zones have the parameters of the effect; with `zones`, a zone that fits no name is hard.
+    """
     everywhere = {name: getattr(offer, name) for name in type(offer).model_fields if name != "zones"}
     if not offer.zones:
         return everywhere
