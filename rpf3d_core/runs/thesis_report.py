@@ -115,7 +115,7 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
-    """Count the deposits of a run on the synthetic pit by zone; a rock on a spill counts with the bench below it.
+    """Count the rocks that stopped in each zone of the synthetic pit; a rock on a spill counts with the bench below it.
 
     The thesis counts in the same way: 14 % of its rocks stopped on spills, and its areas sum to 98 % without them.
 
