@@ -1,1 +1,1 @@
-"""The commands of `rpf3d`, a file each; `cli.py` has them all and the way in."""
+"""The commands of `rpf3d`, one file for each command; `cli.py` combines them into the program."""

@@ -1,4 +1,4 @@
-"""`rpf3d audit`: the decisions of a log, made again."""
+"""`rpf3d audit`: repeat the decisions of an alert log and compare them."""
 
 import json
 from pathlib import Path
@@ -22,7 +22,7 @@ def audit(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
-    """Make every decision of an alert log again and compare bit for bit; exit code 0 only if all agree."""
+    """Make every decision of an alert log again and compare it bit for bit; exit code 0 only if the log is sound."""
     from rpf3d_core.alerts.audit import audit_log
 
     found = audit_log(log, head)
@@ -35,7 +35,7 @@ def audit(
 
 
 def _print(found: "Audit") -> None:
-    """The changes as a table, what is wrong, and the verdict."""
+    """Print the changes of level as a table, then notes, findings and the verdict."""
     if found.changes:
         print_table(HEADER, [_row(change) for change in found.changes])
     for note in found.notes:
@@ -67,7 +67,7 @@ def _row(change: "LevelChange") -> tuple[str, ...]:
 
 
 def _shown(alert: "Alert") -> str:
-    """The level, and the fault that evacuate covers."""
+    """Return the level as text, with "(fault)" added if there is a fault while the level is `evacuate`."""
     return f"{alert.level.word} (fault)" if alert.faults and alert.level == alert.held else alert.level.word
 
 
@@ -84,7 +84,7 @@ def _verdict(found: "Audit") -> list[str]:
 
 
 def _section(found: "Audit") -> dict[str, Any]:
-    """The audit as plain values."""
+    """Return the audit as plain values for JSON."""
     from rpf3d_core.alerts.lines import alert_content
 
     changes = [

@@ -1,4 +1,4 @@
-"""`rpf3d check`: what can be said of a scene before it is run."""
+"""`rpf3d check`: print the report on a scene before it is run."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = None) -> None:
-    """Report the faults of a scene's terrain, where its sources are, and what running it will cost and take."""
+    """Report faults of a scene's terrain, heights of its sources, and the time and memory that a run will take."""
     from rpf3d_core.runs.check import check_scene
     from rpf3d_core.setup.choices import chosen_scene
 
@@ -25,7 +25,7 @@ def check(scene: SceneFile, rocks: RocksOption = None, engine: EngineOption = No
 
 
 def _print_check(report: "Check") -> None:
-    """What was found out about a scene, a line each."""
+    """Print the report on a scene, one line for each item."""
     from rpf3d_core.scene.zone_materials import words_on_friction
 
     named = report.scene
@@ -47,7 +47,7 @@ def _print_check(report: "Check") -> None:
 
 
 def _describe_cost(cost: "Cost") -> str:
-    """What a run will take, in one line."""
+    """Return the estimated time of a run as one line of text."""
     seconds = "less than 0.1 s" if cost.fly_s < 0.1 else f"about {float(f'{cost.fly_s:.2g}'):,.12g} s"
     rocks = f"{'at most ' if cost.auto else ''}{rocks_in_words(cost.rocks)}"
     fly = f"{seconds} to fly {rocks} with the {cost.engine} engine"

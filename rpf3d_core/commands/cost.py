@@ -1,4 +1,4 @@
-"""`rpf3d cost`: what accuracy costs on a scene, and what `rpf3d run --accuracy` makes of it."""
+"""`rpf3d cost`: measure the price list of accuracy of a scene; `rpf3d run --accuracy` chooses rocks from it."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,7 +37,10 @@ def cost(
 
 
 def rocks_within(accuracy: float, scene: Path, out: Path) -> tuple["Scene", int]:
-    """The scene by events, and the number of rocks that an accuracy takes; tells what else there is to choose."""
+    """Return the scene with exact events and the number of rocks for an accuracy; print the findings of the price list.
+
+    accuracy : largest total error (-); out : folder with a price list, or to write one to
+    """
     from rpf3d_core.accuracy.choice import exact_run
     from rpf3d_core.accuracy.command import kept_or_measured
     from rpf3d_core.accuracy.tables import findings

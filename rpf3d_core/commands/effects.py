@@ -1,4 +1,4 @@
-"""`rpf3d effects`: the models and effects that a scene may name."""
+"""`rpf3d effects`: list the models and effects that a scene may name."""
 
 import json
 from dataclasses import asdict
@@ -35,7 +35,7 @@ def effects(
 
 
 def _print_list(listed: "list[Offered]") -> None:
-    """A line for each: how it is named, what it is, what it costs."""
+    """Print a line for each model and effect: name, summary, confirmation and cost."""
     table = Table("named", "what it is", "confirmed", "time", "runout", box=None, padding=GAP, pad_edge=False)
     for offer in listed:
         table.add_row(f"{offer.kind}: {offer.name}", escape(offer.summary), offer.confirmed, *_cost(offer))
@@ -48,7 +48,7 @@ def _print_list(listed: "list[Offered]") -> None:
 
 
 def _print_one(offer: "Offered") -> None:
-    """One of them with its parameters."""
+    """Print a model or effect with its source, cost and parameters."""
     screen.print(f"{offer.kind}: {offer.name}", style="bold")
     screen.print(offer.summary, soft_wrap=True, markup=False)
     time, runout = _cost(offer)
@@ -63,7 +63,7 @@ def _print_one(offer: "Offered") -> None:
 
 
 def _cost(offer: "Offered") -> tuple[str, str]:
-    """Time over that without it, and the change of runout; blank where it was not measured."""
+    """Return as text the ratio of times with and without the effect, and the change of runout; "" if not measured."""
     if offer.cost is None:
         return "", ""
     return f"{offer.cost['time']:.2f}", f"{100.0 * offer.cost['runout']:+.0f} %"

@@ -1,11 +1,11 @@
-"""`rpf3d import`: the input folders of other programs as scenes."""
+"""`rpf3d import`: make scenes of the input folders of other programs."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-if TYPE_CHECKING:  # the commands import what they need: `rpf3d --help` loads neither VTK nor numba
+if TYPE_CHECKING:  # each command imports its own modules, so that `rpf3d --help` loads neither VTK nor numba
     from rpf3d_core.imports.imported import Imported
 
 app = typer.Typer(help="Make a scene of the input folder of another program.", no_args_is_help=True)
@@ -31,7 +31,7 @@ def stone(folder: Folder, out: Out) -> None:
 
 
 def _tell(imported: "Imported") -> None:
-    """What was carried over, what was not, and where the scene is."""
+    """Print what was carried over, what was not, and the path of the scene."""
     from rpf3d_core.imports.scene_text import NOT_CARRIED
 
     for sentence in imported.taken:

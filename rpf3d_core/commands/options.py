@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and what they say."""
+"""Arguments and options that several commands share, and how their values are read."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,7 +16,7 @@ EngineOption = Annotated[str | None, typer.Option(help="reference, compiled or a
 
 
 def number_of_rocks(text: str | None) -> "Rocks":
-    """What --rocks says."""
+    """Return the value of --rocks: a number, "auto", or None if it is not given; `InputError` for any other text."""
     if text is None:
         return None
     if text == "auto":

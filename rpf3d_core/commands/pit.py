@@ -13,11 +13,11 @@ def pit(
     triangles: Annotated[int, typer.Option(help="How many triangles, within 3 %.")] = 150_000,
     seed: Annotated[int, typer.Option(help="Seed of roughness, spills and relief.")] = 1,
 ) -> None:
-    """Write a synthetic open pit after the thesis' Arturo mine."""
+    """Write a synthetic open pit modelled on the thesis' Arturo mine."""
     from rpf3d_core.results.mesh_writer import check_mesh_path, write_mesh
     from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
-    check_mesh_path(out)  # before the digging, not after
+    check_mesh_path(out)  # first, because making the terrain takes time
     terrain = pit_terrain(Pit(triangles=triangles, seed=seed))
     write_mesh(out, terrain)
     screen.print(f"{len(terrain.triangles):,} triangles in {out}", soft_wrap=True)

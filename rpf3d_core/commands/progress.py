@@ -1,4 +1,4 @@
-"""A progress bar, and an end in good order where the user or the system asks for one."""
+"""Show a progress bar, and stop a run in good order on Ctrl-C or SIGTERM."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -12,9 +12,11 @@ from rpf3d_core.commands.screen import screen
 
 @contextmanager
 def progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callable[[], None]]]:
-    """A progress bar: a function that begins with a number of rocks, and one that says that results are written.
+    """Show a progress bar; yield the functions `begin` and `writing`.
 
-    The first returns a function to be told how many were flown since; each further call of it adds rocks.
+    begin(rocks) : call it when rocks begin to fly; each further call adds rocks to the total. It returns a function to
+        call with the number of rocks flown since its last call.
+    writing() : call it when the results are being written
     """
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeRemainingColumn())
     with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as bar:
@@ -38,18 +40,19 @@ def progress() -> Iterator[tuple[Callable[[int], Callable[[int], None]], Callabl
 
 
 class _Rate(ProgressColumn):
-    """Rocks a second."""
+    """Column of the progress bar: rocks per second."""
 
     def render(self, task: Task) -> Text:
-        """The rate of the last seconds, nothing before there is one."""
+        """Return the rate of the last seconds; empty if there is none yet."""
         return Text(f"{task.speed:,.0f} rocks/s" if task.speed and task.total else "")
 
 
 @contextmanager
 def interruptible() -> Iterator[tuple[Callable[[], bool], Callable[[bool], None]]]:
-    """Whether Ctrl-C or SIGTERM came while rocks flew, and a function to be told when they begin and end to fly.
+    """Handle Ctrl-C and SIGTERM; yield a function that returns True after a signal, and a function to say rocks fly.
 
-    At any other time, and the second time, either ends the program at once.
+    Call the second function with True when rocks begin to fly and with False when the last rock has flown. A signal at
+    any other time, or a second signal, ends the program at once with KeyboardInterrupt.
     """
     flying, asked = False, False
 

@@ -1,4 +1,4 @@
-"""`rpf3d recover`: a recording that was cut off, made whole."""
+"""`rpf3d recover`: repair a recording that was cut off."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ def recover(
         Path | None, typer.Option("--out", "-o", help="File to write; FILE.recovered.rrd where it is not given.")
     ] = None,
 ) -> None:
-    """Repair a recording that was cut off; the file itself is left as it is."""
+    """Repair a recording that was cut off; the original file stays unchanged."""
     from rpf3d_core.recordings.content import repair
 
     repaired = out or recording.with_name(f"{recording.stem}.recovered.rrd")

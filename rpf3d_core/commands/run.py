@@ -1,4 +1,4 @@
-"""`rpf3d run`: fly the rocks of a scene and write what came of them."""
+"""`rpf3d run`: fly the rocks of a scene and write the results."""
 
 import time
 from collections.abc import Callable
@@ -31,9 +31,9 @@ def run(
         float | None, typer.Option(help="Fly as many rocks as keep the error of the map under this; see `rpf3d cost`.")
     ] = None,
 ) -> None:
-    """Fly the rocks of a scene and write where they went, how fast, how high and how hard.
+    """Fly the rocks of a scene and write their paths, speeds, heights, energies and deposits.
 
-    Ctrl-C, or SIGTERM, while rocks fly ends with a result of what has flown, marked as partial.
+    Ctrl-C or SIGTERM while rocks fly stops the run; the rocks flown so far give a result that is marked as partial.
     """
     from rpf3d_core.runs.run import run_scene
 
@@ -61,7 +61,7 @@ def run(
 
 
 def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -> "tuple[Path | Scene, Rocks]":
-    """What flies and how many rocks: as --rocks says, or as many as --accuracy takes."""
+    """Return the scene and its number of rocks, from --rocks or --accuracy; `InputError` if both are given."""
     if accuracy is None:
         return scene, number_of_rocks(rocks)
     if rocks is not None:
@@ -70,7 +70,7 @@ def _chosen(scene: Path, out: Path, rocks: str | None, accuracy: float | None) -
 
 
 def _print_run(result: "Run", write_s: float) -> None:
-    """What came of a run, what a user should know of it, and the seconds it took."""
+    """Print the results of a run, its warnings, and the seconds it took."""
     from rpf3d_core.ensemble.statistics import words_on_pieces
     from rpf3d_core.hazard.benches import lost_in_words
     from rpf3d_core.results.hazard_zones import zones_without_cells
@@ -97,7 +97,7 @@ def _print_run(result: "Run", write_s: float) -> None:
 
 
 def _print_outcomes(run: "Run") -> None:
-    """A table of outcomes, each with its sentence, and the materials whose friction is the default."""
+    """Print a table of outcomes with their sentences, and the materials that take the default friction angle."""
     from rpf3d_core.results.outcome_sentences import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
@@ -112,7 +112,7 @@ def _print_outcomes(run: "Run") -> None:
 
 
 def _print_benches(run: "Run") -> None:
-    """The bench table: of each zone and area of interest, how many rocks reached it and how many it held."""
+    """Print the bench table: how many rocks reached each zone and area of interest, and how many stopped there."""
     from rpf3d_core.hazard.benches import OPEN, TEXT_NOTE, bench_table, left_out, text_header, text_rows
 
     benches = bench_table(run.terrain, run.maps)
@@ -127,14 +127,14 @@ def _print_benches(run: "Run") -> None:
 
 
 def _print_maps(run: "Run") -> None:
-    """Say which cells the hazard maps have, and the largest numbers on them."""
+    """Print the cell size of the hazard maps, and their largest values."""
     from rpf3d_core.results.hazard_words import words_on_maps
 
     screen.print(words_on_maps(run.maps), style="dim", highlight=False, soft_wrap=True)
 
 
 def _print_barriers(run: "Run") -> None:
-    """What rocks did at each barrier, where the scene names some."""
+    """Print the table of barriers, if the scene has barriers."""
     if not run.maps.barriers:
         return
     from rpf3d_core.results.hazard_barriers import TEXT_HEADER, TEXT_NOTE, text_rows
@@ -147,7 +147,7 @@ def _print_barriers(run: "Run") -> None:
 
 
 def _print_convergence(run: "Run") -> None:
-    """Where the number of rocks was left open: what was reached."""
+    """Print whether the target was reached, if the scene says `rocks: auto`."""
     from rpf3d_core.hazard.convergence import is_enough, p95_change
 
     if not run.steps:

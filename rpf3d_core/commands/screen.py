@@ -1,4 +1,4 @@
-"""How all commands say things: the screen, complaints, tables, and the end of one that was interrupted."""
+"""Output of all commands: the screen, messages on stderr, tables, and the end of an interrupted command."""
 
 from collections.abc import Iterable, Sequence
 from typing import NoReturn
@@ -10,38 +10,38 @@ screen = Console(markup=False)  # names of zones, sources and folders may hold s
 complaints = Console(stderr=True, soft_wrap=True, highlight=False)
 
 GAP = (0, 2, 0, 0)
-"""Two blanks to the right of each column of a table."""
+"""Padding of the columns of a table: two blanks on the right."""
 INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it: 128 and the number of SIGINT."""
+"""Exit code after Ctrl-C, as in shells: 128 plus the number of SIGINT."""
 PIPE_WIDTH = 240
-"""Columns of a table that goes to a file or another program."""
+"""Width in characters of a table that goes to a file or another program."""
 
 
 class CommandInterrupted(SystemExit):
-    """The end of a command that was interrupted and has said what it leaves behind."""
+    """Exit of an interrupted command, after it has printed the state of its results."""
 
 
 def end_interrupted(left: str) -> NoReturn:
-    """Say what an interrupted command leaves behind, and end."""
+    """Print the state of an interrupted command's results, and exit with code INTERRUPTED."""
     complaints.print(f"rpf3d: interrupted; {left}", markup=False)
     raise CommandInterrupted(INTERRUPTED)
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
-    """What a user should know and has not asked for, a line each."""
+    """Print warnings to stderr, one line each."""
     for sentence in sentences:
         complaints.print(f"rpf3d: note: {sentence}", markup=False)
 
 
 def print_table(header: Sequence[str], rows: Iterable[tuple[str, ...]]) -> None:
-    """A table without lines."""
+    """Print a table without ruled lines."""
     table = Table(*header, box=None, padding=GAP)
     for row in rows:
         table.add_row(*row)
-    # A pipe has no width; tables that are read on there are not folded.
+    # A pipe has no width; its reader needs each row on one line.
     (screen if screen.is_terminal else Console(markup=False, width=PIPE_WIDTH)).print(table)
 
 
 def rocks_in_words(number: int) -> str:
-    """So many rocks, or one."""
+    """Return a number of rocks with its noun, such as "1 rock" or "2,000 rocks"."""
     return f"{number:,} {'rock' if number == 1 else 'rocks'}"

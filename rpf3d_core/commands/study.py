@@ -1,4 +1,4 @@
-"""`rpf3d study`: make a study of the thesis."""
+"""`rpf3d study`: repeat a study of the thesis."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ def study(
     out: Annotated[Path, typer.Option(help="Folder to write the runs and the comparison to.", show_default=False)],
     rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
 ) -> None:
-    """Make one of the thesis' studies: resolution of the terrain, or localised coefficients of restitution."""
+    """Make a study of the thesis: resolution of the terrain, or localised coefficients of restitution."""
     from rpf3d_core.runs.run import run_scene
     from rpf3d_core.runs.thesis import runs_of, study_named
     from rpf3d_core.runs.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report

@@ -1,8 +1,9 @@
-"""Cells with the same numbers, which become zones: a facet has the ground of the cell that its centroid lies in.
+"""Group the cells of grids into classes of equal numbers, which become zones of the scene.
 
-The vertices of the mesh are the centres of cells, and the diagonal of each square runs from north-west to south-east:
-so the centroids of its two facets lie a sixth of a cell inside the cell at its north-east and that at its south-west
-corner. Each cell within the grid thus gives its ground to two facets, which have its area and meet at its centre.
+A facet has the ground of the cell that contains its centroid. The vertices of the mesh are the centres of cells, and
+the diagonal of each square runs from north-west to south-east. So the centroids of the two facets lie a sixth of a
+cell inside the cells at the square's north-east and south-west corners. Each inner cell of the grid thus gives its
+ground to two facets, which together have the cell's area and meet at its centre.
 """
 
 from typing import NamedTuple
@@ -14,20 +15,20 @@ from rpf3d_core.imports.grids import Cells
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CLASSES = 200
-"""Zones of one scene: laying their polygons over a million facets takes about 0.1 s each."""
+"""Most zones of an imported scene: for each zone, laying its polygons over a million facets takes about 0.1 s."""
 
 BINS = (4096, 1024, 512, 200, 150, 100, 75, 50, 40, 30, 25, 20, *range(16, 0, -1))
-"""Equal steps between the least and the largest number of a grid, tried from the finest."""
+"""Numbers of equal bins between the least and the largest number of a grid, tried from the finest."""
 
 
 class Classes(NamedTuple):
-    """Cells by what they have in common.
+    """C classes of cells; the cells of a class have the same K numbers, one from each grid.
 
-    number : (H, W) int32, from 1; 0 for a cell that no facet has
-    values : (C, K) the K numbers of each class, each in its grid's unit
-    facets : (C,) facets of each class
-    distinct : how many there would be without bins
-    error : (K,) largest difference between the number of a cell and that of its class; 0 where nothing was binned
+    number : (H, W) int32, class of each cell, from 1; 0 for a cell without facets
+    values : (C, K) numbers of each class, each in its grid's unit
+    facets : (C,) number of facets of each class
+    distinct : number of classes without bins
+    error : (K,) largest difference between the number of a cell and the number of its class; 0 without bins
     """
 
     number: NDArray[np.int32]
@@ -38,7 +39,10 @@ class Classes(NamedTuple):
 
 
 def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
-    """(H, W) how many facets have their centroid in a cell: 2 inside, fewer at the rim of `ground` (H, W)."""
+    """Return the number (H, W) of facets with their centroid in each cell: 2 inside, fewer at the rim.
+
+    ground : (H, W) True where a cell has a height
+    """
     square = ground[:-1, :-1] & ground[:-1, 1:] & ground[1:, :-1] & ground[1:, 1:]
     facets = np.zeros(ground.shape, np.int64)
     facets[:-1, 1:] += square
@@ -47,16 +51,16 @@ def facets_of_cells(ground: Cells) -> NDArray[np.int64]:
 
 
 def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: NDArray[np.int64]) -> Classes:
-    """The classes of the cells that facets have, in rising order of their numbers.
+    """Return the classes of the cells with facets, in ascending order of their numbers.
 
-    Where there are more than MOST_CLASSES, numbers that may be binned are put into as many equal steps as leave no
-    more; the number of a class is then the mean of its cells.
+    If there are more than MOST_CLASSES, the numbers of grids that allow it are put into equal bins, the finest bins
+    that leave at most MOST_CLASSES. The number of a class is then the mean of its cells.
 
     Parameters
     ----------
     grids : K grids (H, W), each in its own unit, finite where there are facets
-    binned : of each grid, whether its numbers may be put into bins (codes may not)
-    facets : (H, W) of `facets_of_cells`
+    binned : (K,) True if the numbers of a grid may be put into bins (codes may not)
+    facets : (H, W) from `facets_of_cells`
     """
     there = facets > 0
     numbers = np.stack([grid[there] for grid in grids], axis=1)
@@ -72,7 +76,7 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
-    """Classes (N,) of distinct rows (N, K) in the finest bins that leave at most MOST_CLASSES of them."""
+    """Return the class (N,) of each distinct row (N, K), with the finest bins that leave at most MOST_CLASSES."""
     for bins in BINS:
         _, place = _distinct(_steps(rows, binned, bins))
         if place.max() < MOST_CLASSES:
@@ -81,9 +85,9 @@ def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:
 
 
 def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Distinct rows (C, K) of (N, K), rising, and which of them each row is (N,).
+    """Return the distinct rows (C, K) of rows (N, K) in ascending order, and the index (N,) of each row among them.
 
-    As `np.unique` with an axis, which sorts rows as bytes and takes many times as long.
+    The result is that of `np.unique` with an axis, which sorts rows as bytes and takes many times as long.
     """
     order = np.lexsort(rows.T[::-1])
     ordered = rows[order]
@@ -94,7 +98,10 @@ def _distinct(rows: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
 
 
 def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
-    """Numbers (N, K) with the step, of so many between the least and the largest, that each lies in."""
+    """Return numbers (N, K) with the index of the bin in place of each number that may be binned.
+
+    binned : (K,) True for columns to bin; bins : number of equal bins between the least and the largest number
+    """
     low, high = numbers.min(axis=0), numbers.max(axis=0)
     width = np.where(high > low, high - low, 1.0)
     steps = np.minimum(np.floor((numbers - low) / width * bins), bins - 1)
@@ -102,7 +109,10 @@ def _steps(numbers: FloatArray, binned: Cells, bins: int) -> FloatArray:
 
 
 def _means(rows: FloatArray, place: NDArray[np.int64], count: NDArray[np.int64]) -> FloatArray:
-    """Means (C, K) of the rows (N, K) of each class, which stand for (N,) cells each; exact where all are alike."""
+    """Return the means (C, K) of the rows (N, K) of each class, weighted by their number of cells (N,).
+
+    place : (N,) class of each row. The mean is exact if all rows of a class are equal.
+    """
     first = rows[np.unique(place, return_index=True)[1]]
     off = [np.bincount(place, weights=count * column) for column in (rows - first[place]).T]
     return np.asarray(first + np.stack(off, axis=1) / np.bincount(place, weights=count)[:, None])

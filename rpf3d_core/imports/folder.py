@@ -1,4 +1,4 @@
-"""The scene folder that an import leaves behind, written whole or not at all."""
+"""Write the scene folder of an import: complete, or not at all."""
 
 import os
 import shutil
@@ -10,12 +10,13 @@ from rpf3d_core.errors import InputError
 
 
 def check_new_folder(folder: Path) -> Path:
-    """The absolute path of a folder that a scene may be written to; call it before the work.
+    """Return the absolute path of a folder that a scene may be written to; call it before the work.
 
     Raises
     ------
     InputError
-        It is a file, holds anything (a scene that somebody may have edited is never replaced), or cannot be made.
+        The path is a file, a folder that is not empty, or cannot be written. A scene is never replaced, because a user
+        may have edited it.
     """
     target = folder.resolve()
     if target.is_dir() and any(target.iterdir()):
@@ -30,12 +31,12 @@ def check_new_folder(folder: Path) -> Path:
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[Path]:
-    """A hidden folder to write into, which becomes `folder` in the end; if anything fails, nothing is left.
+    """Yield a hidden folder to write into; at the end it becomes `folder`. If anything fails, no folder is left.
 
     Raises
     ------
     InputError
-        As `check_new_folder`, or it cannot be written.
+        As `check_new_folder`, or the folder could not be written.
     """
     target = check_new_folder(folder)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")

@@ -1,4 +1,4 @@
-"""The grids of an input folder: found by their names, read, and all on the cells of the elevation grid."""
+"""Find the grids of an input folder by their names, read them, and check that all lie on the elevation grid's cells."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ from rpf3d_core.terrain.frame import FloatArray
 Cells = NDArray[np.bool_]
 
 SAME_CORNER = 1e-3
-"""Of a cell: corners that differ by less are written with fewer digits, not moved."""
+"""Tolerance for equal corners and sides, as a share of a cell (-): smaller differences come from rounded digits."""
 
 DEM = "dem"
 
 
 @dataclass(frozen=True, eq=False)
 class Grids:
-    """Grids on the same cells, H rows from the north and W columns.
+    """Grids on the same cells, H rows from north to south and W columns.
 
-    files : path of each grid, by its name in the program that it comes from
-    values : numbers (H, W) of each in its own unit, NaN where there are none
-    transform : from column and row, counted from the corner of the first cell, to x and y, m
+    files : path of each grid, by its name in the program of origin
+    values : numbers (H, W) of each grid in its own unit, NaN where there is no value
+    transform : from column and row, counted from the outer corner of the first cell, to x and y (m)
     """
 
     files: Mapping[str, Path]
@@ -36,28 +36,30 @@ class Grids:
 
     @property
     def cell(self) -> float:
-        """Side of a cell, m."""
+        """Side of a cell (m)."""
         return float(self.transform.a)
 
     @property
     def ground(self) -> Cells:
-        """(H, W) whether a cell has a height."""
+        """Flags (H, W): True where a cell has a height."""
         return np.isfinite(self.values[DEM])
 
     def centres(self, cells: Cells) -> FloatArray:
-        """Plan coordinates (N, 2) m of the centres of the flagged cells (H, W), row by row."""
+        """Return the plan coordinates (N, 2) m of the centres of the flagged cells (H, W), row by row."""
         row, column = np.nonzero(cells)
         a = self.transform
         return np.stack([a.c + a.a * (column + 0.5), a.f + a.e * (row + 0.5)], axis=1)
 
 
 def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
-    """Those files of a folder that have one of the names, in capitals or not, and the extension of a grid.
+    """Return the grid files of a folder by their names in lower case; other files are ignored.
+
+    Capitals do not matter.
 
     Raises
     ------
     InputError
-        It is no folder, or two files have the same name.
+        The path is not a folder, or two files are the same grid.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder; give the one that holds {DEM}.asc and the other grids")
@@ -73,7 +75,7 @@ def find_grids(folder: Path, names: Sequence[str]) -> dict[str, Path]:
 
 
 def _grid_name(path: Path) -> str:
-    """The name of a grid file without its extension, in small letters; nothing for other files."""
+    """Return the name of a grid file without its extension, in lower case; "" for other files."""
     name = path.name.lower()
     extension = next((known for known in sorted(DEM_EXTENSIONS, key=len)[::-1] if name.endswith(known)), None)
     return name.removesuffix(extension) if extension else ""
@@ -85,19 +87,20 @@ def require(folder: Path, found: Mapping[str, Path], names: Sequence[str], progr
     Raises
     ------
     InputError
-        Names those that are missing and all that are needed.
+        A needed grid is missing; names the missing and all needed grids.
     """
     if missing := [f"{name}.asc" for name in names if name not in found]:
         raise InputError(f"{folder}: has no {', '.join(missing)}; {program} needs {', '.join(names)}, each as .asc")
 
 
 def read_grids(files: Mapping[str, Path]) -> Grids:
-    """Read grids, the elevation grid `dem` among them, which lie on the same square cells.
+    """Read grids that lie on the same square cells; the elevation grid `dem` must be among them.
 
     Raises
     ------
     InputError
-        A file is damaged, does not lie on the cells of dem, or dem has no square cells, or a gap; names the file.
+        A file is damaged or does not lie on the cells of dem; or the cells of dem are not square; or dem has a gap.
+        Names the file.
     """
     read = {name: read_grid(path, "elevation" if name == DEM else "value") for name, path in files.items()}
     heights, transform = read[DEM]
@@ -108,7 +111,7 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
 
 
 def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -> None:
-    """Refuse an elevation grid whose cells are not squares with north up, or that has a gap."""
+    """Refuse an elevation grid with a gap, or with cells that are not squares with north up."""
     across, down = transform.a, -transform.e
     if transform.b or transform.d or not np.isclose(across, down, rtol=SAME_CORNER) or across <= 0.0:
         raise InputError(f"{path}: its cells are {across:g} by {down:g} m; they must be squares, with north up")
@@ -133,16 +136,16 @@ def _refuse_other_cells(
 
 
 def refuse_where(grids: Grids, name: str, wrong: Cells, what: str) -> None:
-    """Refuse a grid that has wrong cells.
+    """Refuse a grid with wrong cells.
 
     Parameters
     ----------
-    wrong : (H, W) flags ; what : what would be right: "must be ..."
+    wrong : (H, W) True for wrong cells; what : the right values, as a phrase "must be ..."
 
     Raises
     ------
     InputError
-        Names the file, the first such cell, its value and how many there are.
+        A cell is wrong; names the file, the first wrong cell, its value and the number of wrong cells.
     """
     if not wrong.any():
         return
@@ -155,5 +158,5 @@ def refuse_where(grids: Grids, name: str, wrong: Cells, what: str) -> None:
 
 
 def _place(row: int, column: int) -> str:
-    """A cell as people count them."""
+    """Return row and column of a cell as text, counted from 1."""
     return f"row {row + 1}, column {column + 1}"

@@ -1,4 +1,4 @@
-"""What all imports do at their end: terrain, zones and scene are written, read again, and told."""
+"""The last step of all imports: write the scene folder (terrain, zones, sources, scene file) and read the scene."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -18,13 +18,13 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SCENE, ZONES, SOURCES = "scene.yaml", "zones", "sources"
 COMPANIONS = (".prj",)
-"""Files beside a grid that say more of it."""
+"""Extensions of files next to the elevation grid that belong to it and are copied, such as its reference system."""
 
 
 class Imported(NamedTuple):
-    """A scene that was made of an input folder.
+    """A scene made from an input folder of another program.
 
-    scene : its file ; taken, left : sentences about what was carried over, and what was not
+    scene : path of its file; taken : sentences on input carried over; left : sentences on input not carried over
     """
 
     scene: Path
@@ -33,11 +33,12 @@ class Imported(NamedTuple):
 
 
 class ImportedScene(NamedTuple):
-    """What an import has made of its grids, to be written.
+    """The content of a scene folder that an import is about to write.
 
-    points : (N, 2) m in plan, of the rocks of each source, by the file's name
-    outlines : cells (H, W) whose outlines are wanted, by the file's name
-    extra : files that the scene does not use, to be copied beside it
+    text : of the scene file; taken : sentences on input carried over; grids : of the input; classes : of the cells
+    points : (N, 2) m in plan, source points by the name of their file
+    outlines : cells (H, W) whose outlines are written, by the name of the file
+    extra : files that the scene does not use, copied into the folder
     """
 
     text: SceneText
@@ -50,12 +51,12 @@ class ImportedScene(NamedTuple):
 
 
 def write_imported(out: Path, made: ImportedScene) -> Imported:
-    """Write a scene folder and read the scene in it.
+    """Write a scene folder, and check it by reading the scene.
 
     Raises
     ------
     InputError
-        As `new_folder`; nothing is left then.
+        As `new_folder`; no folder is left in this case.
     """
     with new_folder(out) as folder:
         _copy_terrain(made.grids.files[DEM], folder)
@@ -71,21 +72,24 @@ def write_imported(out: Path, made: ImportedScene) -> Imported:
 
 
 def terrain_name(grids: Grids) -> str:
-    """The name of the elevation grid in the scene folder."""
+    """Return the file name of the elevation grid in the scene folder."""
     return grids.files[DEM].name.lower()
 
 
 def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequence[str]]) -> list[MaterialZone]:
-    """A zone for each class; the one with most facets is what the terrain is where no polygon says otherwise."""
+    """Return a zone for each class. The class with most facets is the zone of all terrain outside the polygons.
+
+    names, materials : (C,) name, and lines of the material, of each class
+    """
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
     return [MaterialZone(name, lines, file) for name, lines, file in zip(names, materials, files, strict=True)]
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:
-    """A sentence where numbers were binned: how many classes there were, and what it changes at most.
+    """Return a sentence on binned numbers: the number of classes, and the largest change; no sentence without bins.
 
-    what : the name and unit of each of the K numbers
+    what : (K,) name and unit of each number of a class
     """
     if classes.distinct <= MOST_CLASSES:
         return []
@@ -97,7 +101,7 @@ def binning(classes: Classes, what: Sequence[str]) -> list[str]:
 
 
 def shifted_maps(grids: Grids) -> list[str]:
-    """A sentence where the cells of hazard maps, which lie on whole multiples of a cell, are not those of the grids."""
+    """Return a sentence if the cells of hazard maps, which lie on whole multiples of a cell, differ from the grids'."""
     shift = [corner / grids.cell - round(corner / grids.cell) for corner in (grids.transform.c, grids.transform.f)]
     if max(map(abs, shift)) < SAME_CORNER:
         return []

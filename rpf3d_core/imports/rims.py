@@ -1,4 +1,4 @@
-"""Which cells of a grid are far enough from its edge and from missing ground."""
+"""Find the cells of a grid that are far enough from its edge and from missing ground."""
 
 import numpy as np
 
@@ -6,14 +6,22 @@ from rpf3d_core.imports.grids import Cells
 
 
 def within(shape: tuple[int, ...], rim: int) -> Cells:
-    """(H, W) whether a cell is further than so many rows and columns from the edge."""
+    """Return flags (H, W): False for cells in the outer `rim` rows and columns of a grid, else True.
+
+    shape : H and W
+    """
     inside = np.zeros(shape, bool)
     inside[rim : shape[0] - rim, rim : shape[1] - rim] = True
     return inside
 
 
 def surrounded(ground: Cells) -> Cells:
-    """(H, W) whether a cell and its eight neighbours have ground (H, W): a rock anywhere in it is above a facet."""
+    """Return flags (H, W): True if a cell and its eight neighbours have ground.
+
+    A rock anywhere in such a cell is above a facet.
+
+    ground : (H, W) True where a cell has a height
+    """
     rows, columns = ground.shape
     inner = np.zeros(ground.shape, bool)
     if min(rows, columns) > 2:

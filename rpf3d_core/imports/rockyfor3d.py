@@ -1,4 +1,4 @@
-"""An input folder of Rockyfor3D as a scene (physics reference 1.9; docs/imports.md)."""
+"""Import an input folder of Rockyfor3D as a scene (physics reference 1.9; docs/imports.md)."""
 
 from pathlib import Path
 
@@ -60,7 +60,8 @@ def import_rockyfor3d(folder: Path, out: Path) -> Imported:
     Raises
     ------
     InputError
-        A grid is missing, damaged, does not lie on the cells of dem, or holds what it may not; or `out` is not empty.
+        A grid is missing, damaged, does not lie on the cells of dem, or has a value out of range; or `out` is not
+        empty.
     """
     check_new_folder(out)
     found = find_grids(folder, (*NEEDED, *FOREST, *NETS))
@@ -82,7 +83,7 @@ def _refuse_wrong_ground(grids: Grids) -> None:
 
 
 def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> ImportedScene:
-    """Everything that is to be written."""
+    """Return the imported scene: its text, zones, materials, source points and forest outline."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
     forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)
@@ -98,12 +99,15 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Impor
 
 
 def _zone_name(soil: float, *moh: float) -> str:
-    """Such as soil_4_rg_0.05_0.1_0.3."""
+    """Return the name of a zone, such as soil_4_rg_0.05_0.1_0.3."""
     return f"soil_{soil:g}" + ("" if soil == SWALLOWS else f"_rg_{'_'.join(f'{height:.4g}' for height in moh)}")
 
 
 def _material(soil: int, moh: list[float], radius: float) -> list[str]:
-    """The lines of a zone's material."""
+    """Return the lines of a zone's material.
+
+    soil : code of the soil type; moh : (3,) m, obstacle heights rg70, rg20 and rg10; radius : of the mean block, m
+    """
     ground = SOILS[soil]
     if soil == SWALLOWS:
         return stopping(f"{ground.name}: rocks that meet it stop")
@@ -119,7 +123,7 @@ def _material(soil: int, moh: list[float], radius: float) -> list[str]:
 
 
 def _rock(blocks: Blocks) -> list[str]:
-    """The scene's rock: one density, and the volumes of all source cells."""
+    """Return the lines of the scene's rock: the mean density, and the distribution of the volumes of all blocks."""
     volume, density = blocks.volume, blocks.density
     drawn = normal(float(volume.mean()), float(volume.std()), float(volume.min()), float(volume.max()))
     of_cells = f"The blocks of {counted(len(volume), 'source cell')}"
@@ -130,7 +134,10 @@ def _rock(blocks: Blocks) -> list[str]:
 
 
 def _sources(blocks: Blocks, grids: Grids) -> list[str]:
-    """One source: a rock for each cell, somewhere in it, let go so high above the ground that it touches it."""
+    """Return the lines of the only source: a rock for each source cell, anywhere in the cell.
+
+    Rocks start at the radius of the mean block above the ground, so that the mean block touches the ground.
+    """
     half = number(0.5 * grids.cell)
     return [
         "sources:",
@@ -147,7 +154,7 @@ def _models(grids: Grids) -> list[str]:
 
 
 def _left(blocks: Blocks) -> list[str]:
-    """What of this folder is not carried over."""
+    """Return sentences on input of this folder that is not carried over, except trees and nets."""
     left = []
     rim, gaps = blocks.left_out
     if rim:
@@ -166,7 +173,7 @@ def _left(blocks: Blocks) -> list[str]:
 
 
 def _left_trees(forest: ImportedForest | None, extra: list[Path]) -> list[str]:
-    """What of trees and nets is not carried over."""
+    """Return sentences on trees and nets that are not carried over."""
     left = []
     if forest is not None:
         means = "how the forest differs from cell to cell: the scene has its means over the wooded cells"
@@ -181,7 +188,7 @@ def _binned(classes: Classes) -> list[str]:
 
 
 def _taken(grids: Grids, classes: Classes, blocks: Blocks) -> list[str]:
-    """What was taken over."""
+    """Return sentences on the terrain, zones, sources and rocks of the scene."""
     rows, columns = grids.ground.shape
     return [
         f"terrain: {rows} by {columns} cells of {number(grids.cell)} m, {int(classes.facets.sum()):,} facets",

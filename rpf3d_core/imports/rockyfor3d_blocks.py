@@ -1,4 +1,4 @@
-"""The blocks of a Rockyfor3D folder: their volumes, and which cells they fall from."""
+"""Read the blocks of a Rockyfor3D folder: their source cells, densities and volumes."""
 
 import math
 from typing import NamedTuple
@@ -14,17 +14,19 @@ DENSITY, AXES, SHAPE = "rockdensity", ("d1", "d2", "d3"), "blshape"
 
 FILLED = {1: ("rectangular", 1.0), 2: ("ellipsoidal", math.pi / 6.0), 3: ("spherical", math.pi / 6.0),
           4: ("disc", math.pi / 4.0)}  # fmt: skip
-"""Shapes by their code, and the share of the box d1 d2 d3 that they fill: a disc is a cylinder that is d3 thick."""
+"""Shapes by code, each with the share (-) of the box d1 d2 d3 that it fills. A disc is a cylinder of thickness d3."""
 
 IGNORED_RIM = 2
-"""Rows and columns at each side of the grid whose sources Rockyfor3D ignores (readme of a plugin that writes them)."""
+"""Rows and columns at each side of the grid whose source cells Rockyfor3D ignores (readme of a plugin that writes its
+input)."""
 
 
 class Blocks(NamedTuple):
-    """The blocks of the source cells, row by row.
+    """The blocks of N source cells, row by row.
 
-    cells : (H, W) whether a cell is a source ; left_out : how many were ignored at the rim, or beside missing ground
-    density : (N,) kg/m3 ; volume : (N,) m3 ; shapes : the names of those that occur
+    cells : (H, W) True for a source cell; left_out : number of source cells ignored at the rim, and next to missing
+        ground
+    density : (N,) kg/m3; volume : (N,) m3; shapes : names of the shapes that occur
     """
 
     cells: Cells
@@ -35,17 +37,18 @@ class Blocks(NamedTuple):
 
     @property
     def radius(self) -> float:
-        """Of the sphere of the mean volume, m."""
+        """Radius (m) of a sphere of the mean volume."""
         return float((3.0 * self.volume.mean() / (4.0 * math.pi)) ** (1.0 / 3.0))
 
 
 def blocks_of(grids: Grids) -> Blocks:
-    """The blocks of all cells with a rock density above 0.
+    """Return the blocks of all cells with a rock density above 0.
 
     Raises
     ------
     InputError
-        There is none, or one has no size or shape; names the file and the cell.
+        A density is negative or missing; or there is no source cell; or a source cell has no valid size or shape.
+        Names the file, and the cell of a wrong value.
     """
     density = grids.values[DENSITY]
     wrong = grids.ground & ~(density >= 0.0)

@@ -1,6 +1,6 @@
-"""The forest of a Rockyfor3D folder: rasters of stems and their diameters, or a file of trees; and its nets.
+"""Read the forest of a Rockyfor3D folder from its rasters, and find its files of single trees and of nets.
 
-One forest of a scene has one density, so the rasters become means over the wooded cells.
+A scene has one forest of one density, so the rasters become means over the wooded cells.
 """
 
 from collections.abc import Mapping
@@ -16,15 +16,19 @@ from rpf3d_core.scene.models import EffectsSpec
 STEMS, MEAN, SD, CONIFERS = "nrtrees", "dbhmean", "dbhstd", "conif_percent"
 FOREST = (STEMS, MEAN, SD, CONIFERS)
 NETS = ("net_number", "net_energy", "net_height")
-"""Names of the rasters of nets. Unconfirmed."""
+"""Names of the rasters of nets. The names are unconfirmed."""
 TREES = ("treefile.txt", "treefile.csv", "trees.txt", "trees.csv")
-"""Names of files of single trees. Unconfirmed."""
+"""Names of files of single trees. The names are unconfirmed."""
 WOODED = "forest.geojson"
 PERCENT = 100.0
 
 
 class ImportedForest(NamedTuple):
-    """The trees of the wooded cells (H, W): stems a hectare, diameter at breast height (cm), share of conifers (-)."""
+    """The forest of a scene, as means over the wooded cells.
+
+    cells : (H, W) True where there are trees; stems : per hectare
+    dbh_mean, dbh_sd : mean and standard deviation of the diameter at breast height (cm); conifers : share (-)
+    """
 
     cells: Cells
     stems: float
@@ -34,12 +38,12 @@ class ImportedForest(NamedTuple):
 
 
 def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
-    """The forest of the rasters; None where there are none, or no tree stands.
+    """Return the forest of the rasters; None if the folder has no forest rasters, or they have no trees.
 
     Raises
     ------
     InputError
-        One of the four is missing, or holds what no tree has; names the file and the cell.
+        One of the four rasters is missing or has a value out of range; names the file, and the cell of the value.
     """
     given = [name for name in FOREST if name in grids.files]
     if not given:
@@ -56,7 +60,11 @@ def forest_of(folder: Path, grids: Grids) -> ImportedForest | None:
 
 
 def _means(grids: Grids, cells: Cells) -> ImportedForest:
-    """Means over the wooded cells; a tree counts, not a cell, where it is the trees' diameter or kind."""
+    """Return the means over the wooded cells.
+
+    Diameters and conifers are means over trees (weighted by the stems of a cell); the number of stems is a mean over
+    cells.
+    """
     stems, mean, sd, conifers = (grids.values[name][cells] for name in FOREST)
     all_mean = float(np.average(mean, weights=stems))
     variance = np.average(sd**2 + (mean - all_mean) ** 2, weights=stems)
@@ -65,12 +73,12 @@ def _means(grids: Grids, cells: Cells) -> ImportedForest:
 
 
 def has_forest() -> bool:
-    """Whether this version has the effect."""
+    """True if this version of rpf3d has the effect `forest`."""
     return "forest" in EffectsSpec.model_fields
 
 
 def forest_lines(forest: ImportedForest | None) -> list[str]:
-    """The scene's effect; a comment where this version has none."""
+    """Return the lines of the scene's effect `forest`; comment lines if this version does not have the effect."""
     if forest is None:
         return []
     lines = [
@@ -82,12 +90,12 @@ def forest_lines(forest: ImportedForest | None) -> list[str]:
 
 
 def without_effect(folder: Path, files: Mapping[str, Path]) -> list[Path]:
-    """Files of trees and nets, which are copied beside the scene and not read."""
+    """Return the files of trees and nets, which are copied into the scene folder and not read."""
     trees = sorted(path for path in folder.iterdir() if path.name.lower() in TREES)
     return trees + [files[name] for name in NETS if name in files]
 
 
 def without_effect_lines(extra: list[Path]) -> list[str]:
-    """A comment that names them."""
+    """Return comment lines that name the copied files without effect."""
     names = ", ".join(path.name.lower() for path in extra)
     return comment(f"Copied beside this file and without effect: {names}.") if extra else []

@@ -1,7 +1,7 @@
-"""What Rockyfor3D's ground codes mean (physics reference 1.9).
+"""Rockyfor3D's ground codes as coefficients of restitution (physics reference 1.9).
 
-All numbers here are unconfirmed, for its manual was not read. They go into the scene file as values to be looked at,
-never into a kernel.
+All numbers here are unconfirmed, because the manual was not read. They go into the scene file as values for the user to
+check, never into a kernel.
 """
 
 from collections.abc import Sequence
@@ -12,17 +12,17 @@ import numpy as np
 from rpf3d_core.terrain.frame import FloatArray
 
 MOH_SHARES = (0.70, 0.20, 0.10)
-"""How often a rock meets an obstacle of the height rg70, rg20 and rg10. Unconfirmed."""
+"""Shares (-) of contacts in which a rock meets an obstacle of height rg70, rg20 and rg10. Unconfirmed."""
 VARIATION = 0.1
-"""R_t varies by this share to either side, evenly. Unconfirmed."""
+"""Largest relative change (-) of R_t to either side; the variation is uniform. Unconfirmed."""
 LEAST_R_T, MOST_R_T = 0.1, 0.99
-"""What R_t is cut off at. Unconfirmed."""
+"""Limits of R_t (-). Unconfirmed."""
 STEPS = 1000
-"""Numbers that stand for an even variation in a mean: its error is below 1e-6."""
+"""Evenly spaced values that stand for the uniform variation in a mean; the error of the mean is below 1e-6."""
 
 
 class Soil(NamedTuple):
-    """A soil type: what it is, and the range of R_n (-)."""
+    """A soil type: its description and the range of R_n (-)."""
 
     name: str
     low: float
@@ -39,14 +39,14 @@ SOILS = (
     Soil("bedrock", 0.48, 0.58),
     Soil("asphalt road", 0.32, 0.39),
 )
-"""By their code. The codes and what they stand for are confirmed by another program that writes them; R_n is not."""
+"""Soil types by code. Codes and descriptions are confirmed by another program that writes them; R_n is unconfirmed."""
 
 SWALLOWS = 0
-"""The code of ground that blocks stop in."""
+"""Code of ground in which blocks stop."""
 
 
 class CoefficientSpread(NamedTuple):
-    """Mean, standard deviation, least and largest of a coefficient (-)."""
+    """Mean, standard deviation, least and largest value of a coefficient (-)."""
 
     mean: float
     sd: float
@@ -55,17 +55,20 @@ class CoefficientSpread(NamedTuple):
 
 
 def energy_share(moh: Sequence[float], radius: float) -> FloatArray:
-    """R_t (3,) (-) of obstacles of heights rg70, rg20 and rg10 (m) for a block (m): 1 / (1 + MOH / R). Unconfirmed.
+    """Return R_t (3,) (-) of obstacles of heights rg70, rg20 and rg10 (m): 1 / (1 + MOH / R). Unconfirmed.
 
-    The depth that a block sinks in, which belongs to MOH there, is left out: it depends on the speed.
+    moh : (3,) m, obstacle heights; radius : of the block, m
+    In Rockyfor3D, MOH includes the depth to which a block sinks in. It is left out here, because it depends on the
+    speed.
     """
     return np.asarray(1.0 / (1.0 + np.array(moh) / radius))
 
 
 def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSpread:
-    """The coefficient (-) of speed along the ground that goes with Rockyfor3D's R_t; radius and heights in m.
+    """Return the tangential restitution (-), a ratio of speeds, that corresponds to Rockyfor3D's R_t.
 
-    There v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a sphere that rolls,
+    moh : (3,) m, obstacle heights; radius : of the block, m
+    In Rockyfor3D v_t' = sqrt(R^2 (I w^2 + m v_t^2) R_t / (I + m R^2)), so R_t is a share of energy: a rolling sphere,
     w = v_t / R, keeps sqrt(R_t) of its speed. (The formula is unconfirmed; the root follows from it.)
     """
     share = energy_share(moh, radius)[:, None]

@@ -1,4 +1,4 @@
-"""A scene file as text, with a comment beside every number that somebody should look at."""
+"""Write a scene file as text, with a comment next to every number that the user should check."""
 
 import textwrap
 from collections.abc import Sequence
@@ -7,18 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 WIDTH = 116
-"""Columns of a comment."""
+"""Most characters of a line of comment."""
 
 HOLDS_DEG, ANY_SPEED = 89.0, 1000.0
-"""Friction angle (degrees) and stop speed (m/s) of ground that rocks stop in: on any slope of a grid, at any speed."""
+"""Friction angle (degrees) and stop speed (m/s) of ground in which every rock stops: on any slope, at any speed."""
 
 NOT_CARRIED = "Not carried over:"
 
 
 class MaterialZone(NamedTuple):
-    """The ground of a zone, and where it lies: the lines of its material (YAML, without indentation), and its polygons.
+    """A zone of the scene with its material.
 
-    polygons : path of a GeoJSON file, relative to the scene; None for the zone that the rest of the terrain belongs to
+    material : lines of YAML, without indentation
+    polygons : path of a GeoJSON file, relative to the scene; None for the zone of the rest of the terrain
     """
 
     name: str
@@ -27,10 +28,11 @@ class MaterialZone(NamedTuple):
 
 
 class SceneText(NamedTuple):
-    """What an imported scene says; `head`, `left` and the lines of the parts may hold comments.
+    """The content of an imported scene file.
 
-    head : sentences about where it comes from ; left : sentences about what is not carried over
-    rock, sources, models : lines of YAML
+    head : sentences on its origin; left : sentences on input that is not carried over
+    terrain : path of the elevation grid, relative to the scene; zones : one of them without polygons
+    rock, sources, models : lines of YAML, which may hold comments
     """
 
     head: Sequence[str]
@@ -42,7 +44,7 @@ class SceneText(NamedTuple):
     models: Sequence[str]
 
     def __str__(self) -> str:
-        """The file."""
+        """Return the text of the scene file (YAML)."""
         rest = next(zone for zone in self.zones if zone.polygons is None)
         drawn = [zone for zone in self.zones if zone.polygons is not None]
         lines = [*comment(*self.head), "#", f"# {NOT_CARRIED}", *(line for text in self.left for line in item(text))]
@@ -56,35 +58,35 @@ class SceneText(NamedTuple):
 
 
 def comment(*sentences: str) -> list[str]:
-    """Sentences as lines of comment, each beginning on a line of its own."""
+    """Return sentences as lines of comment; each sentence starts a new line."""
     return [f"# {line}" for sentence in sentences for line in textwrap.wrap(sentence, WIDTH)]
 
 
 def item(sentence: str) -> list[str]:
-    """A sentence as an item of a list in a comment."""
+    """Return a sentence as the lines of a list item in a comment."""
     first, *more = textwrap.wrap(sentence, WIDTH - 2, break_long_words=False)
     return [f"# - {first}", *(f"#   {line}" for line in more)]
 
 
 def number(value: float) -> str:
-    """A number with at most six digits, as YAML reads it."""
+    """Return a number with at most six significant digits, as YAML reads it."""
     return f"{value:.6g}"
 
 
 def normal(mean: float, sd: float, low: float, high: float) -> str:
-    """A truncated normal distribution, or its mean where the bounds enclose nothing."""
+    """Return a truncated normal distribution as YAML; its mean if both bounds print the same number."""
     if number(low) == number(high):
         return number(mean)
     return f"{{mean: {number(mean)}, sd: {number(sd)}, min: {number(low)}, max: {number(high)}}}"
 
 
 def uniform(low: float, high: float) -> str:
-    """A uniform distribution, or the number where there is but one."""
+    """Return a uniform distribution as YAML; a single number if both ends print the same."""
     return number(low) if number(low) == number(high) else f"{{uniform: [{number(low)}, {number(high)}]}}"
 
 
 def names_of(words: Sequence[str]) -> list[str]:
-    """The words, with a number behind those that came before: names must differ."""
+    """Return the words as distinct names: a repeated word gets a number at its end."""
     seen: dict[str, int] = {}
     names = []
     for word in words:
@@ -94,7 +96,7 @@ def names_of(words: Sequence[str]) -> list[str]:
 
 
 def stopping(why: str) -> list[str]:
-    """The lines of a material that stops every rock which meets it."""
+    """Return the lines of a material that stops every rock on contact; `why` is a sentence for the comment."""
     return [
         *comment(why), "normal_restitution: 0", "tangential_restitution: 0", f"friction_angle_deg: {HOLDS_DEG:g}",
         f"stop_speed: {ANY_SPEED:g}",
@@ -102,11 +104,14 @@ def stopping(why: str) -> list[str]:
 
 
 def counted(count: int, noun: str) -> str:
-    """So many of something, or one."""
+    """Return a count with its noun, in the plural unless the count is 1."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def span(values: Sequence[float] | np.ndarray, unit: str) -> str:
-    """From the least to the largest of some numbers with their unit, or the one that there is."""
+    """Return the interval from the least to the largest of some numbers, with their unit; one number if they are equal.
+
+    values : (N,) in `unit`
+    """
     low, high = number(min(values)), number(max(values))
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"

@@ -1,4 +1,4 @@
-"""An input set of STONE or r.stone as a scene (physics reference 2.1, the manual of r.stone; docs/imports.md)."""
+"""Import an input set of STONE or r.stone as a scene (physics reference 2.1, manual of r.stone; docs/imports.md)."""
 
 import math
 from collections.abc import Sequence
@@ -39,21 +39,25 @@ from rpf3d_core.scene.models import GroundSpec
 PROGRAM = "STONE"
 NORMAL, TANGENTIAL, FRICTION = "nrest", "trest", "friction"
 NEEDED = (DEM, SOURCES, NORMAL, TANGENTIAL, FRICTION)
-"""The names that r.stone's manual gives its maps."""
+"""Names of the grids that an import needs, as in r.stone's manual."""
 
 GRAVITY = 9.805
 START_SPEED, START_VARIATION = 1.0, 0.1
-"""m/s, and the share of it by which rocks of a cell differ: r.stone's defaults. Its law is unconfirmed."""
+"""Start speed of rocks (m/s), and its variation among the rocks of a cell as a share of it (-): r.stone's defaults. The
+law of the variation is unconfirmed."""
 STOP_SPEED = 3.0
-"""m/s, r.stone's default."""
+"""Speed below which a rock stops (m/s): r.stone's default."""
 VARIATION, SD = 0.1, 0.05
-"""Coefficients are drawn within a tenth of their value, Gaussian (manual); its standard deviation is unconfirmed."""
+"""Coefficients are drawn from a normal distribution, within a tenth of their value (manual). Its standard deviation, as
+a share of the value, is unconfirmed."""
 STEEPEST_TANGENT = 3.0
-"""Friction above this, 71.6 degrees, is no tangent but an angle: the largest published is 0.95."""
+"""Largest friction (-) read as a tangent (71.6 degrees). A larger number is an angle: the largest published tangent is
+0.95."""
 PERCENT = 100.0
 
 ROLLING, ROLLING_KEY = "rolling_stone", "rolling_friction"
-"""STONE's rolling rule and its coefficient, in versions that have it: the coefficient is given, the rule not named."""
+"""Names of STONE's rolling rule as ground model, and of its material key. If this version has both, the import writes
+the coefficient, but does not choose the rule."""
 AT_REST = (
     "it stops every rock whose bounces have died out: with both restitutions between 0 and 1 they end at rest, and the "
     "rule holds a slow rock on any slope"
@@ -67,7 +71,7 @@ HEAD = (
 
 
 class Restitution(NamedTuple):
-    """The unit of a grid of restitution: how it is called, and how many of it make 1."""
+    """The unit of the grids of restitution: its name, and `whole`, the number that stands for a restitution of 1."""
 
     unit: str
     whole: float
@@ -79,7 +83,8 @@ def import_stone(folder: Path, out: Path) -> Imported:
     Raises
     ------
     InputError
-        A grid is missing, damaged, does not lie on the cells of dem, or holds what it may not; or `out` is not empty.
+        A grid is missing, damaged, does not lie on the cells of dem, or has a value out of range; or `out` is not
+        empty.
     """
     check_new_folder(out)
     found = find_grids(folder, NEEDED)
@@ -95,7 +100,7 @@ def import_stone(folder: Path, out: Path) -> Imported:
 
 
 def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
-    """Refuse coefficients (H, W) out of their range where they are needed; returns the unit of the two restitutions."""
+    """Refuse coefficients out of range in the needed cells (H, W); return the unit of the two restitutions."""
     unit = _unit_of(grids, needed)
     for name in (NORMAL, TANGENTIAL):
         value = grids.values[name]
@@ -109,7 +114,7 @@ def _refuse_wrong_ground(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _unit_of(grids: Grids, needed: Cells) -> Restitution:
-    """Percent where a number is above 1, else shares; refuses one grid in percent beside one in shares."""
+    """Return percent if a number is above 1, else shares; refuse one grid in percent together with one in shares."""
     most = {name: float(np.nanmax(grids.values[name][needed], initial=0.0)) for name in (NORMAL, TANGENTIAL)}
     low, high = sorted(most, key=lambda name: most[name])
     if most[high] > 1.0 >= most[low] > 0.0:
@@ -121,7 +126,7 @@ def _unit_of(grids: Grids, needed: Cells) -> Restitution:
 
 
 def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> ImportedScene:
-    """Everything that is to be written."""
+    """Return the imported scene: its text, zones, materials and source points."""
     names = names_of([_zone_name(*row) for row in classes.values.tolist()])
     materials = [_material(row, unit) for row in classes.values.tolist()]
     sources = ["sources:"] + [line for start in starts.starts for line in _source(start)]
@@ -136,12 +141,16 @@ def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution
 
 
 def _zone_name(stops: float, normal_: float, tangential: float, friction: float) -> str:
-    """Such as rn_35_rt_55_mu_0.65, in the unit of the grids."""
+    """Return the name of a zone: "stop", or such as rn_35_rt_55_mu_0.65, in the unit of the grids."""
     return "stop" if stops else f"rn_{normal_:.4g}_rt_{tangential:.4g}_mu_{friction:.4g}"
 
 
 def _material(ground: Sequence[float], unit: Restitution) -> list[str]:
-    """The lines of a zone's material; whether rocks stop in it, and its coefficients in the unit of the grids."""
+    """Return the lines of a zone's material.
+
+    ground : flag (not 0 if rocks stop in the zone), normal and tangential restitution in the grids' unit, tangent of
+        the friction angle (-)
+    """
     stops, normal_, tangential, friction = ground
     if stops:
         holds = math.tan(math.radians(HOLDS_DEG))
@@ -161,13 +170,13 @@ def _within_a_tenth(value: float, most: float = 1.0) -> str:
 
 
 def _angle(tangent: float) -> str:
-    """The distribution of the angle (degrees) whose tangent is within a tenth of a value."""
+    """Return the distribution of the angle (degrees) whose tangent is within a tenth of a value."""
     low, mean, high = (math.degrees(math.atan(share * tangent)) for share in (1.0 - VARIATION, 1.0, 1.0 + VARIATION))
     return normal(mean, SD / VARIATION * 0.5 * (high - low), low, high)
 
 
 def _rolling(friction: str) -> list[str]:
-    """The key of STONE's own rolling rule, where this version has it."""
+    """Return the material's line for STONE's own rolling rule; no line if this version does not have the rule."""
     return [f"{ROLLING_KEY}: {friction}"] if _has_rolling() else []
 
 
@@ -176,7 +185,7 @@ def _has_rolling() -> bool:
 
 
 def _source(start: Start) -> list[str]:
-    """The lines of a source."""
+    """Return the lines of a source."""
     length = math.hypot(*start.step)
     vx, vy = (number(START_SPEED * step / length) for step in start.step)
     spread = number(START_SPEED * START_VARIATION)
@@ -199,7 +208,7 @@ def _models(grids: Grids) -> list[str]:
 
 
 def _left(starts: StoneStarts) -> list[str]:
-    """What of STONE is not carried over."""
+    """Return sentences on features of STONE that the scene does not have."""
     left = [
         "when flight turns to rolling (below 5 m/s and 3 m between impacts): here a rock bounces until it would rise "
         "less than smallest_bounce, and slides from then on",
@@ -224,7 +233,7 @@ def _binned(classes: Classes, unit: Restitution) -> list[str]:
 
 
 def _taken(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution) -> list[str]:
-    """What was taken over."""
+    """Return sentences on the terrain, zones and sources of the scene."""
     rows, columns = grids.ground.shape
     _, *coefficients = classes.values[classes.values[:, 0] == 0.0].T
     spans = [span(values, "") for values in coefficients if len(values)]

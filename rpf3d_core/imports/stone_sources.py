@@ -1,4 +1,4 @@
-"""The source cells of a STONE set: how many rocks each lets go, and towards which of its eight neighbours."""
+"""Source cells of a STONE input set: the number of rocks of each cell, and the neighbour towards which they start."""
 
 import math
 from typing import NamedTuple
@@ -13,23 +13,23 @@ from rpf3d_core.terrain.frame import FloatArray
 
 SOURCES = "sources"
 STOP = -1
-"""The value of a source cell in which rocks stop."""
+"""Value, in the grid of sources, of a cell in which rocks stop."""
 
 NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""Steps to the east and north; of two that are as steep the first counts."""
+"""Neighbours of a cell with their steps (cells) to the east and north. Of two equally steep ones, the first is used."""
 
 MOST_LINES = 5_000_000
-"""Lines of all files of source points: more take minutes to read."""
+"""Most lines of all files of source points together; more take minutes to read."""
 
 
 class Start(NamedTuple):
-    """The rocks that start towards one neighbour.
+    """The rocks that start towards one neighbour of their cells.
 
-    direction : its name ; step : to the east and north
-    points : (N, 2) m in plan, each once for each `repeated` rocks ; rocks : in all
+    direction : name of the neighbour; step : cells to the east and north; rocks : number of rocks
+    points : (N, 2) m in plan, centres of the source cells. A cell is repeated in proportion to its number of rocks.
     """
 
     direction: str
@@ -39,7 +39,11 @@ class Start(NamedTuple):
 
 
 class StoneStarts(NamedTuple):
-    """All starts; `rising` cells have no lower neighbour, `left_out` lie at the rim or beside missing ground."""
+    """All starts of a STONE input set.
+
+    cells : number of source cells used; rising : source cells among them without a lower neighbour
+    left_out : source cells not used, because they lie at the rim or next to missing ground
+    """
 
     starts: list[Start]
     cells: int
@@ -48,12 +52,13 @@ class StoneStarts(NamedTuple):
 
 
 def starts_of(grids: Grids) -> StoneStarts:
-    """The starts of all cells with a positive number of rocks, by the direction of their steepest neighbour.
+    """Return the starts of all cells with rocks, grouped by the direction of their steepest neighbour.
 
     Raises
     ------
     InputError
-        A number is none of -1, 0, 1, 2, ...; there is no source, or too many for a list of points; names the file.
+        A number is not one of -1, 0, 1, 2, ...; or there is no source cell; or the source points would have more than
+        MOST_LINES lines. Names the file.
     """
     rocks = source_rocks(grids)
     wanted = grids.ground & (rocks > 0)
@@ -72,12 +77,12 @@ def starts_of(grids: Grids) -> StoneStarts:
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
-    """(H, W) the number of rocks of each cell, STOP where rocks stop, 0 where there is no value.
+    """Return the number (H, W) of rocks of each cell: STOP where rocks stop, 0 where there is no value.
 
     Raises
     ------
     InputError
-        A value is no whole number of at least STOP.
+        A value is not a whole number of at least STOP.
     """
     given = grids.values[SOURCES]
     wrong = np.isfinite(given) & ((given != np.floor(given)) | (given < STOP))
@@ -86,7 +91,10 @@ def source_rocks(grids: Grids) -> NDArray[np.int64]:
 
 
 def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
-    """(H, W) which of NEIGHBOURS lies lowest for its distance, and the fall towards it (-); NaN at the rim."""
+    """Return the index (H, W) in NEIGHBOURS of the steepest neighbour, and the gradient (H, W) towards it (-).
+
+    The gradient is positive downhill; -inf for a cell without height, or with no neighbour that has one.
+    """
     heights = grids.values["dem"]
     wide = np.pad(heights, 1, constant_values=np.nan)
     rows, columns = heights.shape

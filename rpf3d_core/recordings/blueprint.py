@@ -1,4 +1,4 @@
-"""How the viewer lays a recording out: 3D on the left, series, log and document on the right."""
+"""Layout of a recording in the viewer: 3D views on the left; series, log and document on the right."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,22 +13,23 @@ from rpf3d_core.terrain.facets import Terrain
 TIMELINE = "sim_time"
 
 COVERING = ("world/trajectories", "world/ends")
-"""Entities that would cover the hazard: hidden in its views."""
+"""Entities that would cover the hazard layers, hidden in their views."""
 LAYERS = {REACH: "Reach probability", ENERGY: "Energy, p95"}
-"""Entities of hazard, and the titles of their views."""
+"""Entities of the hazard layers, with the titles of their views."""
 
 EYE_DISTANCE, EYE_HEIGHT = 1.1, 0.7
-"""Of the eye from what it looks at, over the extent of the paths (-): all paths in view, seen from where rocks go."""
+"""Horizontal distance and height of the eye from its target, as shares of the extent of the paths (-). All paths are in
+view, seen from the side towards which the rocks travel."""
 
 HEADROOM = 1.05
-"""Top of a series' axis over its largest value (-)."""
+"""Ratio (-) of the top of a series' axis to its largest value."""
 
 
 def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
-    """The layout, with the eye in front of the wall that the sampled rocks come down.
+    """Return the layout of a recording; the eye looks at the slope from ahead of the sampled rocks.
 
-    `fastest` (m/s) and `most_energy` (J) are the largest values of the series; with `hazard` there is a view for each
-    of its layers, and a page for the bench table.
+    fastest, most_energy : largest values of the series, m/s and J
+    hazard : True to add a view for each hazard layer, and a page for the bench table
     """
     import rerun.blueprint as rrb
 
@@ -52,7 +53,7 @@ def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energ
 
 
 def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
-    """The paths, and a view for each layer of hazard; what a view hides can be shown there, and the other way round."""
+    """Return tabs: a view of the paths, and a view for each hazard layer. Hidden entities can be shown by the user."""
     import rerun.blueprint as rrb
 
     return rrb.Tabs(
@@ -63,7 +64,10 @@ def _hazard_views(name: str, eye: tuple[FloatArray, FloatArray]) -> Any:
 
 
 def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] = ()) -> Any:
-    """The world in 3D from an eye, some entities hidden."""
+    """Return a 3D view of the world from an eye, with some entities hidden.
+
+    eye : target and position, (3,) m each
+    """
     import rerun.blueprint as rrb
 
     target, position = eye
@@ -73,7 +77,7 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """A view of series from 0 to their largest value; a legend of 20 rocks would cover it."""
+    """Return a view of series, from 0 to their largest value, without a legend: that of 20 rocks would cover them."""
     import rerun.blueprint as rrb
 
     axis = rrb.ScalarAxis(range=(0.0, HEADROOM * largest)) if largest > 0.0 else None
@@ -81,9 +85,10 @@ def _series(origin: str, name: str, largest: float) -> Any:
 
 
 def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, FloatArray]:
-    """What to look at and from where, (3,) m each: the middle of the paths, from ahead of the rocks and above.
+    """Return the target and the position of the eye, (3,) m each, local frame.
 
-    Without paths, the terrain from the south.
+    The target is the middle of the paths; the eye is ahead of the rocks and above. Without paths, the eye looks at the
+    terrain from the south.
     """
     points = samples.x if len(samples.x) else terrain.vertices
     low, high = points.min(axis=0), points.max(axis=0)
@@ -94,7 +99,7 @@ def point_of_view(terrain: Terrain, samples: PathSamples) -> tuple[FloatArray, F
 
 
 def _ahead(samples: PathSamples) -> FloatArray:
-    """Unit direction (2,) in plan in which the rocks travel on average."""
+    """Return the unit vector (2,) in plan of the rocks' mean travel; south without paths."""
     south = np.array([0.0, -1.0])
     if len(samples.x) == 0:
         return south

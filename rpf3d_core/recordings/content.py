@@ -1,4 +1,4 @@
-"""What a recording holds, read back with rerun's own tools; and one that was cut off made whole."""
+"""Verify recordings, read their content, and repair a recording that was cut off; all with rerun's own tools."""
 
 import subprocess
 import sys
@@ -12,34 +12,38 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
 
 LONGEST = 600.0
-"""Seconds that a tool of rerun may take: 1 GB takes about ten."""
+"""Most seconds for a tool of rerun; 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""Whose rows lie ahead of the moment at which they were recorded: rocks are shown where they will be."""
+"""End of the path of the entity whose times lie after the moment of recording: rocks are shown where they will be."""
 
 TIMELINES = ("ros_time", "sim_time")
-"""Timelines whose last moment is told, the first that a recording has."""
+"""Timelines in order of preference: the last moment of a recording is given on the first of them that it has."""
 
 
 class RecordingContent(NamedTuple):
-    """rows : by entity, over all chunks; until : the last moment, as text, "" where there is no time."""
+    """The content of a recording.
+
+    rows : number of rows by entity, over all chunks
+    until : timeline and last moment as text, "" for a recording without times
+    """
 
     rows: dict[str, int]
     until: str
 
 
 def verify(recording: Path) -> None:
-    """Let `rerun rrd verify` read the recording. Raises InputError with what it says where it does not accept it."""
+    """Check a recording with `rerun rrd verify`; raise InputError with rerun's message if the recording is damaged."""
     _rerun(recording, "refuses it", "verify", str(recording))
 
 
 def rows_by_entity(recording: Path) -> dict[str, int]:
-    """Rows of each entity, over all its chunks. Raises InputError for a file that is no recording."""
+    """Return the number of rows of each entity, over all its chunks; InputError for a file that is not a recording."""
     return content_of(recording).rows
 
 
 def content_of(recording: Path) -> RecordingContent:
-    """Rows by entity and the last moment of what was recorded. Raises InputError for a file that is no recording."""
+    """Return rows by entity and the last moment of a recording; InputError for a file that is not a recording."""
     rows: Counter[str] = Counter()
     last: dict[str, Any] = {}
     for chunk in _chunks(recording):
@@ -53,10 +57,10 @@ def content_of(recording: Path) -> RecordingContent:
 
 
 def repair(broken: Path, repaired: Path) -> RecordingContent:
-    """Write what can be read of a recording that was cut off, with the footer it lacks; what was saved.
+    """Write the readable part of a recording that was cut off, with a footer; return the content that was saved.
 
-    Raises InputError where nothing can be read, or where what was written does not verify, then there is no file; and
-    where there is a file already.
+    Raises InputError if `broken` does not exist, `repaired` exists already, no row can be read, or the repaired
+    recording does not verify. In these cases no file is written.
     """
     if repaired.exists():
         raise InputError(f"{repaired}: is there already; remove it, or give another file with -o")
@@ -87,7 +91,7 @@ def _chunks(recording: Path) -> Iterator[Any]:
     reader = import_rerun().chunk.RrdReader
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a footer that is not there: who asks, verifies
+            warnings.simplefilter("ignore")  # about a missing footer: `verify` reports it
             yield from reader(str(recording)).stream().to_chunks()
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{recording}: cannot be read back: {error}") from error

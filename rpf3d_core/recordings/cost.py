@@ -1,4 +1,4 @@
-"""The price list of accuracy as a recording (.rrd): its series in logarithms, its picture, and what it comes to."""
+"""Write the price list of accuracy as a recording (.rrd): its series in logarithms, its picture and its document."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +11,7 @@ from rpf3d_core.recordings.log import APPLICATION, close_recording, import_rerun
 from rpf3d_core.results.series import Series
 
 LINE, POINT = 1.5, 4.0
-"""Radii on the screen."""
+"""Radii of lines and points on the screen (pixels)."""
 
 
 def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, document: str) -> None:
@@ -20,7 +20,7 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
     Raises
     ------
     InputError
-        If rerun is not installed.
+        rerun is not installed.
     OSError
         The file could not be written.
     """
@@ -35,7 +35,7 @@ def write_cost_recording(path: Path, series: Sequence[Series], picture: Path, do
 
 
 def _log_series(recording: Any, one: Series) -> None:
-    """A line through the points of a series, and its points with their words."""
+    """Log a line through the points of a series, and the points with their labels."""
     rr = import_rerun()
     places = places_of(one)
     line, dots = (rr.new_entity_path(["cost", one.name, part]) for part in ("line", "points"))
@@ -46,15 +46,15 @@ def _log_series(recording: Any, one: Series) -> None:
 
 
 def places_of(one: Series) -> FloatArray:
-    """Where the points of a series are drawn (S, 2), in decades of seconds and errors (-): smaller errors lie lower.
+    """Return the positions (S, 2) of the points of a series: log10 of the seconds and -log10 of the errors (-).
 
-    The viewer's y points down, so it is that of the inverse error.
+    The viewer's y axis points down, so the minus sign puts smaller errors lower.
     """
     return np.stack([np.log10(one.seconds), -np.log10(one.errors)], axis=1)
 
 
 def _layout() -> Any:
-    """The picture beside the series, the document below."""
+    """Return the layout: picture and series as tabs on the left, the document on the right."""
     import rerun.blueprint as rrb
 
     views = rrb.Tabs(

@@ -1,7 +1,8 @@
-"""The hazard of the terrain's facets in a recording: coloured meshes to switch on and off, and the bench table.
+"""Log the hazard of the terrain's facets to a recording: coloured meshes to switch on and off, and the bench table.
 
-rerun colours vertices, not facets. So only the facets that rocks came to are drawn, parted where the colour changes, a
-little above the terrain: each has exactly its own colour, and a recording of a large terrain grows by what was hit.
+rerun colours vertices, not facets. A layer is therefore a mesh of its own, slightly above the terrain, with duplicated
+vertices where the colour changes, so that each facet has exactly its own colour. It holds only the facets that rocks
+reached, so the size of the recording depends on these facets and not on the whole terrain.
 """
 
 import math
@@ -19,28 +20,29 @@ from rpf3d_core.terrain.facets import Terrain
 
 HAZARD, BENCHES = "world/hazard", "benches"
 REACH, ENERGY = f"{HAZARD}/reach_probability", f"{HAZARD}/energy_p95"
-"""Entities."""
+"""Entities of the layers."""
 
 STEPS = 24
-"""Colours of a scale: steps that the eye cannot tell apart, and few enough to share most vertices."""
+"""Number of colours of a scale: neighbouring colours look the same, and most facets can share their vertices."""
 
 FEW_COLOUR = (125, 143, 179)
-"""Facets that rocks came to, but too few for a percentile."""
+"""Colour of facets reached by too few rocks for a percentile."""
 
 LIFT = 2e-4
-"""Height of a layer above the terrain, over the terrain's diagonal (-): enough for a depth buffer at arm's length from
-the whole terrain; 0.4 m on a pit of 2 km."""
+"""Height of a layer above the terrain, as a share of the terrain's diagonal (-): 0.4 m on a pit of 2 km. It is enough
+for the viewer's depth buffer when the whole terrain is in view."""
 
 LEGEND_STEPS = 5
-"""Values of a scale that the document tells the colours of."""
+"""Number of values of a scale whose colours the document names."""
 
 JOULE_PER_KJ = 1000.0
 
 
 class Layer(NamedTuple):
-    """One hazard of the S facets that rocks came to: its entity, its title, values (S,) with their scale, unit shown.
+    """One hazard quantity of the S facets that rocks reached.
 
-    per_unit : of the values' own unit in one of the unit shown
+    values : (S,) in their own unit; scale : of the values; unit : the unit shown
+    per_unit : factor (-), how much of the values' own unit is one of the unit shown
     """
 
     entity: str
@@ -52,7 +54,7 @@ class Layer(NamedTuple):
 
 
 def hazard_layers(maps: HazardMaps) -> list[Layer]:
-    """The layers of a recording, in the order in which they lie over the terrain."""
+    """Return the layers of a recording, from the lowest above the terrain to the highest."""
     share, energy = reach_probability(maps.facets, maps.flown), maps.facets.energy.p95
     return [
         Layer(REACH, "Reach probability", share, reach_scale(maps.flown, share), "%", 0.01),
@@ -61,7 +63,7 @@ def hazard_layers(maps: HazardMaps) -> list[Layer]:
 
 
 def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
-    """Each layer as a mesh below `world/hazard`, and the bench table with the colours' meaning as `benches`."""
+    """Log each layer as a mesh under `world/hazard`, and the bench table with the legend of colours as `benches`."""
     import rerun as rr
 
     layers = hazard_layers(maps)
@@ -81,7 +83,10 @@ def log_hazard(recording: Any, terrain: Terrain, maps: HazardMaps) -> None:
 
 
 def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -> ColouredMesh:
-    """The facets that rocks came to in the colours of a layer, lifted by `number` times LIFT so that none hides."""
+    """Return the facets that rocks reached in the colours of a layer, lifted so that no layer hides another.
+
+    number : of the layer, from 1; it is lifted by `number` times LIFT
+    """
     place = places(layer.scale, layer.values)
     step = np.where(np.isnan(place), STEPS, np.clip(place * STEPS, 0, STEPS - 1)).astype(np.int64)
     mesh = parted_mesh(terrain.vertices, terrain.triangles[maps.facets.cell], step, _palette())
@@ -91,7 +96,7 @@ def hazard_mesh(terrain: Terrain, maps: HazardMaps, layer: Layer, number: int) -
 
 
 def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> str:
-    """Markdown: the printed bench table, and what the colours mean."""
+    """Return the printed bench table and the legend of colours in Markdown."""
     benches = bench_table(terrain, maps)
     parts = [
         f"# Benches\n{maps.flown:,} rocks; {TEXT_NOTE} (Wilson); {OPEN}. p95 energy is {maps.energy_kind}, of each "
@@ -110,22 +115,22 @@ def bench_document(terrain: Terrain, maps: HazardMaps, layers: list[Layer]) -> s
 
 
 def _palette() -> NDArray[np.uint8]:
-    """Colours (STEPS + 1, 3) of the steps, and of too few rocks."""
+    """Return the colours (STEPS + 1, 3) of the steps of a scale, and last the colour for too few rocks."""
     return np.vstack([colours_at((np.arange(STEPS) + 0.5) / STEPS), np.array([FEW_COLOUR], dtype=np.uint8)])
 
 
 def _ordinals() -> list[str]:
-    """The colours of the legend by name: markdown in the viewer has no colours."""
+    """Return the names of the legend's colours, because Markdown in the viewer has no colours."""
     return ["pale yellow", "orange", "orange red", "crimson", "dark purple"]
 
 
 def _legend(layer: Layer) -> tuple[str, ...]:
-    """The values at evenly spaced colours."""
+    """Return a row of the legend: the layer's title and its values at evenly spaced colours."""
     values = (value_at(layer.scale, step / (LEGEND_STEPS - 1)) / layer.per_unit for step in range(LEGEND_STEPS))
     return (layer.title, *(f"{three_figures(value)} {layer.unit}" for value in values))
 
 
 def _table(rows: list[tuple[str, ...]]) -> str:
-    """Rows as a markdown table, the first of them its header."""
+    """Return rows as a Markdown table; the first row is the header."""
     lines = [f"| {' | '.join(row)} |" for row in rows]
     return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])

@@ -1,8 +1,9 @@
-"""Writing a recording (.rrd) of a run for the rerun viewer.
+"""Write a recording (.rrd) of a run for the rerun viewer.
 
-Everything is in the terrain's local frame, z up, because rerun stores float32: a survey's 4,500,000 m leaves steps of
-0.5 m there, a local frame of 10 km leaves 1 mm. The origin to add is in the log, the document and the 3D view's name.
-rerun is imported when a recording is written, not before: a plain run does not need it.
+All positions are in the terrain's local frame, z up, because rerun stores float32. In float32 a survey coordinate of
+4,500,000 m has steps of 0.5 m; a coordinate in a local frame of 10 km has steps of 1 mm. The origin to add is in the
+log, the document and the name of the 3D view. rerun is imported only when a recording is written, because a run without
+a recording does not need it.
 """
 
 import json
@@ -28,29 +29,30 @@ from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
 
 APPLICATION = "rpf3d"
 FRAMES = 500
-"""Moments at which the moving rocks are recorded, evenly over the longest path."""
+"""Number of moments at which moving rocks are recorded, evenly spaced until the last rock ends."""
 
 SERIES_ROCKS = 20
-"""Rocks with series of speed and energy: more lines cannot be told apart."""
+"""Most rocks with series of speed and energy: more lines cannot be distinguished."""
 
 LOGGED_ROCKS = 10_000
-"""Rocks whose outcome is a line of the log; a last line says how many are left out."""
+"""Most rocks with a line of the log for their outcome; a last line gives the number of rocks left out."""
 
 ROCK_COLOUR = (255, 140, 0)
 ROCK_PIXELS, DEPOSIT_PIXELS = 4.0, 3.0
-"""Radii on the screen: a rock of 1 m cannot be seen in a pit of 1 km. rerun reads negative radii so."""
+"""Radii on the screen (pixels), because a rock of 1 m cannot be seen in a pit of 1 km. rerun takes negative radii as
+sizes on the screen."""
 
 
 class RecordedSource(Protocol):
-    """What a recording needs of a source of rocks."""
+    """Attributes of a source that a recording needs."""
 
     @property
     def name(self) -> str:
-        """Of the source."""
+        """Name of the source."""
 
 
 class RecordedOutputs(Protocol):
-    """What a recording needs of a scene's output settings."""
+    """Attributes of a scene's output settings that a recording needs."""
 
     @property
     def trajectories(self) -> int:
@@ -58,14 +60,14 @@ class RecordedOutputs(Protocol):
 
 
 class RecordedMethod(Protocol):
-    """What a recording needs of the way contacts were found."""
+    """Attributes of the method that finds contacts which a recording needs."""
 
     def describe(self) -> str:
-        """In words."""
+        """Return the method in words."""
 
 
 class RecordedScene(Protocol):
-    """What a recording needs of a scene; `io.scene_model.Scene` has it."""
+    """Attributes of a scene that a recording needs; `scene.model.Scene` has them."""
 
     @property
     def path(self) -> Path:
@@ -73,27 +75,27 @@ class RecordedScene(Protocol):
 
     @property
     def seed(self) -> int:
-        """Of the random streams."""
+        """Seed of the random numbers."""
 
     @property
     def gravity(self) -> float:
-        """In m/s^2."""
+        """Gravity (m/s^2)."""
 
     @property
     def sources(self) -> Sequence[RecordedSource]:
-        """In the order that `Deposits.source` counts."""
+        """Sources; `Deposits.source` is an index into them."""
 
     @property
     def materials(self) -> Mapping[str, Any]:
-        """By zone or pattern."""
+        """Materials by zone or pattern of zones."""
 
     @property
     def method(self) -> RecordedMethod:
-        """How contacts were found."""
+        """Method that finds contacts."""
 
     @property
     def outputs(self) -> RecordedOutputs:
-        """How much is shown."""
+        """Output settings."""
 
 
 def write_recording(
@@ -105,21 +107,21 @@ def write_recording(
     maps: HazardMaps | None = None,
     obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
-    """Write run.rrd: terrain, trajectories, moving rocks, series, log, documents and a blueprint to see them with.
+    """Write run.rrd: terrain, trajectories, moving rocks, series, log, documents and a blueprint (the views' layout).
 
     Parameters
     ----------
     summary : mapping, optional
         As in summary.json, for the log and the document.
     maps : HazardMaps, optional
-        Of the ensemble: adds the hazard of the facets and the bench table.
+        Of the ensemble; adds the hazard of the facets and the bench table.
     obstacles : Obstacles, optional
-        What stands in the rocks' way.
+        Barriers and trees of the scene.
 
     Raises
     ------
     InputError
-        If rerun is not installed.
+        rerun is not installed.
     OSError
         The file could not be written.
     """
@@ -148,16 +150,16 @@ def write_recording(
 
 
 def close_recording(recording: Any, path: Path) -> None:
-    """Write the rest of a recording to its file; OSError where that cannot be written."""
+    """Write the rest of a recording to its file and close it; OSError if the file cannot be written."""
     try:
         recording.flush()
-    except RuntimeError as fault:  # all that rerun says where its file cannot be written, as on a full disk
+    except RuntimeError as fault:  # rerun's only error if its file cannot be written, for example on a full disk
         raise OSError(f"{path}: the recording could not be written") from fault
     recording.disconnect()
 
 
 def import_rerun() -> Any:
-    """The rerun package, or an `InputError` that says how to get it."""
+    """Return the rerun package; an `InputError` says how to install it if it is missing."""
     try:
         import rerun
     except ImportError as fault:
@@ -166,7 +168,7 @@ def import_rerun() -> Any:
 
 
 def log_terrain(recording: Any, terrain: Terrain) -> None:
-    """The terrain as `world/terrain`, coloured by zone."""
+    """Log the terrain as `world/terrain`, coloured by zone."""
     rr = import_rerun()
     mesh = coloured_mesh(terrain)
     recording.log(
@@ -182,7 +184,7 @@ def log_terrain(recording: Any, terrain: Terrain) -> None:
 
 
 def log_trajectories(recording: Any, samples: PathSamples) -> None:
-    """All trajectories as `world/trajectories`, cut where the speed changes colour."""
+    """Log all trajectories as `world/trajectories`, cut into strips of one colour by speed."""
     rr = import_rerun()
     fastest = float(samples.speed.max(initial=0.0))
     strips, speed = strips_by_speed(samples, fastest)
@@ -191,7 +193,7 @@ def log_trajectories(recording: Any, samples: PathSamples) -> None:
 
 
 def log_ends(recording: Any, deposits: Deposits) -> None:
-    """Releases as `world/releases`, ends as `world/ends` coloured by outcome."""
+    """Log releases as `world/releases`, and ends of paths as `world/ends`, coloured by outcome."""
     rr = import_rerun()
     colours = np.array([OUTCOME_COLOURS[outcome] for outcome in Outcome], dtype=np.uint8)[deposits.outcome]
     recording.log("world/ends", rr.Points3D(deposits.x, colors=colours, radii=[-DEPOSIT_PIXELS]), static=True)
@@ -200,7 +202,10 @@ def log_ends(recording: Any, deposits: Deposits) -> None:
 
 
 def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: float) -> None:
-    """Rocks of rows (N,) as `world/rocks`, at FRAMES moments of simulated time."""
+    """Log the rocks of rows (N,) as `world/rocks`, at FRAMES moments of simulated time.
+
+    rows : index in `Deposits`; gravity : m/s^2
+    """
     if len(rows) == 0:
         return
     rr = import_rerun()
@@ -212,7 +217,7 @@ def log_moving_rocks(recording: Any, flights: Flights, rows: IntArray, gravity: 
 
 
 def log_series(recording: Any, names: Sequence[str], flights: Flights, gravity: float) -> None:
-    """Speed (m/s) and translational kinetic energy (J) of some rocks as `speed/...` and `energy/...`."""
+    """Log speed (m/s) and translational kinetic energy (J) of at most SERIES_ROCKS rocks: `speed/...`, `energy/...`."""
     rr = import_rerun()
     deposits = flights.deposits
     for row in displayed_rows(flights.paths, SERIES_ROCKS):
@@ -225,7 +230,7 @@ def log_series(recording: Any, names: Sequence[str], flights: Flights, gravity: 
 
 
 def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> None:
-    """What was simulated: lines of the log at time 0, and the scene file and the summary as a document."""
+    """Log the scene as lines at time 0, and the scene file and the summary as a document."""
     rr = import_rerun()
     lines = scene_lines(scene, terrain, summary)
     levels = [rr.TextLogLevel.INFO] * len(lines)
@@ -235,7 +240,7 @@ def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: M
 
 
 def _sentences(summary: Mapping[str, Any]) -> dict[Outcome, str]:
-    """The sentence of each outcome: the one of the summary, where it has one."""
+    """Return the sentence of each outcome: the summary's, or the default sentence if the summary has none."""
     told = {name: entry["sentence"] for name, entry in summary.get("outcomes", {}).items() if "sentence" in entry}
     return OUTCOME_SENTENCES | {Outcome[name.upper()]: sentence for name, sentence in told.items()}
 
@@ -243,7 +248,7 @@ def _sentences(summary: Mapping[str, Any]) -> dict[Outcome, str]:
 def log_outcomes(
     recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits, sentences: Mapping[Outcome, str]
 ) -> None:
-    """A line of the log for each rock, at the time of its end: outcome, sentence, zone and figures."""
+    """Log a line for each of at most LOGGED_ROCKS rocks at the time of its end: outcome, sentence, zone and figures."""
     rr = import_rerun()
     order = np.argsort(deposits.t[:LOGGED_ROCKS], kind="stable")
     lines = [outcome_line(names, terrain, deposits, int(row), sentences) for row in order]
@@ -256,7 +261,7 @@ def log_outcomes(
 
 
 def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> list[str]:
-    """Name, seed, terrain, frame, faults, materials and outcomes, a line each."""
+    """Return the lines of the log on a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
     faults = summary.get("terrain", {}).get("faults", {})
     counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
     outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
@@ -271,7 +276,7 @@ def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, An
 
 
 def frame_line(frame: Frame) -> str:
-    """How to get from positions in the recording to the input's coordinates."""
+    """Return the sentence that explains how to convert positions in the recording to the input's coordinates."""
     east, north, up = frame.origin
     turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
     return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
@@ -280,7 +285,7 @@ def frame_line(frame: Frame) -> str:
 def outcome_line(
     names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
 ) -> str:
-    """One rock's outcome with its sentence, where, when and how fast."""
+    """Return the line of the log on a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
     outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
     where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
     return (
@@ -291,12 +296,12 @@ def outcome_line(
 
 
 def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
-    """A rock as people call it."""
+    """Return the name of a rock: its source and its number in the source."""
     return f"{names[deposits.source[row]]} {deposits.rock[row]}"
 
 
 def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
-    """Markdown: the lines of the log, the scene file as it is, the summary."""
+    """Return the recording's document in Markdown: the lines of the log, the scene file unchanged, the summary."""
     parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
     if scene.path.is_file():
         parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")
@@ -306,5 +311,5 @@ def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, A
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:
-    """Rows of an entity, all at once, at simulated times (N,) s."""
+    """Send all rows of an entity at once, at simulated times (N,) s."""
     recording.send_columns(entity, [import_rerun().TimeColumn(TIMELINE, duration=seconds)], columns)

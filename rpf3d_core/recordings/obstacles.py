@@ -1,4 +1,4 @@
-"""Barriers and trees in a recording: what stands in the rocks' way has to be seen with their paths."""
+"""Log the obstacles of a scene (barriers and trees) to a recording, to be seen together with the paths."""
 
 from typing import Any
 
@@ -6,13 +6,14 @@ from rpf3d_core.terrain.obstacles import Obstacles
 
 BARRIER_COLOUR, TREE_COLOUR = (30, 60, 200), (30, 120, 50)
 BARRIER_PIXELS, TREE_PIXELS = 1.5, 2.0
-"""Radii on the screen: a stem of half a metre cannot be seen in a pit of 1 km. rerun reads negative radii so."""
+"""Radii on the screen (pixels), because a stem of half a metre cannot be seen in a pit of 1 km. rerun takes negative
+radii as sizes on the screen."""
 
 
 def log_obstacles(recording: Any, obstacles: Obstacles) -> None:
-    """Barriers as lines along their feet with their names, `world/barriers`; trees at their feet, `world/trees`.
+    """Log barriers as named lines along their feet, `world/barriers`, and trees as points at their feet, `world/trees`.
 
-    What a scene does not have is not logged.
+    Nothing is logged for a kind of obstacle that the scene does not have.
     """
     import rerun as rr
 

@@ -1,4 +1,4 @@
-"""Opening a run's recording in the rerun viewer."""
+"""Open a run's recording in the rerun viewer."""
 
 import importlib.util
 import os
@@ -11,19 +11,19 @@ from rpf3d_core.errors import InputError
 
 RECORDING = "run.rrd"
 LOOPBACK = "127.0.0.1"
-"""The viewer listens for live data; only this machine may reach it."""
+"""Address at which the viewer listens for live data: only this machine can reach it."""
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 SETTLED = 4.0
-"""Seconds after which a viewer that still runs has opened its window; one without a screen ends after 1.6 s."""
+"""Seconds after which a viewer that still runs counts as open; a viewer without a screen ends after 1.6 s."""
 
 
 def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
-    """Open the viewer on the recording of a result folder, and return its process once it is seen to run.
+    """Open the viewer on the recording of a result folder; return its process after SETTLED seconds, or when it ends.
 
     Raises
     ------
     InputError
-        If the folder holds no recording, rerun is not installed, or the viewer cannot open, for want of a display.
+        The folder holds no recording, rerun is not installed, there is no display, or the viewer ends with an error.
     """
     recording = recording_of(folder)
     command = viewer_command(recording)
@@ -42,7 +42,7 @@ def replay(folder: str | Path) -> "subprocess.Popen[bytes]":
 
 
 def _check_display(recording: Path) -> None:
-    """Refuse where there is no screen, which the viewer says at length."""
+    """Refuse to open the viewer without a display; the viewer's own message is long."""
     if sys.platform.startswith("linux") and not any(map(os.environ.get, DISPLAYS)):
         raise InputError(
             f"{recording}: there is no display to show it on (neither {' nor '.join(DISPLAYS)} is set); open the file "
@@ -51,7 +51,7 @@ def _check_display(recording: Path) -> None:
 
 
 def recording_of(folder: str | Path) -> Path:
-    """The recording in a result folder; `InputError` if there is none."""
+    """Return the path of the recording in a result folder; `InputError` if there is none."""
     path = Path(folder) / RECORDING
     if not Path(folder).is_dir():
         raise InputError(f"{folder}: is not a folder; give the folder that `rpf3d run --out` wrote")
@@ -61,7 +61,7 @@ def recording_of(folder: str | Path) -> Path:
 
 
 def viewer_command(recording: Path) -> list[str]:
-    """The command that shows a recording; `InputError` if rerun is not installed."""
+    """Return the command that shows a recording; `InputError` if rerun is not installed."""
     if importlib.util.find_spec("rerun") is None:
         raise InputError("replay needs rerun: pip install 'rerun-sdk>=0.41,<0.42'")
     return [sys.executable, "-m", "rerun", "--bind", LOOPBACK, str(recording)]

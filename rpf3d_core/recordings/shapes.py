@@ -1,4 +1,4 @@
-"""Arrays that the viewer draws: the terrain with a colour a zone, paths cut into strips of one colour."""
+"""Arrays for the viewer: the terrain with one colour for each zone, and paths cut into strips of one colour."""
 
 from typing import NamedTuple
 
@@ -11,11 +11,15 @@ from rpf3d_core.ensemble.paths import PathSamples
 from rpf3d_core.terrain.facets import Terrain
 
 SPEED_STEPS = 16
-"""Colours between rest and the fastest: rerun gives a strip one colour, so paths are cut where it changes."""
+"""Number of speed colours from 0 to the highest speed. rerun gives a strip one colour, so paths are cut where the
+colour changes."""
 
 
 class ColouredMesh(NamedTuple):
-    """vertices (N, 3) m and normals (N, 3) unit, float32; triangles (F, 3); colours (N, 3) sRGB."""
+    """A mesh with a colour at each vertex.
+
+    vertices : (N, 3) m and normals : (N, 3) unit vectors, both float32; triangles : (F, 3); colours : (N, 3) sRGB
+    """
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.uint32]
@@ -24,16 +28,18 @@ class ColouredMesh(NamedTuple):
 
 
 def coloured_mesh(terrain: Terrain) -> ColouredMesh:
-    """The terrain with its vertices parted at borders of zones, so that colour and shade change sharply there."""
+    """Return the terrain as a coloured mesh. Vertices at zone borders are duplicated, so colours change sharply."""
     return parted_mesh(terrain.vertices, terrain.triangles, terrain.zone, zone_colours(terrain.zones))
 
 
 def parted_mesh(
     vertices: FloatArray, triangles: NDArray[np.integer], kind: NDArray[np.integer], colours: Colours
 ) -> ColouredMesh:
-    """Facets (F, 3) over vertices (V, 3) m, each in the colour of its kind (F,), an index into colours (K, 3).
+    """Return facets as a mesh in which each facet has exactly the colour of its kind.
 
-    A vertex between kinds is there once for each of them, and one that no facet has is left out.
+    vertices : (V, 3) m; triangles : (F, 3); kind : (F,) index into colours (K, 3) sRGB
+
+    A vertex shared by several kinds is duplicated for each kind. A vertex without facets is left out.
     """
     corner = triangles.astype(np.int64) * len(colours) + kind[:, None]
     key, numbers = np.unique(corner, return_inverse=True)
@@ -47,7 +53,10 @@ def parted_mesh(
 
 
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
-    """Strips (N, 3) m of nearly one speed each, joined end to end, and their speeds (m/s)."""
+    """Return strips (N, 3) m of nearly one speed each, joined end to end, and the speed (m/s) of each strip.
+
+    fastest : highest speed of the colour scale (m/s)
+    """
     step = np.floor(samples.speed / max(fastest, np.finfo(float).tiny) * SPEED_STEPS).clip(0, SPEED_STEPS - 1)
     new = np.zeros(len(step), dtype=bool)
     new[samples.starts] = True
@@ -55,7 +64,7 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
     cut[1:] |= step[1:] != step[:-1]
     begins = np.flatnonzero(cut)
     ends = np.append(begins, len(step))[1:] if len(step) else begins
-    # A strip runs on to the first point of the next one, unless that is another rock's.
+    # A strip continues to the first point of the next strip, unless that point belongs to another rock.
     reach = np.where(ends < len(step), ends + ~np.append(new, True)[ends], ends)
     strips = [samples.x[begin:end] for begin, end in zip(begins, reach, strict=True) if end - begin > 1]
     speed = (step[begins] + 0.5) / SPEED_STEPS * fastest
@@ -63,11 +72,11 @@ def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArr
 
 
 def _vertex_normals(vertices: FloatArray, triangles: NDArray[np.int64]) -> FloatArray:
-    """Unit normals (N, 3) at vertices (N, 3): the mean of the facets there, weighted by area."""
+    """Return unit normals (N, 3) at vertices (N, 3): means of the normals of adjacent facets, weighted by area."""
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
     corner = triangles.ravel()
     sums = [np.bincount(corner, np.repeat(area[:, i], 3), len(vertices)) for i in range(3)]
-    total = np.stack(sums, axis=1).astype(float)  # of no facets, bincount makes whole numbers
+    total = np.stack(sums, axis=1).astype(float)  # without facets, bincount returns integers
     length = np.linalg.norm(total, axis=1)[:, None]
     return np.asarray(np.divide(total, length, out=np.zeros_like(total), where=length > 0.0))

@@ -1,1 +1,1 @@
-"""The folder that a run writes: tables, maps, pictures and the summary."""
+"""Write the result folder of a run: tables, maps, pictures and the summary."""

@@ -1,4 +1,4 @@
-"""Outlines of the cells of a grid that have the same number, along the cells' borders."""
+"""Outlines of grid cells with the same number, along the borders of the cells."""
 
 import json
 from collections import defaultdict
@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from rasterio.features import shapes
 
 CELLS_THAT_TOUCH = 4
-"""Cells that share a border are one polygon; those that share but a corner are two, or outlines would cross there."""
+"""Connectivity of polygons: cells that share a border are one polygon. Cells that share only a corner are two, because
+their outlines would cross there."""
 CELLS_AROUND = 8
-"""A hole reaches from cell to cell over a corner, too, for no square has ground there."""
+"""Connectivity of holes: a hole also continues over a shared corner, because no square has ground there."""
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:
-    """The rings of the polygons around the cells (H, W) of each number but 0, in plan coordinates, m."""
+    """Return the rings (plan coordinates, m) of the polygons around the cells (H, W) of each number except 0."""
     rings: dict[int, list[Any]] = defaultdict(list)
     there = numbers != 0
     for geometry, number in shapes(numbers, mask=there, connectivity=CELLS_THAT_TOUCH, transform=transform):
@@ -26,13 +27,16 @@ def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, li
 
 
 def write_outlines(path: Path, rings: list[Any]) -> None:
-    """Write rings as one MultiPolygon of GeoJSON, as a scene's zones are read."""
+    """Write rings as one GeoJSON MultiPolygon, the format in which a scene's zones are read."""
     geometry = {"type": "MultiPolygon", "coordinates": rings}
     path.write_text(json.dumps(geometry, allow_nan=False) + "\n", encoding="utf-8")
 
 
 def enclosed_cell(missing: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Row and column of a missing cell (H, W) that others surround; None where all reach the grid's edge."""
+    """Return row and column of a cell in an enclosed hole of a grid; None if all holes reach the grid's edge.
+
+    missing : (H, W) True where a cell has no value
+    """
     image = missing.astype(np.uint8)
     rows, columns = missing.shape
     for geometry, _ in shapes(image, mask=missing, connectivity=CELLS_AROUND):

@@ -1,4 +1,4 @@
-"""What an earlier run left behind, read again from its summary.json."""
+"""Read results of earlier runs: summary.json and deposits.csv."""
 
 import csv
 import json
@@ -17,12 +17,12 @@ PARTS = ("scene", "rocks", "rocks_planned", "partial", "benches", "areas_of_inte
 
 
 def read_summary(folder: str | Path) -> dict[str, Any]:
-    """The summary of a run's result folder.
+    """Return the content of summary.json in a result folder.
 
     Raises
     ------
     InputError
-        The folder holds no result of rpf3d, a damaged one, or one of a version that counted no benches.
+        The folder holds no result of rpf3d, a damaged one, or a result of a version without one of the keys in PARTS.
     """
     path = Path(folder) / SUMMARY
     try:
@@ -41,7 +41,7 @@ def read_summary(folder: str | Path) -> dict[str, Any]:
 
 
 def stops_by_zone(folder: str | Path) -> Iterator[tuple[str, float]]:
-    """Zone and z, in the input's coordinates (m), of each rock of a run that came to rest.
+    """Yield zone and z (m, the input's coordinates) of each rock of a run that stopped.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a run has found: all that the files of a result are written from."""
+"""The data from which the files of a result are written: counts of rocks, and everything that a run has found."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,9 +16,10 @@ from rpf3d_core.values import Outcome
 
 
 class RunCounts(NamedTuple):
-    """How many rocks a picture is of, and how many ended in each way; planned : more, if the run was interrupted.
+    """Numbers of rocks, for the titles and legends of pictures.
 
-    pieces : how many of the rocks are pieces of others
+    rocks : rocks flown, fragments included; planned : rocks that should fly, more than `rocks` if interrupted
+    outcomes : number of rocks by outcome; pieces : how many of the rocks are fragments of others
     """
 
     rocks: int
@@ -27,7 +28,7 @@ class RunCounts(NamedTuple):
     pieces: int = 0
 
     def describe(self) -> str:
-        """For titles."""
+        """Return the number of rocks in words, for titles."""
         if self.rocks < self.planned:
             return f"{self.rocks:,} of {self.planned:,} rocks{' and pieces' if self.pieces else ''}, partial"
         whole = self.rocks - self.pieces
@@ -35,23 +36,23 @@ class RunCounts(NamedTuple):
         return f"{whole:,} {'rock' if whole == 1 else 'rocks'}{broken}"
 
     def describe_some(self, number: int) -> str:
-        """For titles of pictures of some of the rocks, which may be all."""
+        """Return the number of rocks shown, and of all rocks if these are more, for titles."""
         if number >= self.rocks:
             return self.describe()
         return f"{number:,} of {self.rocks:,} rocks{', partial' if self.rocks < self.planned else ''}"
 
     def drawn(self, number: int) -> str:
-        """What to add to the name of something that is drawn for so many of the rocks; nothing if it is for all."""
+        """Return the suffix of a legend entry that is drawn for `number` of the rocks; empty if drawn for all."""
         return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """A scene, its terrain, and what came of its rocks.
+    """A scene, its terrain, and the results of its rocks.
 
-    flights : of the rocks that are drawn, all or an even selection; totals, maps : of all that have flown
-    planned : rocks that should have flown; more than have flown if the run was interrupted
-    steps : what was known after each doubling, where the number of rocks was left open
+    flights : of the rocks that are drawn, all or an even selection; totals, maps : of all rocks flown
+    planned : rocks that should fly; more than the rocks flown if the run was interrupted
+    steps : convergence after each doubling if the scene says `rocks: auto`, else empty
     obstacles : of the scene's effects; timings : name -> wall seconds, such as `read_s` and `wall_s`
     """
 
@@ -68,5 +69,5 @@ class Findings:
 
     @property
     def flown(self) -> RunCounts:
-        """How many rocks all this is of."""
+        """Numbers of rocks behind the findings."""
         return RunCounts(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)

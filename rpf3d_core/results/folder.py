@@ -1,4 +1,4 @@
-"""The folder that a run leaves behind, written whole or not at all."""
+"""Write the result folder of a run: complete, or not at all."""
 
 import json
 import os
@@ -20,32 +20,33 @@ from rpf3d_core.setup.areas import local_outlines, read_areas
 from rpf3d_core.terrain.frame import FloatArray
 
 Record = Callable[[Path, dict[str, Any]], None]
-"""Writes a recording to a path, given the summary."""
+"""Function of (path, summary) that writes a recording to the path."""
 
 SUMMARY = "summary.json"
 MEGABYTE = 1_000_000
 LEAST_ROOM = 20 * MEGABYTE
-"""Bytes that must be free on the disk: what a few rocks over a small terrain leave behind, pictures and all."""
+"""Free bytes that the disk must have: the size of a result of a few rocks over a small terrain, with pictures."""
 
 PRICE_LIST = ("cost.json", "cost.png", "cost.rrd")
-"""What accuracy costs: of a scene rather than of a run, so a run that replaces another leaves it there."""
+"""Files of the price list of accuracy. They belong to the scene: a run that replaces an earlier result keeps them."""
 RESULT_NAMES = {
     SUMMARY, "deposits.csv", "impacts.parquet", "trajectories.parquet", "terrain.vtp", "trajectories.vtp",
     "profiles", "map.png", "hazard", "convergence.png", "run.rrd", *PRICE_LIST,
 }  # fmt: skip
-"""All that a result folder may hold; a folder with anything else in it is never replaced."""
+"""Names that a result folder may hold; a folder with any other file in it is never replaced."""
 
 
 @contextmanager
 def result_folder(folder: str | Path) -> Iterator[Path]:
-    """A hidden folder to write into, which takes the place of `folder` in the end.
+    """Yield a hidden folder to write into; at the end it replaces `folder`.
 
-    Nothing half-written ever looks like a result: if anything fails, the hidden folder goes and an earlier one stays.
+    A half-written folder never looks like a result: if anything fails, the hidden folder is removed and an earlier
+    result stays.
 
     Raises
     ------
     InputError
-        As `check_folder`, or the disk is full, before or while it is written to, or may not be written to.
+        As `check_folder`; or the disk is full, before or during the writing; or the folder may not be written to.
     """
     target = check_folder(folder)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -65,19 +66,19 @@ def result_folder(folder: str | Path) -> Iterator[Path]:
 
 
 def _check_room(folder: str | Path, part: Path) -> None:
-    """Refuse a disk that is as good as full before the rocks fly, not after."""
+    """Refuse a disk with fewer than LEAST_ROOM bytes free; called before the rocks fly."""
     if (free := shutil.disk_usage(part).free) < LEAST_ROOM:
         needed = f"{free / MEGABYTE:.1f} MB are free, and at least {LEAST_ROOM // MEGABYTE} MB are needed"
         raise InputError(f"{folder}: the disk has no room: {needed}")
 
 
 def check_folder(folder: str | Path) -> Path:
-    """The absolute path of a folder that results may be written to; call it before a long run.
+    """Return the absolute path of a folder that results may be written to; call it before a long run.
 
     Raises
     ------
     InputError
-        If it is a file, or a folder with content other than an earlier result.
+        The path is a file, a folder with content other than an earlier result, or cannot be written.
     """
     target = Path(folder).resolve()
     if target.is_dir():
@@ -112,7 +113,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _replace(target: Path, part: Path) -> None:
-    """Let `part` take the place of `target`; if that fails, what was there stays."""
+    """Replace the folder `target` by `part`; if that fails, the old folder stays."""
     old = target.with_name(f".{target.name}.{os.getpid()}.old")
     if target.exists():
         target.rename(old)
@@ -126,7 +127,7 @@ def _replace(target: Path, part: Path) -> None:
 
 
 def write_all_tables(folder: Path, findings: Findings) -> None:
-    """Write deposits.csv and impacts.parquet of rocks that are all in memory."""
+    """Write deposits.csv and impacts.parquet of a run whose rocks are all in memory."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
     place = (folder, sources, findings.terrain, scene.rock.density)
     with tables.open_tables(*place, scene.outputs.impacts, findings.obstacles, findings.maps.spins) as sink:
@@ -134,19 +135,19 @@ def write_all_tables(folder: Path, findings: Findings) -> None:
 
 
 def write_findings(folder: Path, findings: Findings, record: Record | None = None) -> None:
-    """Write everything but the tables of all rocks into an existing folder.
+    """Write every file of a result, except the tables of all rocks, into an existing folder.
 
-    The summary comes last, for it says how long the rest took.
+    The summary is written last because it states how long the other files took.
 
     Parameters
     ----------
     record : function of (path, summary), optional
-        Writes `run.rrd`; see `recordings.log.write_recording`. Not written if not given.
+        Writes `run.rrd`; see `recordings.log.write_recording`. Without it there is no `run.rrd`.
 
     Raises
     ------
     InputError
-        If a file that the scene names for the summary is damaged.
+        A file that the scene names for the summary is damaged.
     """
     start = time.perf_counter()
     facts = summary(findings)
@@ -178,7 +179,7 @@ def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatA
 
 
 def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]) -> None:
-    # matplotlib takes most of a second to import: only a run that draws pays for it.
+    # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
     from rpf3d_core.results.plots_convergence import write_convergence
     from rpf3d_core.results.plots_map import write_map
     from rpf3d_core.results.plots_profiles import write_profile_plots

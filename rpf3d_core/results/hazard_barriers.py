@@ -1,4 +1,4 @@
-"""What rocks did at barriers, for the summary, for hazard/barriers.csv, and for the screen."""
+"""Results at barriers (rocks caught, broken through, flown over): for summary.json, barriers.csv and the screen."""
 
 import csv
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")
 EVENTS = ("caught_events", "broken_through_events", "flown_over_events")
 P95 = 95
-"""The percentile that has an interval: what nets are designed for."""
+"""The percentile that is given with an interval: nets are designed for it."""
 HEADER = [
     "name", "height_m", "capacity_j", "came_rocks",
     *(f"{did}_{part}" for did in ROCKS for part in ("rocks", "share", "low", "high")),
@@ -23,12 +23,13 @@ HEADER = [
       for part in ("p95", "p95_low", "p95_high", "max")),
     "first_over_panel_m_max",
 ]  # fmt: skip
-"""Shares are of the rocks that came; `low` and `high` are the ends of 95 % intervals: Wilson's of shares, and p95's."""
+"""Columns of barriers.csv. Shares are of the rocks that reached the barrier; `low` and `high` are the ends of 95 %
+intervals: Wilson's for shares, and the interval of p95."""
 
 TEXT_HEADER = (
     "barrier", "came", "first caught", "first broken", "first over", "caught in the end", "p95 (kJ)", "p95 (m)",
 )  # fmt: skip
-"""Of the printed table; `text_rows` has its columns."""
+"""Header of the printed table; `text_rows` returns its rows."""
 TEXT_NOTE = (
     "rocks that came to each barrier, by what they did when they first came; p95 of their energies then, and of how "
     "high over the ground they crossed it"
@@ -42,12 +43,12 @@ MEANING = (
 
 
 def barriers_section(barriers: Sequence[BarrierFigures]) -> dict[str, Any]:
-    """For summary.json: name -> counts, shares with intervals, energies (J) and heights (m)."""
+    """Return the section of summary.json: name -> counts, shares with intervals, energies (J) and heights (m)."""
     return {figures.name: _facts(figures) for figures in barriers}
 
 
 def write_barriers(path: Path, barriers: Sequence[BarrierFigures]) -> None:
-    """Write a line for each barrier; what no rock leaves unknown is left empty."""
+    """Write a line for each barrier; values that are unknown because no rock reached the barrier are left empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(HEADER)
@@ -55,7 +56,7 @@ def write_barriers(path: Path, barriers: Sequence[BarrierFigures]) -> None:
 
 
 def text_rows(barriers: Sequence[BarrierFigures]) -> list[tuple[str, ...]]:
-    """Rows under `TEXT_HEADER`, in the scene's order."""
+    """Return the rows of the printed table under `TEXT_HEADER`, in the scene's order."""
     return [_text_row(figures) for figures in barriers]
 
 
@@ -74,7 +75,7 @@ def _facts(figures: BarrierFigures) -> dict[str, Any]:
 
 
 def _distribution(sample: Sample) -> dict[str, Any]:
-    """Percentiles, and the 95 % interval of p95; an end that few rocks leave open is None."""
+    """Return the percentiles and the 95 % interval of p95; an end is None if too few rocks determine it."""
     return {**sample.summary(PERCENTILES), "p95_interval_95": list(sample.interval(P95))}
 
 

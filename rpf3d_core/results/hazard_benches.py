@@ -1,4 +1,4 @@
-"""hazard/benches.csv: the bench table, a line for each zone of the terrain and each area of interest."""
+"""Write hazard/benches.csv: the bench table, a line for each zone of the terrain and each area of interest."""
 
 import csv
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ HEADER = [
     "lost_to_holes_rocks",
     "reached_at_most_share",
 ]
-"""`low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share` counts every rock that was
-lost to a hole of the terrain as one that reached the place; it is empty where no rock was lost."""
+"""Columns of benches.csv. `low` and `high` are the ends of the share's 95 % Wilson interval. `reached_at_most_share`
+counts every rock lost to a hole of the terrain as a rock that reached the place; it is empty if no rock was lost."""
 
 
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
-    """Write the table; a share of no rocks, and a percentile of fewer than 20, are left empty."""
+    """Write the table; a share of no rocks and a percentile of fewer than 20 rocks are left empty."""
     with path.open("w", newline="", encoding="utf-8") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(HEADER)

@@ -1,4 +1,4 @@
-"""The folder hazard/ of a run: rasters, zones, bench table and pictures, made from the maps of its ensemble."""
+"""Write the folder hazard/ of a run: rasters, zones, bench table, barrier table and pictures of the hazard maps."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,22 +26,22 @@ def write_hazard(
     flown: RunCounts,
     pictures: bool = True,
 ) -> None:
-    """Make a folder and write everything that is made from hazard maps alone into it.
+    """Make a folder and write the files of the hazard maps into it.
 
     Parameters
     ----------
     name : of the scene, for the titles of pictures
     spec, crs : the scene's `hazard` and `terrain.crs`
     releases : (N, 2 or 3) m
-        Where rocks start, local frame.
+        Release points of the rocks, local frame.
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame, as `areas.local_outlines`.
-    flown : how many rocks the maps are of; pictures : whether to draw maps as well
+    flown : the number of rocks behind the maps; pictures : True to write pictures as well
 
     Raises
     ------
     InputError
-        The reference system is not known, or is in degrees.
+        The reference system is unknown, or is in degrees.
     OSError
         A file could not be written.
     """
@@ -54,7 +54,7 @@ def write_hazard(
 
         write_barriers(folder / "barriers.csv", maps.barriers)
     if pictures:
-        # matplotlib takes most of a second to import: only a run that draws pays for it.
+        # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
         from rpf3d_core.results.plots_hazard import write_hazard_pictures
 
         write_hazard_pictures(folder, name, terrain, maps, releases, areas, flown)

@@ -1,10 +1,10 @@
-"""hazard/*.tif: the hazard of the raster's cells as GeoTIFFs, one file a quantity.
+"""Write hazard/*.tif: the hazard map as GeoTIFFs, one file for each quantity.
 
-Plan axes are those of the input, as in polygons of zones and areas: x and y, or x and z where y is up (the file's
-second axis is z then, and says so in its tag AXES). The first row is that of the largest second coordinate.
+Plan axes are the input's, as in polygons of zones and areas: x and y, or x and z if y is up. In that case the second
+axis of the file is z, and the tag AXES says so. The first row has the largest second coordinate.
 
-Nodata: NaN in a statistic or a time means that no rock came, in a percentile that fewer than 20 did. Shares and counts
-are 0 where no rock came; 0 is a value.
+Nodata: NaN in a statistic or a time means that no rock reached the cell; in a percentile, that fewer than 20 rocks did.
+Shares and counts are 0 where no rock came; 0 is a value.
 """
 
 import math
@@ -38,10 +38,10 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 COUNT_NODATA = 2**32 - 1
-"""Declared for counts, and never used: 0 is a value there."""
+"""Nodata value declared for counts. No cell has it, because 0 is a valid count."""
 
 TILE, LARGE = 256, 1024
-"""Files of at least LARGE cells along a side are written in tiles of TILE cells, for viewers read them in parts."""
+"""Files with at least LARGE cells along a side are written in tiles of TILE cells, so that viewers can read parts."""
 
 SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that came there"
 
@@ -49,9 +49,9 @@ SPREAD_OF = "of each rock's maximum in the cell, over the distinct rocks that ca
 def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: str | None = None) -> None:
     """Write a GeoTIFF for each quantity into an existing folder.
 
-    `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band; `energy_j`, `speed_m_s`
-    and `height_m` have max, mean, p50, p90, p95 and p99, in this order, by these names. `passage_per_metre`, where the
-    maps have it, has value, low and high: the ends of its 95 % interval.
+    `reach_probability`, `first_arrival_s`, `passages`, `impacts` and `deposits` have one band. `energy_j`, `speed_m_s`
+    and `height_m` have the bands max, mean, p50, p90, p95 and p99, in this order. `passage_per_metre`, if the maps
+    have it, has the bands value, low and high; low and high are the ends of its 95 % interval.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     """
     system = reference_system(crs, terrain.frame.up)
     with warnings.catch_warnings():
-        # Of cells of 1 m from a corner at (0, 0), which this driver does keep.
+        # The warning comes for cells of 1 m with a corner at (0, 0), but this driver stores that transform.
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         _write_all(folder, terrain, maps, system)
 
@@ -84,20 +84,29 @@ def _write_all(folder: Path, terrain: Terrain, maps: HazardMaps, system: CRS | N
 
 
 def transform_of(raster: Raster, frame: Frame) -> Affine:
-    """From column and row of `upright` values, counted from the corner of the first cell, to plan coordinates, m."""
+    """Return the transform from column and row of an `upright` image to plan coordinates (m).
+
+    Columns and rows count from the outer corner of the first cell.
+    """
     east, north, _ = frame.origin
     top = -(raster.y + north) if frame.up == "y" else raster.y + raster.ny * raster.cell + north
     return Affine(raster.cell, 0.0, raster.x + east, 0.0, -raster.cell, top)
 
 
 def upright(values: NDArray[Any], raster: Raster, frame: Frame) -> NDArray[Any]:
-    """Values (C,) as an image (ny, nx) whose first row has the largest y, or z where y is up: that is to the south."""
+    """Return values (C,) of all cells, in their own unit, as an image (ny, nx) for a GeoTIFF.
+
+    The first row has the largest y; if y is up, the largest z, which lies in the south.
+    """
     image = values.reshape(raster.ny, raster.nx)
     return image if frame.up == "y" else image[::-1]
 
 
 class RasterPart(NamedTuple):
-    """A part of an image: which of the S cells that rocks came to lie in it, and in which of its rows and columns."""
+    """A window of an image, and the N reached cells that lie in it.
+
+    cells : (N,) index among the S cells that rocks reached; row, column : (N,) position of each cell in the window
+    """
 
     window: Window
     cells: NDArray[np.int64]
@@ -106,7 +115,7 @@ class RasterPart(NamedTuple):
 
 
 def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
-    """The tiles of an image that rocks came to, or all of it as one part."""
+    """Return the tiles of the image that rocks reached; without `tiles`, the whole image as one part."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
@@ -125,7 +134,7 @@ def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
 def _write(
     folder: Path, quantity: Quantity, frame: Frame, maps: HazardMaps, crs: CRS | None, bands: Sequence[NDArray[Any]]
 ) -> None:
-    """Write bands of values (S,). Tiles that no rock came to are nodata, which the library fills in by itself."""
+    """Write bands of values (S,) of the reached cells; the library fills tiles that no rock reached with nodata."""
     raster, kind = maps.raster, bands[0].dtype
     profile = {
         "driver": "GTiff", "width": raster.nx, "height": raster.ny, "count": len(bands), "dtype": kind, "crs": crs,
@@ -148,14 +157,14 @@ def _write(
 
 
 def _band_name(quantity: Quantity, number: int, bands: int) -> str:
-    """The name of band `number`, from 1, of so many."""
+    """Return the name of band `number`, from 1, of a file with `bands` bands."""
     if bands == 1:
         return quantity.name
     return (Passage._fields if quantity is PER_METRE else STATISTICS)[number - 1]
 
 
 def _tags(quantity: Quantity, frame: Frame, maps: HazardMaps, bands: int) -> dict[str, str]:
-    """What a reader must know of the numbers, beside the bands' names."""
+    """Return the tags of a file: quantity, unit, meaning, number of rocks, cell size (m) and axes."""
     meaning = f"{maps.energy_kind} kinetic energy" if quantity is ENERGY else quantity.meaning
     return {
         "QUANTITY": quantity.name,

@@ -1,12 +1,12 @@
-"""hazard/zones.geojson: outlines of hazard zones, along the borders of the raster's cells.
+"""Write hazard/zones.geojson: outlines of hazard zones, along the borders of the raster's cells.
 
-The outline of the cells themselves, not a contour drawn between their centres: a cell is what was counted, its area is
-exact, and at 2 m nobody can tell the steps from a curve that would claim to know more. It comes from
-`rasterio.features.shapes`, so no other library is needed.
+The outlines follow the cells; they are not contours between cell centres. Rocks are counted in cells, so the area of
+the cells is exact, and with cells of 2 m the steps look like a curve. A smooth curve would claim to know more. The
+outlines come from `rasterio.features.shapes`, so no other library is needed.
 
-Coordinates are the input's own plan coordinates (x y, or x z where y is up), so the file can be read back as polygons
-of areas of interest. RFC 7946 knows longitude and latitude only: the reference system stands in the `crs` member of
-the older GeoJSON 2008, which GIS programs read.
+Coordinates are the input's own plan coordinates (x y, or x z if y is up), so the file can be read back as polygons of
+areas of interest. RFC 7946 allows longitude and latitude only. The reference system is therefore in the `crs` member
+of the older GeoJSON 2008, which GIS programs read.
 """
 
 import json
@@ -27,17 +27,18 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
 
 CELLS_THAT_TOUCH = 4
-"""Cells that share a border are one polygon; those that share but a corner are two, or outlines would cross there."""
+"""Connectivity of polygons: cells that share a border are one polygon. Cells that share only a corner are two, because
+their outlines would cross there."""
 
 
 def write_hazard_zones(
     path: Path, terrain: Terrain, maps: HazardMaps, spec: HazardSpec, crs: str | None = None
 ) -> None:
-    """Write a feature for each zone that has cells: reach probability from the lowest level, then the matrix.
+    """Write a feature for each hazard zone with cells: zones of reach probability, lowest level first, then the matrix.
 
     Parameters
     ----------
-    spec : of the scene, for the levels and the matrix
+    spec : the scene's `hazard`, for the levels and the matrix
     crs : as `terrain.crs` of the scene
 
     Raises
@@ -61,13 +62,13 @@ def write_hazard_zones(
 
 
 def hazard_zones(maps: HazardMaps, spec: HazardSpec) -> Sequence[Zone]:
-    """The zones that a scene asks for, those without cells included."""
+    """Return the hazard zones that a scene asks for, including zones without cells."""
     matrix = matrix_of(spec)
     return [*reach_zones(maps, spec.reach_levels), *([] if matrix is None else matrix_zones(maps, matrix))]
 
 
 def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
-    """A sentence for the zones that a scene asks for and no cell belongs to: the file has no feature for them."""
+    """Return sentences on requested zones without cells, for which the file has no feature."""
     missing = [zone for zone in hazard_zones(maps, spec) if not zone.cells.any()]
     levels = [f"{100.0 * zone.level:g} %" for zone in missing if zone.level is not None]
     classes = [repr(zone.name) for zone in missing if zone.name is not None]
@@ -85,7 +86,7 @@ def zones_without_cells(maps: HazardMaps, spec: HazardSpec) -> list[str]:
 
 
 def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
-    """The zones that a scene asks for, for summary.json: those with 0 cells have no feature."""
+    """Return the requested zones for summary.json; zones with 0 cells have no feature in the file."""
     return [
         {
             "kind": zone.kind,
@@ -100,7 +101,7 @@ def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
 
 
 def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
-    """A zone as one MultiPolygon with what it is and how large."""
+    """Return a zone as a GeoJSON feature: one MultiPolygon with the zone's kind, level or class, and size."""
     cells = int(zone.cells.sum())
     properties = {
         "kind": zone.kind, "level": zone.level, "class": zone.name, "area_m2": cells * maps.raster.cell**2,
@@ -112,7 +113,7 @@ def _feature(zone: Zone, maps: HazardMaps, frame: Frame) -> dict[str, Any]:
 
 
 def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
-    """Rings of the polygons around the cells of a zone, in plan coordinates, m."""
+    """Return the rings of the polygons around the cells of a zone, in plan coordinates (m)."""
     image = np.ascontiguousarray(upright(zone.cells, maps.raster, frame))
     transform = transform_of(maps.raster, frame)
     found = shapes(image.view(np.uint8), mask=image, connectivity=CELLS_THAT_TOUCH, transform=transform)
@@ -120,6 +121,6 @@ def _polygons(zone: Zone, maps: HazardMaps, frame: Frame) -> list[Any]:
 
 
 def _member(system: CRS, name: str) -> dict[str, Any]:
-    """The `crs` member: an EPSG code as GeoJSON 2008 spells it, anything else as the scene does."""
+    """Return the `crs` member: an EPSG code as GeoJSON 2008 spells it, any other system as the scene spells it."""
     code = system.to_epsg()
     return {"type": "name", "properties": {"name": name if code is None else f"urn:ogc:def:crs:EPSG::{code}"}}

@@ -1,7 +1,7 @@
 """Write a terrain as a mesh file, in the input's own coordinates.
 
-STL, PLY and OBJ are written here and not by VTK, whose PLY and OBJ writers say nothing when the disk is full, write no
-file at all where the extension is in capitals, and keep six figures (OBJ) or float32 (PLY) of a survey coordinate.
+STL, PLY and OBJ are written here, not by VTK. VTK's PLY and OBJ writers report no error if the disk is full, write no
+file if the extension is in capitals, and keep only six figures (OBJ) or float32 (PLY) of a survey coordinate.
 """
 
 import os
@@ -22,7 +22,7 @@ FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def write_mesh(path: Path, terrain: Terrain) -> None:
-    """Write a terrain's facets, whole or not at all; the extension chooses the format.
+    """Write the facets of a terrain to a file; the extension chooses the format. If writing fails, no file is left.
 
     Raises
     ------
@@ -35,19 +35,19 @@ def write_mesh(path: Path, terrain: Terrain) -> None:
         WRITERS[extension](part, terrain)
         part.replace(path)
     except OSError as fault:
-        reason = f" ({fault.strerror})" if fault.strerror else ""  # a VTP file's fault has none
+        reason = f" ({fault.strerror})" if fault.strerror else ""  # an error of the VTP writer has no reason
         raise InputError(f"{path}: could not be written{reason}") from fault
     finally:
         part.unlink(missing_ok=True)
 
 
 def check_mesh_path(path: Path) -> str:
-    """The extension of a path that a mesh may be written to; call it before a long work.
+    """Return the extension, in lower case, of a path that a mesh may be written to; call it before long work.
 
     Raises
     ------
     InputError
-        Another extension, a folder in its place, or no folder to write to.
+        The extension is unknown, the path is a folder, or its parent folder does not exist.
     """
     extension = path.suffix.lower()
     if extension not in WRITERS:
@@ -60,18 +60,21 @@ def check_mesh_path(path: Path) -> str:
 
 
 def _points(terrain: Terrain) -> FloatArray:
-    """Vertices (V, 3) m in the input's coordinates."""
+    """Return the vertices (V, 3) m in the input's coordinates."""
     return np.ascontiguousarray(terrain.frame.points_to_input(terrain.vertices))
 
 
 def _write_vtp(path: Path, terrain: Terrain) -> None:
-    """Facets with their zones: a trace map without impacts."""
+    """Write VTP: the facets with their zones, as a trace map without impacts."""
     none, at = np.empty(0, dtype=np.int64), np.empty((0, 3))
     write_terrain(path, terrain, Impacts(none, at[:, 0], at, none, at, at[:, 0], at[:, 0]))
 
 
 def _write_stl(path: Path, terrain: Terrain) -> None:
-    """Binary STL (`io/stl.py`): float32, no zones. Normals are left zero, which readers take as `from the winding`."""
+    """Write binary STL (`formats/stl.py`): float32, no zones.
+
+    Normals are zero; readers then take them from the winding of the vertices.
+    """
     records = np.zeros(len(terrain.triangles), RECORD)
     records["corners"] = _points(terrain)[terrain.triangles]
     with path.open("wb") as file:
@@ -80,7 +83,7 @@ def _write_stl(path: Path, terrain: Terrain) -> None:
 
 
 def _write_ply(path: Path, terrain: Terrain) -> None:
-    """Binary PLY (Turk 1994): float64, no zones."""
+    """Write binary PLY (Turk 1994): float64, no zones."""
     faces = np.empty(len(terrain.triangles), FACE)
     faces["count"], faces["corners"] = 3, terrain.triangles
     header = (
@@ -95,7 +98,7 @@ def _write_ply(path: Path, terrain: Terrain) -> None:
 
 
 def _write_obj(path: Path, terrain: Terrain) -> None:
-    """Wavefront OBJ: text with all figures of float64, no zones; corners count from 1."""
+    """Write Wavefront OBJ: text with all figures of float64, no zones; vertices count from 1."""
     with path.open("w", encoding="ascii") as file:
         np.savetxt(file, _points(terrain), fmt="v %.17g %.17g %.17g")
         np.savetxt(file, terrain.triangles + 1, fmt="f %d %d %d")
@@ -107,4 +110,4 @@ WRITERS: dict[str, Callable[[Path, Terrain], None]] = {
     ".ply": _write_ply,
     ".obj": _write_obj,
 }
-"""By extension; only .vtp keeps the zones, and STL rounds to float32."""
+"""Writers by extension. Only .vtp keeps the zones; STL rounds to float32."""

@@ -1,7 +1,7 @@
-"""Comparison of simulated deposits with end points seen in the field.
+"""Compare simulated deposits with end points observed in the field.
 
-Only horizontal coordinates are compared: field surveys and meshes often differ in vertical datum (reference/
-validation.md section 1: by 2.3 m at Authume).
+Only horizontal coordinates are compared, because field surveys and meshes often differ in vertical datum (by 2.3 m at
+Authume: reference/validation.md, section 1).
 """
 
 from typing import Any
@@ -20,16 +20,18 @@ FINE_PERCENTILES = (5, 10, 25, 50, 75, 90, 95)
 
 
 def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, Any]:
-    """Where field and simulated rocks stopped, as position (m) along a horizontal direction of the input.
+    """Return the distributions of field and simulated end points along a horizontal direction of the input.
+
+    Positions are in m, in the input's coordinates.
 
     Parameters
     ----------
-    stops : of the simulated rocks at rest, by `position_along`
+    stops : positions (m) of the simulated deposits, from `position_along`
 
     Raises
     ------
     InputError
-        If the points file is damaged, or `along` is vertical.
+        The points file is damaged, or `along` is vertical.
     """
     along = horizontal_direction(observed.along, frame.up)
     field = Sample((read_points(observed.points_file, frame.up) - _origin(frame)) @ along)
@@ -45,12 +47,15 @@ def compare(observed: ObservedSpec, frame: Frame, stops: Sample) -> dict[str, An
 
 
 def _origin(frame: Frame) -> FloatArray:
-    """The local origin (3,) m in the input's axes."""
+    """Return the local origin (3,) m in the input's axes."""
     return frame.directions_to_input(np.array(frame.origin))
 
 
 def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dict[str, Any]:
-    """Mean, standard deviation of the sample, percentiles and the share of each section, in the input's coordinates."""
+    """Return percentiles, least and mean position, standard deviation and the share of each section.
+
+    Positions are in the input's coordinates (m).
+    """
     count = position.count
     origin = float(_origin(frame) @ horizontal_direction(observed.along, frame.up))
     summary = position.summary(FINE_PERCENTILES)
@@ -69,6 +74,6 @@ def _distribution(position: Sample, observed: ObservedSpec, frame: Frame) -> dic
 
 
 def _number_between(position: FloatArray, counts: IntArray, low: float | None, high: float | None) -> int:
-    """Number of rocks, counts (N,) at positions (N,), in [low, high)."""
+    """Return the number of rocks in [low, high) (m), from counts (N,) at positions (N,) m."""
     above = position >= (-np.inf if low is None else low)
     return int(counts[above & (position < (np.inf if high is None else high))].sum())

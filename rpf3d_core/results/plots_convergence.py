@@ -1,4 +1,4 @@
-"""convergence.png: how the intervals of shares and the 95th percentiles of energy settle as the ensemble doubles."""
+"""Draw convergence.png: intervals of shares and 95th percentiles of energy against the number of rocks flown."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,12 +12,15 @@ from rpf3d_core.results.plots_profiles import label, save
 from rpf3d_core.scene.model import TargetSpec
 
 SHOWN = 8
-"""Places drawn: those whose intervals are widest in the end."""
+"""Number of places drawn: those with the widest intervals in the last step."""
 JOULE_PER_KJ = 1000.0
 
 
 def write_convergence(path: Path, name: str, steps: Sequence[Step], target: TargetSpec) -> None:
-    """Write the picture of at least one step; `name` : of the scene and its rocks, for the title."""
+    """Write the picture.
+
+    name : of the scene, with its number of rocks, for the title; steps : at least one
+    """
     figure = Figure(figsize=(8.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -31,7 +34,7 @@ def write_convergence(path: Path, name: str, steps: Sequence[Step], target: Targ
     upper.axhline(target.half_width, color="0.3", linestyle="--", label=f"target {target.half_width:g}")
     label(upper, "", "half-width of the 95 % interval (-)")
     label(lower, "rocks flown", "p95 of energy (kJ)")
-    upper.set(xscale="log", yscale="log")  # last, for `label` wants plain numbers, which only a linear axis has
+    upper.set(xscale="log", yscale="log")  # after `label`, which needs linear axes for its plain numbers
     upper.legend(fontsize=8)
     upper.set_title(f"{name}: how sure the shares and energies are", loc="left")
     save(figure, path)

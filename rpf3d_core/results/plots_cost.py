@@ -1,4 +1,4 @@
-"""cost.png: what accuracy costs, error against seconds, both logarithmic."""
+"""Draw cost.png, the picture of the price list of accuracy: error against seconds, both axes logarithmic."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,11 +11,14 @@ from rpf3d_core.results.series import Series
 
 MARKERS = {"numerical": "^", "geometric": "s", "statistical": "o"}
 MARGIN = 0.08
-"""Of the width, to either side of the points: for the words beside them."""
+"""Margin on each side of the points, as a share of the width (-): room for their labels."""
 
 
 def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -> None:
-    """Write the picture; `name` : of the scene, for the title; `target` : (-), drawn as a line."""
+    """Write the picture.
+
+    name : of the scene, for the title; target : error (-), drawn as a line
+    """
     figure = Figure(figsize=(10.0, 7.0), layout="constrained")
     axes = figure.subplots()
     for one in series:
@@ -31,13 +34,13 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -
     )
     axes.set_ylabel("error of the map of reach probability (-)")
     axes.grid(which="major", color="0.9")
-    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside, it would hide points
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)  # inside the axes the legend would hide points
     axes.set_title(f"{name}: what accuracy costs", loc="left")
     save(figure, path)
 
 
 def _draw(axes: Axes, one: Series) -> None:
-    """A series, its words beside its points and, lighter, what it costs where it is compiled."""
+    """Draw a series with labels next to its points and, with hollow markers, its times with the compiled engine."""
     red, green, blue = one.colour
     colour = (red / 255.0, green / 255.0, blue / 255.0)
     marker, size = ("*", 14) if one.name == "events" else (MARKERS[one.kind], 5)
@@ -47,7 +50,7 @@ def _draw(axes: Axes, one: Series) -> None:
             one.compiled, one.errors, color=colour, marker=marker, markersize=4, markerfacecolor="white", linestyle=":",
             linewidth=0.8,
         )  # fmt: skip
-    left = one.kind == "geometric"  # these and the numbers of rocks lie side by side
+    left = one.kind == "geometric"  # labels on the left, because points of the series "number of rocks" lie close by
     for x, y, word in zip(one.seconds, one.errors, one.words, strict=True):
         axes.annotate(
             word, (x, y), xytext=(-5 if left else 4, 4), textcoords="offset points", fontsize=6.5, color=colour,

@@ -1,4 +1,4 @@
-"""hazard/*.png: maps of reach probability, energy and height over the shaded terrain, to be hung on a wall."""
+"""Write hazard/*.png: maps of reach probability, energy and height over the shaded terrain, for print."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -52,35 +52,36 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.plan_view import Window, seen_from_above
 
 OPACITY = 0.82
-"""Of the hazard's colours: the terrain's relief must show through, and colours must still read off the scale."""
+"""Opacity (-) of the hazard colours: the relief shows through, and colours can still be compared with the scale."""
 
 FEW = "#7d8fb3"
-"""Cells that too few rocks came to: a blue that the scale does not have."""
+"""Colour of cells reached by too few rocks for a value: a blue that the scale does not have."""
 
 RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5, "markeredgecolor": "white"}
 MANY_RELEASES = 100
-"""More than these are dots: they show where rocks start, and hide no more of the map than they must."""
+"""Above this number, releases are drawn as dots, so that they hide little of the map."""
 DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
-"""Not blue: among cells that few rocks came to it would be lost."""
+"""Marker of a release among many. It is not blue, because it would be lost among the cells of colour FEW."""
 
 TITLE_PAD = 26.0
-"""Points above the map: a long title stands over the scale bar, not in it."""
+"""Distance of the title from the map (points): a long title stands above the scale bar, not in it."""
 
 BAR_HEIGHT = 0.17
-"""Of the colour bar, inches."""
+"""Height of the colour bar (inches)."""
 
 FEW_DECADES = 1.7
-"""Up to so many powers of ten the colour bar has room for numbers between them."""
+"""A colour bar of at most this many powers of ten has room for tick labels between them."""
 
 JOULE_PER_KJ = 1000.0
 
 
 @dataclass(frozen=True, eq=False)
 class Theme:
-    """What one picture shows: values (C,) of the raster, their scale, and how it is told.
+    """The quantity that one picture shows.
 
-    title : of the picture, between the scene and the number of rocks; unit : of the colour bar; per_unit : of the
-        values' own unit in one of it
+    title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
+    values : (C,) of all cells of the raster, NaN where unknown, in their own unit; scale : of the values
+    per_unit : factor (-), how much of the values' own unit is one unit of the colour bar
     """
 
     title: str
@@ -92,7 +93,11 @@ class Theme:
 
 @dataclass(frozen=True, eq=False)
 class MapBackground:
-    """What all pictures of a run have in common: the part of the terrain that is shown, and its pictures."""
+    """The background that all hazard pictures of a run share.
+
+    window : the part of the terrain that is shown; picture : its hillshade
+    whole : hillshade of the whole terrain for the overview, None if the window shows all of it
+    """
 
     terrain: Terrain
     window: Window
@@ -111,13 +116,13 @@ def write_hazard_pictures(
 ) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
-    Maps with passages per metre have passage_per_metre.png as well.
+    If the maps have passages per metre, passage_per_metre.png is written as well.
 
     Parameters
     ----------
     name : of the scene, for the title
     releases : (N, 2 or 3) m
-        Where rocks start, local frame.
+        Release points of the rocks, local frame.
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame.
     """
@@ -129,7 +134,7 @@ def write_hazard_pictures(
 
 
 def themes(maps: HazardMaps) -> dict[str, Theme]:
-    """What each picture shows, by the name of its file."""
+    """Return the quantity that each picture shows, by the name of its file."""
     cells, wide = maps.cells, f"in cells of {maps.raster.cell:g} m"
     share = reach_probability(cells, maps.flown)
     p95 = "95th percentile of the rocks' largest"
@@ -151,7 +156,7 @@ def themes(maps: HazardMaps) -> dict[str, Theme]:
 
 
 def _per_metre(maps: HazardMaps) -> dict[str, Theme]:
-    """The picture of passages per metre, of maps that have them."""
+    """Return the theme of passages per metre; empty if the maps have none."""
     if not maps.cells.has_ways:
         return {}
     value = passage_per_metre(maps).value
@@ -169,7 +174,7 @@ def hazard_figure(
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> Figure:
-    """One picture; `releases` (N, 2 or 3) m and `areas`, rings (N, 2) m, as for `write_hazard_pictures`."""
+    """Draw one picture; `releases` (N, 2 or 3) m and `areas`, rings (N, 2) m, as for `write_hazard_pictures`."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, ground.picture)
@@ -193,7 +198,7 @@ def hazard_figure(
 def _ground(
     terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
 ) -> MapBackground:
-    """The part of the terrain that rocks came to, with the areas that they are near, seen from above."""
+    """Return the part of the terrain that rocks reached, with the areas close to them, seen from above."""
     whole = whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
@@ -202,19 +207,22 @@ def _ground(
 
 
 def _reached(maps: HazardMaps) -> FloatArray:
-    """Centres (N, 2) m of the cells that rocks came to, local frame."""
+    """Return the centres (N, 2) m of the cells that rocks reached, local frame."""
     raster = maps.raster
     row, column = np.divmod(maps.cells.cell, raster.nx)
     return np.stack([column + 0.5, row + 0.5], axis=1) * raster.cell + (raster.x, raster.y)
 
 
 def _release(count: int) -> dict[str, Any]:
-    """How so many releases are drawn."""
+    """Return the marker style for a number of releases."""
     return RELEASE if count <= MANY_RELEASES else DOT
 
 
 def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps: HazardMaps) -> bool:
-    """The cells in the window, in the colours of the scale; whether some had too few rocks for a value."""
+    """Draw the cells in the window in the colours of the scale.
+
+    Returns True if some cells were reached by too few rocks for a value.
+    """
     raster = maps.raster
     shown, extent = _cells_in(raster, window)
     values = theme.values.reshape(raster.ny, raster.nx)[shown]
@@ -233,7 +241,7 @@ def _draw_cells(axes: Axes, terrain: Terrain, window: Window, theme: Theme, maps
 
 
 def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Window]:
-    """Rows and columns of the cells that a window touches, and what they cover, local frame."""
+    """Return the rows and columns of the cells that a window touches, and the window they cover, local frame."""
     first = np.floor((np.array([window.left, window.bottom]) - (raster.x, raster.y)) / raster.cell).astype(int)
     last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
     (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
@@ -243,18 +251,18 @@ def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Wind
 
 
 def colour_map() -> Colormap:
-    """The colours of hazard in 256 steps."""
+    """Return the hazard colours as a colour map of 256 steps."""
     return ListedColormap(colours_at(np.linspace(0.0, 1.0, 256)) / 255.0)
 
 
 def norm_of(scale: Scale) -> Normalize:
-    """A scale as matplotlib has it."""
+    """Return a scale as matplotlib's normalisation, linear or logarithmic."""
     kind = LogNorm if scale.logarithmic else Normalize
     return kind(scale.low, scale.high)
 
 
 def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
-    """The colour bar, in the column beside the map; round numbers in the unit that people use."""
+    """Draw the colour bar in the column next to the map, with round numbers in the theme's unit."""
     box = side.get_position()
     height = BAR_HEIGHT / figure.get_size_inches()[1]
     bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
@@ -276,12 +284,12 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
 
 
 def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
-    """In place of the colour bar, where no cell has a value."""
+    """Write the reason why no cell has a value in place of the colour bar."""
     side.text(0.0, 0.9, words_on_empty(maps), transform=side.transAxes, va="top", fontsize=9, color="#c81e1e")
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Which ends of the colour bar are pointed, for values (N,) in its unit lie beyond them."""
+    """Return which ends of the colour bar are pointed: those with values (N,), in its unit, beyond them."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 

@@ -1,4 +1,4 @@
-"""map.png: the terrain from above, coloured by zone under slanting light, with paths, releases and deposits."""
+"""Draw map.png: the terrain from above, coloured by zone under slanting light, with paths, releases and deposits."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -38,7 +38,7 @@ from rpf3d_core.terrain.plan_view import Window, seen_from_above
 from rpf3d_core.values import Outcome
 
 MARKERS = "o^sDvPX*h"
-"""By outcome, in order of value."""
+"""Marker of each outcome, in order of value."""
 
 PATH = "#10203a"
 BARRIER = "#b3007a"
@@ -55,19 +55,19 @@ def write_map(
     flown: RunCounts,
     obstacles: Obstacles = NO_OBSTACLES,
 ) -> None:
-    """Write the map.
+    """Write the map as a PNG file.
 
     Parameters
     ----------
     name : of the scene, for the title
-    deposits : of the rocks that are drawn, all or some of those flown
+    deposits : of the rocks that are drawn, all or some of the rocks flown
     areas : name -> rings (N, 2) m
         Outlines of areas of interest, local frame.
     obstacles : barriers and trees of the scene
 
     Notes
     -----
-    Drawn in z-up input coordinates, so that the ticks are round numbers of the survey.
+    The map is in z-up input coordinates, so that its ticks are round numbers of the survey.
     """
     whole = whole_window(terrain)
     window = rocks_window(whole, deposits, samples, areas)
@@ -90,7 +90,7 @@ def write_map(
 def rocks_window(
     whole: Window, deposits: Deposits, samples: PathSamples, areas: Mapping[str, Sequence[FloatArray]]
 ) -> Window:
-    """The part of the terrain with rocks in it, with a margin, and areas near them; all of it where that is most of it.
+    """Return the part of the terrain with rocks, a margin and areas close by; the whole terrain if that is most of it.
 
     areas : name -> rings (N, 2) m, local frame
     """
@@ -99,7 +99,7 @@ def rocks_window(
 
 
 def _draw_obstacles(axes: Axes, terrain: Terrain, obstacles: Obstacles) -> list[Any]:
-    """Barriers as lines and trees as dots, some where there are very many; their entries in the legend."""
+    """Draw barriers as lines and trees as dots (a selection if there are very many); return their legend entries."""
     entries: list[Any] = []
     if obstacles.lines:
         lines = [plan_of(terrain, points) for _, points in obstacles.lines]
@@ -132,7 +132,7 @@ def _marker(outcome: Outcome) -> dict[str, Any]:
 def _legend_entries(
     terrain: Terrain, deposits: Deposits, paths: int, areas: Mapping[str, Any], flown: RunCounts
 ) -> list[Any]:
-    """What the signs mean, with the numbers of all rocks, and of how many of them something is drawn."""
+    """Return the legend entries of markers, paths, areas and zones, with the numbers of all and of drawn rocks."""
     entries: list[Any] = [Line2D([], [], linestyle="none", label="release", **RELEASE)]
     for outcome in Outcome:
         if count := flown.outcomes.get(outcome, 0):
@@ -146,7 +146,7 @@ def _legend_entries(
 
 
 def _zone_entries(terrain: Terrain) -> list[Patch]:
-    """One entry a group of zones, with the number of zones in it."""
+    """Return one legend entry for each group of zones, with the number of zones in the group."""
     groups, group = zone_groups(terrain.zones)
     colours = zone_colours(terrain.zones)
     entries = []

@@ -1,7 +1,7 @@
-"""Pictures of profiles: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
+"""Draw profiles: height and speed against horizontal distance, as in figure 3-3 b, c of the thesis (Peik).
 
-`overview.png` shows all sampled rocks; `sections.png` a few, each with the terrain under its path. The CSV files beside
-them hold the points drawn.
+`overview.png` shows all sampled rocks. `sections.png` shows a few, each with the terrain under its path. The CSV files
+of the same names hold the points drawn.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,10 +27,10 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import Outcome
 
 RESOLUTION = 120
-"""Dots an inch."""
+"""Resolution of the pictures (dots per inch)."""
 
 FINER = 4
-"""A section is drawn this much finer than the overview."""
+"""Factor (-) by which the points of a section are closer together than those of the overview."""
 
 GROUND, PATH = "#8a7a5c", "#1f4e9c"
 
@@ -51,11 +51,12 @@ def write_profile_plots(
     sources : (sources,) str
         Names.
     samples : PathSamples
-        The rocks of the overview; of these, the shortest, median and longest runout make the sections.
+        Paths of the rocks in the overview. The sections show the rocks of shortest, median and longest runout among
+        them.
     gravity : float
         The scene's, m/s^2.
-    flown : Flown
-        How many rocks there are; of as many as have samples, the pictures tell.
+    flown : RunCounts
+        Numbers of rocks, for the titles.
     """
     deposits = flights.deposits
     profile = profile_of(terrain, samples)
@@ -74,7 +75,10 @@ def write_profile_plots(
 
 
 def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
-    """Elevation and speed of rocks against distance, coloured by outcome; `outcome` (R,) by row in `Deposits`."""
+    """Draw elevation and speed of rocks against distance, coloured by outcome.
+
+    outcome : (R,) index of `values.Outcome`, by row in `Deposits`
+    """
     figure, axes = _panels(1, (10.0, 8.0))
     upper, lower = axes[:, 0]
     rows = profile.row[run_starts(profile.row)]
@@ -94,9 +98,10 @@ def overview(profile: Profile, outcome: IntArray, title: str) -> Figure:
 
 
 def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], which: str) -> Figure:
-    """A column for each row in `titles`: elevation, the terrain (S,) m under the path, and speed below.
+    """Draw a column for each rock in `titles`: elevation with the terrain under the path above, speed below.
 
-    which : rocks these are, in words below them
+    ground : (S,) m, elevation of the terrain under the path; titles : row of the rock in `Deposits` -> title
+    which : words below the columns that say which rocks these are
     """
     columns = max(1, len(titles))
     figure, axes = _panels(columns, (5.2 * columns, 7.5))
@@ -115,7 +120,10 @@ def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], wh
 
 
 def _panels(columns: int, size: tuple[float, float]) -> tuple[Figure, NDArray[Any]]:
-    """Axes (2, columns), height over speed; margins in inches, for a layout engine takes longer than drawing."""
+    """Return a figure with axes (2, columns), height above speed; `size` in inches.
+
+    Margins are fixed in inches, because a layout engine takes longer than the drawing.
+    """
     figure = Figure(figsize=size)
     axes = figure.subplots(2, columns, sharex="col", squeeze=False, height_ratios=(3, 2))
     width, height = size
@@ -132,7 +140,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def label(axes: Axes, x: str, y: str) -> None:
-    """Axis labels, light grid, plain numbers (survey coordinates are never written as an offset)."""
+    """Set axis labels, a light grid and plain numbers (survey coordinates are never written as an offset)."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(visible=True, color="#dddddd", linewidth=0.6)
@@ -141,7 +149,7 @@ def label(axes: Axes, x: str, y: str) -> None:
 
 
 def hex_colour(rgb: tuple[int, int, int]) -> str:
-    """sRGB 0 to 255 as matplotlib writes it."""
+    """Return an sRGB colour (0 to 255) as a hexadecimal string such as "#1f4e9c"."""
     return "#{:02x}{:02x}{:02x}".format(*rgb)
 
 
@@ -156,12 +164,12 @@ def _height_panel(axes: Axes, profile: Profile, ground: FloatArray, one: NDArray
 
 
 def _lines(row: IntArray, x: FloatArray, y: FloatArray) -> list[NDArray[np.float64]]:
-    """One line (N, 2) a rock."""
+    """Return a polyline (N, 2) for each rock."""
     return np.split(np.stack([x, y], axis=1), run_starts(row)[1:])
 
 
 def _outcome_lines(outcome: IntArray) -> list[Line2D]:
-    """Legend entries of the outcomes that occur, with their counts."""
+    """Return legend entries of the outcomes that occur, with their counts."""
     values, counts = np.unique(outcome, return_counts=True)
     return [
         Line2D([], [], color=hex_colour(OUTCOME_COLOURS[Outcome(value)]), label=f"{_words(Outcome(value))} ({count:,})")

@@ -1,4 +1,4 @@
-"""The sheet that maps are drawn on: the plan in the survey's coordinates, scale bar, north, areas, overview."""
+"""Draw the parts that all maps share: the plan in the survey's coordinates, scale bar, north, areas, overview."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,37 +18,37 @@ from rpf3d_core.terrain.plan_view import Window
 Picture = NDArray[np.uint8]
 
 PIXELS, OVERVIEW_PIXELS = 1000, 320
-"""Along the longer side of the map and of the overview."""
+"""Pixels along the longer side of the map, and of the overview."""
 
 MARGIN = 0.12
-"""Room around the rocks, over their extent (-)."""
+"""Margin around the rocks, as a share of their extent (-)."""
 
 LEAST_SHAPE = 0.7
-"""Least ratio (-) of the map's sides, so that a straight fall does not make a sliver of a map."""
+"""Least ratio (-) of the map's sides, so that rocks on a straight line do not make a sliver of a map."""
 
 WHOLE_SHARE = 0.6
-"""If the rocks take up this share of the terrain's length and width, the map shows all of it and needs no overview."""
+"""Above this share (-) of the terrain's width and height, the map shows the whole terrain and needs no overview."""
 
 LEAST_COLUMN = 7.0
-"""Height (inches) of the column beside the map, whatever the map's: legend and overview need so much."""
+"""Least height (inches) of the column next to the map: the legend and the overview need it."""
 
 MOST_POINTS = 20_000
-"""More points than this only paint each other over; an even selection is drawn, and the legend says so."""
+"""Most points drawn. More would cover each other: an even selection is drawn, and the legend says so."""
 
 MOST_RELEASES = 250
-"""Of more places than this where rocks start an even selection is drawn: they must not cover the map."""
+"""Most releases drawn. More would cover the map: an even selection is drawn."""
 
 RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "markeredgewidth": 0.7}
 
 
 def whole_window(terrain: Terrain) -> Window:
-    """The terrain's extent in plan."""
-    x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]  # by column: a tenth of the time of rows
+    """Return the terrain's extent in plan."""
+    x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]  # column by column takes a tenth of the time of `min(axis=0)`
     return Window(float(x.min()), float(x.max()), float(y.min()), float(y.max()))
 
 
 def window_around(whole: Window, places: FloatArray) -> Window:
-    """The part of the terrain around places (N, 2) m, with a margin; all of it where that is most of it."""
+    """Return the part of the terrain around places (N, 2) m, with a margin; the whole terrain if that is most of it."""
     if len(places) == 0:
         return whole
     low, high = places.min(axis=0), places.max(axis=0)
@@ -61,9 +61,10 @@ def window_around(whole: Window, places: FloatArray) -> Window:
 
 
 def window_with_areas(whole: Window, places: FloatArray, areas: Mapping[str, Sequence[FloatArray]]) -> Window:
-    """As `window_around`, and around the whole of each area, rings (N, 2) m, that would be cut; not of those beyond.
+    """Return `window_around` of the places (N, 2) m and of each area that this window would cut, rings (N, 2) m.
 
-    An area far from all rocks would make them too small to be seen: the overview has it.
+    Areas outside the window are not included: an area far from all rocks would make the rocks too small to see. The
+    overview shows it.
     """
     window = window_around(whole, places)
     cut = [ring for rings in areas.values() for ring in rings if _touches(window, ring)]
@@ -76,7 +77,7 @@ def _touches(window: Window, ring: FloatArray) -> bool:
 
 
 def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
-    """A figure with the map on the left, shaped like its window, and a column for the legend."""
+    """Return a figure, axes for the map on the left, shaped like its window, and axes for the legend's column."""
     shape = float(np.clip(window.width / window.height, 0.5, 2.0))
     width, height = (8.4 * shape, 8.4) if shape < 1.0 else (8.4, 8.4 / shape)
     column = max(height, LEAST_COLUMN)
@@ -89,7 +90,7 @@ def sheet(window: Window) -> tuple[Figure, Axes, Axes]:
 
 
 def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -> None:
-    """The picture (H, W, 4) RGBA of the terrain in a window, row 0 at the bottom."""
+    """Draw the picture (H, W, 4) RGBA of the terrain in a window; row 0 is at the bottom."""
     extent = placed(terrain, window)
     axes.imshow(ground, extent=extent, origin="lower", interpolation="nearest", aspect="equal")
     axes.set_xlim(extent.left, extent.right)
@@ -97,30 +98,35 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 
 
 def placed(terrain: Terrain, window: Window) -> Window:
-    """A window of the local frame in z-up input coordinates."""
+    """Return a window of the local frame in z-up input coordinates."""
     east, north, _ = terrain.frame.origin
     return Window(window.left + east, window.right + east, window.bottom + north, window.top + north)
 
 
 def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Plan (N, 2) in z-up input coordinates of points (N, 2 or 3) of the local frame."""
+    """Return the plan (N, 2) m, in z-up input coordinates, of points (N, 2 or 3) m of the local frame."""
     return np.asarray(points[:, :2] + np.array(terrain.frame.origin[:2]))
 
 
 def draw_areas(axes: Axes, terrain: Terrain, areas: Mapping[str, Sequence[FloatArray]]) -> None:
-    """Outlines of areas of interest, rings (N, 2) m in the local frame."""
+    """Draw the outlines of areas of interest, rings (N, 2) m in the local frame."""
     for rings in areas.values():
         moved = [plan_of(terrain, ring) for ring in rings]
         axes.add_collection(PolyCollection(moved, facecolors="none", edgecolors="black", linestyles="--"))
 
 
 def selection(count: int) -> Any:
-    """Rows (N,) of at most MOST_POINTS of `count` points, evenly."""
+    """Return the rows (N,) of at most MOST_POINTS of `count` points, evenly spread."""
     return np.linspace(0, count - 1, min(count, MOST_POINTS)).round().astype(np.int64)
 
 
 def starts_of(releases: FloatArray) -> FloatArray:
-    """Places (N, 2) m in plan, each once, that rocks start from, of releases (R, 2 or 3); MOST_RELEASES at most."""
+    """Return at most MOST_RELEASES release points (N, 2) m in plan, local frame, of R rocks.
+
+    Each distinct point comes once; if there are more than MOST_RELEASES, an even selection of the rocks' points.
+
+    releases : (R, 2 or 3) m
+    """
     places = np.unique(releases[:, :2], axis=0)
     if len(places) <= MOST_RELEASES:
         return places
@@ -128,17 +134,20 @@ def starts_of(releases: FloatArray) -> FloatArray:
 
 
 def measure(axes: Axes, terrain: Terrain, window: Window) -> None:
-    """Coordinates of the input and a scale bar, outside the data."""
+    """Draw axes in the input's coordinates and a scale bar outside the map."""
     upright = terrain.frame.up == "z"
     label(axes, "x (m)", "y (m)" if upright else "z (m)")
     axes.grid(visible=False)
-    if not upright:  # seen from above, the input's z runs down the page
+    if not upright:  # seen from above, the input's z axis points down the page
         axes.yaxis.set_major_formatter(lambda value, _: f"{-value:g}")
     _scale_bar(axes, placed(terrain, window))
 
 
 def draw_north(axes: Axes, terrain: Terrain) -> None:
-    """At the top of the legend's column; an input that points up along y names no north, so its axis is named."""
+    """Draw the north arrow at the top of the legend's column; if y is up, the arrow shows the axis -z instead.
+
+    An input with y up does not define north.
+    """
     name = "N" if terrain.frame.up == "z" else "-z"
     arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.5, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", xy=(0.09, 1.0), xytext=(0.09, 0.93), xycoords="axes fraction", arrowprops=arrow)
@@ -155,7 +164,7 @@ def _scale_bar(axes: Axes, window: Window) -> None:
 
 
 def round_length(length: float) -> float:
-    """The largest 1, 2 or 5 times a power of ten that is not longer than `length` > 0."""
+    """Return the largest length of 1, 2 or 5 times a power of ten that does not exceed `length` > 0 (m)."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-12)) * power)
 
@@ -168,7 +177,10 @@ def draw_overview(
     ground: Picture,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> None:
-    """The whole terrain as a picture (H, W, 4) RGBA, small, with all areas and a frame around what the map shows."""
+    """Draw the overview: the whole terrain, all areas, and a frame around the part that the map shows.
+
+    ground : picture (H, W, 4) RGBA of the whole terrain; areas : name -> rings (N, 2) m, local frame
+    """
     width, height = figure.get_size_inches()
     inset = figure.add_axes(((width - 3.2) / width, 0.5 / height, 2.9 / width, 2.9 / height))
     draw_ground(inset, terrain, whole, ground)

@@ -14,15 +14,16 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED
 
 ABOVE_CONTACT = 0.05
-"""How far above a point of a path (m) to start looking down: a contact may lie a rounding below the terrain."""
+"""Height above a path point (m) where the search downwards starts, because rounding may put a contact just below the
+terrain."""
 
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Points along the paths of some rocks, S rows, grouped by rock in order of time.
+    """S points along the paths of some rocks, grouped by rock in order of time.
 
-    row : row of the rock in `Deposits`; t : s; distance : m travelled in plan since release
-    elevation : m, in the input's vertical coordinate; speed : m/s
+    row : (S,) row of the rock in `Deposits`; t : (S,) s; distance : (S,) m, travelled in plan since the release
+    elevation : (S,) m, in the input's vertical coordinate; speed : (S,) m/s
     """
 
     row: IntArray
@@ -33,7 +34,7 @@ class Profile:
 
 
 def profile_of(terrain: Terrain, samples: PathSamples) -> Profile:
-    """The profile of sampled paths."""
+    """Return the profile of sampled paths."""
     return Profile(
         row=samples.row,
         t=samples.t,
@@ -44,7 +45,7 @@ def profile_of(terrain: Terrain, samples: PathSamples) -> Profile:
 
 
 def travelled(samples: PathSamples) -> FloatArray:
-    """Horizontal distance (S,) m along each path since its release."""
+    """Return the horizontal distance (S,) m travelled along each path since the release."""
     step = np.zeros(len(samples.row))
     step[1:] = np.linalg.norm(np.diff(samples.x[:, :2], axis=0), axis=1)
     starts = samples.starts
@@ -56,14 +57,14 @@ def travelled(samples: PathSamples) -> FloatArray:
 
 
 def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
-    """Height (N,) m, local frame, of the terrain straight below points (N, 3); NaN where there is none."""
+    """Return the height (N,) m of the terrain straight below points (N, 3), local frame; NaN where there is none."""
     near = _facets_near(terrain, points)
     height = np.full(len(points), np.nan)
     if len(near) == 0:
         return height
     mesh = _mesh(terrain, near)
     bottom = mesh.GetBounds()[4] - 1.0
-    locator: Any = vtkStaticCellLocator()  # VTK's stubs know nothing of `mutable`
+    locator: Any = vtkStaticCellLocator()  # VTK's type stubs do not have `mutable`
     locator.SetDataSet(mesh)
     locator.BuildLocator()
     fraction, sub, cell, hit, place = mutable(0.0), mutable(0), mutable(0), [0.0] * 3, [0.0] * 3
@@ -74,7 +75,10 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 
 
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
-    """At most three of rows (N,): the shortest, median and longest runout of those at rest, or of all if none is."""
+    """Return at most three of the rows (N,): the rocks with the shortest, median and longest runout.
+
+    Chosen among the deposited rocks, or among all if none of them is deposited; `runout` (R,) in m.
+    """
     at_rest = rows[np.isin(deposits.outcome[rows], DEPOSITED)]
     some = at_rest if len(at_rest) else rows
     ranked = some[np.argsort(runout[some], kind="stable")]
@@ -83,7 +87,7 @@ def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntA
 
 
 def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
-    """Ids of the facets whose bounding boxes in plan meet that of the points."""
+    """Return the ids (F,) of the facets whose bounding box in plan meets the bounding box of points (N, 3) m."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
@@ -94,6 +98,6 @@ def _facets_near(terrain: Terrain, points: FloatArray) -> IntArray:
 
 
 def _mesh(terrain: Terrain, facets: IntArray) -> vtkPolyData:
-    """Some facets as a VTK mesh in the local frame, with no vertex that they do not use."""
+    """Return some facets as a VTK mesh in the local frame, without unused vertices."""
     used, corners = np.unique(terrain.triangles[facets], return_inverse=True)
     return triangle_mesh(terrain.vertices[used], corners.reshape(-1, 3))

@@ -1,4 +1,4 @@
-"""Series of points to be drawn and recorded: what the price list of accuracy hands to those who do."""
+"""Series of points: the data of the price list of accuracy that pictures and recordings draw."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,11 +7,11 @@ Colour = tuple[int, int, int]
 
 
 class Series(NamedTuple):
-    """S points of one kind.
+    """A series of S points: error against computing time.
 
     kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
-    seconds (S,); errors (S,) (-), above 0; words (S,) beside the points
-    compiled : (S,) seconds of steps taken by the compiled engine, where `seconds` are those of the thesis' way
+    seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
+    compiled : (S,) s that the same steps take with the compiled engine, if `seconds` are those of the thesis' method
     """
 
     name: str

@@ -1,6 +1,6 @@
-"""summary.json: what was simulated, with what, how long it took, and what came of it.
+"""Build the content of summary.json: the scene, the program's versions, wall times and results of a run.
 
-Keys carry their units; every share has its 95 % Wilson interval; a value that does not exist is null.
+Keys carry their units. Every share has its 95 % Wilson interval. A value that does not exist is null.
 """
 
 import importlib.metadata
@@ -30,11 +30,11 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely", "rerun-sdk")
-"""Whose versions are recorded."""
+"""Packages whose versions summary.json records."""
 
 
 def summary(findings: Findings) -> dict[str, Any]:
-    """Everything of a run that fits on a page, ready for JSON.
+    """Return the summary of a run as plain values, ready for JSON.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def summary(findings: Findings) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str | None]:
-    """Versions of Python and of the packages that shape the answer; null for one that is not installed."""
+    """Return the versions of Python and of each package in PACKAGES; None for a package that is not installed."""
     return {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}}
 
 
 def plain(value: Any) -> Any:
-    """A value for JSON: NumPy numbers as Python's, tuples as lists, what is not finite as null."""
+    """Return a value that JSON can hold: Python numbers, lists for tuples and arrays, None for NaN and infinity."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
@@ -104,12 +104,12 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """What tells scenes apart, and those whose rocks start alike."""
+    """Return the digest of the scene, and the digest of its releases (equal if rocks start alike)."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:
-    """The choices that decide the answer, beside the materials."""
+    """Return the scene's settings that decide the result; the materials are not among them."""
     names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
         "seed": scene.seed,
@@ -154,20 +154,20 @@ def _counts(findings: Findings) -> dict[str, Any]:
 
 
 def _lost(findings: Findings) -> dict[str, Any]:
-    """How many rocks were lost to holes of the terrain, and what that means for the shares of zones and areas."""
+    """Return the share of rocks lost to holes of the terrain, and a sentence on what it means for other shares."""
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 
 
 def _pieces(findings: Findings) -> dict[str, Any]:
-    """How many of the rocks are pieces of others, and the mass of what was too small to fly; where rocks may break."""
+    """Return the number of fragments and the mass of fragments too small to fly; empty if rocks cannot break."""
     if findings.scene.effects.fragmentation is None:
         return {}
     return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
 
 
 def _speed(findings: Findings) -> dict[str, Any]:
-    """Wall times; rocks_per_s counts flying only: no reading, compiling or writing."""
+    """Return the wall times; rocks_per_s covers flying only, without reading, compiling and writing."""
     flights = findings.flights
     rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None
     return {**findings.timings, "compile_s": flights.compile_s, "fly_s": flights.fly_s, "rocks_per_s": rate}
@@ -191,7 +191,7 @@ def _distributions(scene: Scene, totals: Totals) -> dict[str, Any]:
 
 
 def _energies_of_spin(totals: Totals) -> dict[str, Any]:
-    """The energies that rocks have beside that of translation, where they spin."""
+    """Return the distributions of rotational and total energy; empty if rocks do not spin."""
     if not totals.spins:
         return {}
     of = "all rocks but failed ones, each one's largest,"
@@ -205,7 +205,7 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
 
 
 def _hazard(maps: HazardMaps) -> dict[str, Any]:
-    """The raster of the maps, and how well their percentiles are known."""
+    """Return the size of the maps' raster, how much of it rocks reached, and the error bound of percentiles (-)."""
     return {
         "cell_m": maps.raster.cell,
         "energy": maps.energy_kind,
@@ -218,7 +218,10 @@ def _hazard(maps: HazardMaps) -> dict[str, Any]:
 
 
 def _reach(maps: HazardMaps) -> dict[str, Any]:
-    """The largest reach probability of a cell, which grows with the cell, and where mapped what does not."""
+    """Return the largest reach probability of a cell and, if mapped, the largest number of passages per metre.
+
+    Reach probability grows with the cell size; passages per metre do not.
+    """
     share, cell = reach_probability(maps.cells, maps.flown), maps.raster.cell
     reach = {"of": f"cells of {cell:g} m; grows with the cell", "max": share.max(initial=0.0), "cell_m": cell}
     if not maps.cells.has_ways:

@@ -1,7 +1,7 @@
-"""Tables of a run: deposits.csv, impacts.parquet, trajectories.parquet.
+"""Write the tables of a run: deposits.csv, impacts.parquet and trajectories.parquet.
 
 Positions and directions are in the input's own axes and coordinates; lengths in m, times in s, speeds in m/s,
-energies (translational) in J. A value that does not exist (no ground contact, height not asked for) is left empty.
+energies (translational) in J. A value that does not exist (no ground contact, height not gathered) is left empty.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Mode, Outcome
 
 GROUND = "ground"
-"""What an impact has struck where it is no obstacle."""
+"""Value of the column `struck` for an impact on the ground."""
 
 UNITS = {
     "t": "s", "x": "m", "y": "m", "z": "m", "path_m": "m", "runout_m": "m", "max_height": "m",
@@ -43,11 +43,12 @@ def open_tables(
     folder: Path, sources: Sequence[str], terrain: Terrain, density: float, impacts: bool = True,
     obstacles: Obstacles = NO_OBSTACLES, spins: bool = False,
 ) -> Iterator[Callable[[Deposits, Impacts], None]]:  # fmt: skip
-    """Write deposits.csv, one line a rock, and impacts.parquet, one line an impact, block after block.
+    """Open deposits.csv (one line a rock) and impacts.parquet (one row an impact) to be written block by block.
 
-    density : of the rocks, kg/m^3; impacts : whether to write impacts.parquet; obstacles : of the scene
-    spins : whether rocks spin: both tables then have rotational and total energies as well
-    Yields a function that takes the rocks of a block, and their impacts.
+    Yields a function that writes one block; its arguments are the block's deposits and impacts.
+
+    density : of the rocks, kg/m^3; impacts : True to write impacts.parquet; obstacles : the scene's
+    spins : True if rocks spin; both tables then have rotational and total energies as well
     """
     with ExitStack() as files:
         deposits_file = files.enter_context((folder / "deposits.csv").open("wb"))
@@ -73,22 +74,27 @@ def open_tables(
 def write_trajectories(
     path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> None:
-    """Write trajectories.parquet: one line a point of a path, grouped by rock in order of time."""
+    """Write trajectories.parquet: one row for each point of a path, grouped by rock in order of time."""
     table = trajectories_table(sources, terrain, deposits, samples)
     pyarrow.parquet.write_table(table, path, use_dictionary=_repeated(table.schema))
 
 
 def write_profiles(path: Path, sources: Sequence[str], deposits: Deposits, profiles: Mapping[str, Any]) -> None:
-    """Write points along profiles as CSV: one line a point; `profiles` holds `row` and further columns (S,)."""
+    """Write points along profiles as CSV, one line for each point.
+
+    profiles : column name -> values (S,); `row` holds the row of the rock in `deposits`, further columns are in m, s
+        and m/s
+    """
     columns = {name: _or_null(values) for name, values in profiles.items() if name != "row"}
     _write_csv(path, _table({**_rock_names(sources, deposits, profiles["row"]), **columns}))
 
 
 def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, density: float) -> pa.Table:
-    """Deposits of R rocks as a table of R rows.
+    """Return the deposits of R rocks as a table of R rows.
 
-    `runout_m` is the horizontal distance from release to end; `zone` that of the last facet touched;
-    `max_height` vertical, above the terrain; `diameter_m` that of a sphere of the rock's mass and density (kg/m^3).
+    `runout_m` is the horizontal distance from release to end. `zone` is the zone of the last facet touched.
+    `max_height` is vertical, above the terrain. `diameter_m` is the diameter of a sphere of the rock's mass and
+    density (kg/m^3).
     """
     return _table(
         {
@@ -116,9 +122,9 @@ def deposits_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits,
 def impacts_table(
     sources: Sequence[str], terrain: Terrain, deposits: Deposits, impacts: Impacts, obstacles: Obstacles = NO_OBSTACLES
 ) -> pa.Table:
-    """Impacts as a table of I rows; `index` counts a rock's rows from 0.
+    """Return the impacts as a table of I rows; `index` counts the impacts of a rock from 0.
 
-    `struck` is the ground or the name of an obstacle, and there the facet and its zone are left empty.
+    `struck` is GROUND or the name of an obstacle. At an obstacle `facet` and `zone` are empty.
     """
     first = np.searchsorted(impacts.row, impacts.row, side="left")
     normals = terrain.frame.directions_to_input(impacts.normal)
@@ -140,7 +146,7 @@ def impacts_table(
 
 
 def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
-    """A table of R deposits with what rocks have beside translational energy, after the columns that it has."""
+    """Return a table of R deposits with rotational and total energies (J) added as last columns."""
     return _extended(
         table,
         {
@@ -151,7 +157,10 @@ def with_energies(table: pa.Table, deposits: Deposits) -> pa.Table:
 
 
 def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: float) -> pa.Table:
-    """A table of I impacts with spins and energies of rocks of a density (kg/m^3), after the columns that it has."""
+    """Return a table of I impacts with spins (rad/s), rotational and total energies (J) added as last columns.
+
+    density : of the rocks, kg/m^3
+    """
     mass = deposits.mass[impacts.row]
     rotational = rotational_energy(mass, 0.5 * diameter_of(mass, density), impacts.spin_in)
     return _extended(
@@ -166,7 +175,7 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
 
 
 def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples) -> pa.Table:
-    """Points of paths as a table of S rows; `mode` is what the rock does from this point on."""
+    """Return the points of paths as a table of S rows; `mode` is the rock's motion from this point on."""
     return _table(
         {
             **_rock_names(sources, deposits, samples.row),
@@ -179,12 +188,12 @@ def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Depos
 
 
 def zones_of_facets(terrain: Terrain, facet: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Zone index (N,) of facets (N,); -1 for a facet below 0: no ground was touched."""
+    """Return the zone index (N,) of facets (N,); -1 for a negative facet: the rock did not touch the ground."""
     return np.where(facet < 0, -1, terrain.zone[np.maximum(facet, 0)])
 
 
 def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.integer]:
-    """What impacts (I,) struck: 0 the ground, then the obstacles' names in order."""
+    """Return an index (I,) of what each impact struck: 0 for the ground, 1 for the first obstacle, and so on."""
     struck = np.zeros(len(facet), dtype=np.int64)
     met = facet < 0
     struck[met] = obstacles.owner[FIRST_OBSTACLE - facet[met]] + 1
@@ -192,61 +201,66 @@ def _struck(facet: NDArray[np.integer], obstacles: Obstacles) -> NDArray[np.inte
 
 
 def lower_names(names: type[Outcome] | type[Mode]) -> list[str]:
-    """The names of an enumeration in order of value, in lower case, as the files spell them."""
+    """Return the names of an enumeration in order of value, in lower case, as the files spell them."""
     return [member.name.lower() for member in names]
 
 
 def _rock_names(sources: Sequence[str], deposits: Deposits, rows: NDArray[np.integer]) -> dict[str, Any]:
-    """Source, number and piece of the rocks of rows (N,)."""
+    """Return the columns that identify the rocks of rows (N,): source, rock number and fragment number."""
     names = _names(sources, deposits.source[rows])
     return {"source": names, "rock": deposits.rock[rows], "piece": deposits.piece[rows]}
 
 
 def _xyz(points: FloatArray, prefix: str = "") -> dict[str, FloatArray]:
-    """Points (N, 3) as three columns."""
+    """Return points (N, 3) as three columns (N,), one for each axis."""
     return {f"{prefix}{axis}": points[:, i] for i, axis in enumerate("xyz")}
 
 
 def _names(names: Sequence[str], index: ArrayLike) -> pa.Array:
-    """Names picked by index (N,), stored once each; nothing where the index is negative."""
+    """Return names picked by index (N,) as a dictionary array; empty where the index is negative."""
     positions = np.asarray(index, dtype=np.int32)
     indices = pa.array(positions, mask=positions < 0)
     return pa.DictionaryArray.from_arrays(indices, pa.array(names, pa.string()))
 
 
 def _or_null(values: NDArray[np.float64]) -> pa.Array:
-    """Values (N,) with nothing in place of NaN."""
+    """Return values (N,) as an array that is empty (null) where a value is NaN."""
     return pa.array(values, from_pandas=True)
 
 
 def _write_csv(path: Path, table: pa.Table) -> None:
-    """A table as a file of its own."""
+    """Write a table as a new CSV file with a header."""
     with path.open("wb") as file:
         _write_lines(file, table, header=True)
 
 
 def _write_lines(file: BinaryIO, table: pa.Table, header: bool) -> None:
-    """The lines of a table; column names go without quotes, which not every version of pyarrow can write."""
+    """Write the lines of a table to an open CSV file.
+
+    The header is written here without quotes, because not every version of pyarrow can omit them.
+    """
     if header:
         file.write((",".join(table.column_names) + "\n").encode())
     pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(include_header=False))
 
 
 def _table(columns: dict[str, Any]) -> pa.Table:
-    """A table whose schema states the units."""
+    """Return columns as a table whose schema states the units."""
     table = pa.table(columns)
     fields = [field.with_metadata({"unit": UNITS[field.name]} if field.name in UNITS else {}) for field in table.schema]
     return pa.Table.from_arrays(table.columns, schema=pa.schema(fields))
 
 
 def _extended(table: pa.Table, more: dict[str, Any]) -> pa.Table:
-    """A table with more columns, whose schema states their units."""
+    """Return a table with more columns; the schema states their units."""
     added = _table(more)
     schema = pa.schema([*table.schema, *added.schema])
     return pa.Table.from_arrays([*table.columns, *added.columns], schema=schema)
 
 
 def _repeated(schema: pa.Schema) -> list[str]:
-    """Columns whose values repeat, for which a dictionary pays: with one for every column a table takes 4 times as long
-    to write, and a seventh more room."""
+    """Return the names of the columns that are worth a dictionary because their values repeat.
+
+    With a dictionary for every column, a table takes 4 times as long to write and needs a seventh more disk space.
+    """
     return [field.name for field in schema if not pa.types.is_floating(field.type)]

@@ -1,6 +1,6 @@
-"""terrain.vtp (the trace map) and trajectories.vtp, to be opened together in ParaView.
+"""Write terrain.vtp (the trace map) and trajectories.vtp, to be opened together in ParaView.
 
-Points are float64 in the input's own coordinates: survey coordinates do not fit float32.
+Points are float64 in the input's own coordinates, because survey coordinates do not fit float32.
 The trace map is the thesis' record of impacts on the terrain (Peik, chapter 3.3 and figure 3-3 a).
 """
 
@@ -27,8 +27,8 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     Parameters
     ----------
     maps : HazardMaps, optional
-        Their facets' layers come on top, named as the rasters in hazard/ (`facet_layers`); impacts are theirs, too,
-        for a tally counts every rock, and `impacts` may hold fewer.
+        Adds the layers of the facets, named as the rasters in hazard/ (`facet_layers`). The number of impacts then
+        comes from the maps, which count every rock; `impacts` may hold fewer rocks.
 
     Raises
     ------
@@ -54,10 +54,11 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
 
 
 def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
-    """The layers of the facets by name; counts as whole numbers, everything else in single precision.
+    """Return the layers of the facets by name; counts as whole numbers, other values in single precision.
 
-    A spread is an array a statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s), `height_m_mean` (m); NaN where
-    no rock came, and in percentiles where fewer than 20 did. Double precision would double the file.
+    A quantity with a spread has one array for each statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s),
+    `height_m_mean` (m). A value is NaN where no rock came; a percentile, where fewer than 20 rocks came. Double
+    precision would double the file.
     """
     facets = maps.facets
 
@@ -75,10 +76,10 @@ def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
 def write_trajectories(
     path: Path, sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
 ) -> None:
-    """Write one polyline a rock.
+    """Write one polyline for each rock.
 
-    Points carry speed (m/s), time (s), rock, row and mode; lines carry source, rock, row and outcome. `row` counts
-    rocks over all sources, `rock` within one; the names of sources, modes and outcomes are field data.
+    Points carry speed (m/s), time (s), rock, row and mode; polylines carry source, rock, row and outcome. `row` counts
+    rocks over all sources, `rock` within one source. The names of sources, modes and outcomes are field data.
 
     Raises
     ------

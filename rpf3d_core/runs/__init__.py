@@ -1,1 +1,1 @@
-"""What a user does with a scene: run, check and compare it, alone or over processes."""
+"""Run, check and compare scenes, in one process or over many."""

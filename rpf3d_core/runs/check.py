@@ -1,6 +1,7 @@
-"""What `rpf3d check` says before a run: faults of the mesh, where the sources are, what the run will cost and take.
+"""The report of `rpf3d check`: faults of the mesh, heights of the sources, warnings, and time and memory of a run.
 
-It refuses what `rpf3d run` refuses, except rocks out of place: those it tells of all sources.
+The check refuses every scene that `rpf3d run` refuses, with one exception: rocks that do not start above the terrain
+are reported for each source.
 """
 
 import time
@@ -35,24 +36,27 @@ from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
 PILOT_ROCKS = 20
-"""Rocks flown by the reference engine to see what a rock costs."""
+"""Rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
-"""Share of an outline that counts as all of it: nobody draws along the rim to the metre."""
+"""Share (-) of an outline on the terrain that counts as all of it: no one draws along the rim to the metre."""
 LOOKED_AT = 50_000
-"""Rocks whose place is looked at, at most, evenly spread over each source: some seconds in plain Python."""
+"""Most rocks whose start is checked, evenly spread over each source: this takes some seconds in plain Python."""
 COMPILED_GAIN = 300.0
-"""How many times faster the compiled engine flies, rounded down from the demo scene in docs/performance.md."""
+"""Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
+docs/performance.md."""
 FOLLOW_LOOP = "_follow_all"
-"""Of `simulation.engines`: takes nearly all of the time to compile."""
+"""Loop of `simulation.engines` that takes nearly all of the time to compile."""
 COMPILE_S = 12.0
-"""Seconds to compile a combination of models the first time; later runs load the result in well under 1 s."""
+"""Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
 
 
 @dataclass(frozen=True)
 class SourceHeight:
-    """Heights above the ground of a source's rocks (m): lowest and highest, and how many have no ground below.
+    """Heights of a source's rocks above the terrain at their start.
 
-    looked_at : how many of its `rocks` this is told of
+    rocks : number of rocks; looked_at : number of rocks checked, to which all further values apply
+    lowest, highest : m above the terrain; under_ground : rocks below the terrain
+    off_terrain : rocks with no terrain below or above them
     """
 
     name: str
@@ -64,7 +68,7 @@ class SourceHeight:
     off_terrain: int
 
     def describe(self) -> str:
-        """One line for people."""
+        """Return the report on this source as one line of text."""
         found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
         if self.looked_at < self.rocks:
             found += f" ({self.looked_at:,} looked at)"
@@ -80,11 +84,12 @@ class SourceHeight:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a run will take: rocks, the engine that `engine` comes down to, and seconds to fly; from a pilot.
+    """The estimated cost of a run, from a pilot of a few rocks.
 
-    auto : whether the number of rocks is left open, and `rocks` is the most there can be
-    compile_s : 0 where nothing is to be compiled, or has been before
-    impacts : mean impacts a rock; pilot : rocks flown to find out; unresolved : how many of them ended unresolved
+    rocks : number of rocks of the run; auto : True if the scene says `rocks: auto`; `rocks` is then the maximum
+    engine : name of the engine that will fly; fly_s : s to fly all rocks
+    compile_s : s to compile; 0 if the engine needs none, or the loops are in the cache
+    impacts : mean number of impacts of a rock; pilot : rocks of the pilot; unresolved : how many ended unresolved
     """
 
     rocks: int
@@ -99,9 +104,10 @@ class Cost:
 
 @dataclass(frozen=True)
 class Maps:
-    """What the hazard maps are made of: cells of the raster, facets, and the memory (GB) that they may take.
+    """Size and memory of the hazard maps.
 
-    least : GB that the cells and facets need, wherever rocks go; percentiles get coarser rather than exceed `allowed`
+    raster : of the cells; facets : number of facets; allowed : GB that the maps may take
+    least : GB that the cells and facets need in any case. Percentiles become coarser if they would exceed `allowed`.
     """
 
     raster: Raster
@@ -110,18 +116,21 @@ class Maps:
 
     @property
     def least(self) -> float:
-        """GB, as `hazard.raster.check_memory` counts."""
+        """Least memory (GB), as in `hazard.raster.check_memory`."""
         return (self.raster.nx * self.raster.ny + self.facets) * BYTES_PER_CELL / GIGABYTE
 
     def describe(self) -> str:
-        """One line for people."""
+        """Return size and memory of the maps as one line of text."""
         cells = f"{self.raster.nx:,} x {self.raster.ny:,} cells of {self.raster.cell:g} m and {self.facets:,} facets"
         return f"{cells}: {max(self.least, 0.001):.3f} GB, and percentiles in what is left of {self.allowed:g} GB"
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How heavy (kg) and how large (diameter, m) rocks can be."""
+    """Range of mass (kg) and of diameter (m) of the rocks.
+
+    lightest, heaviest : kg; smallest, largest : m
+    """
 
     lightest: float
     heaviest: float
@@ -129,16 +138,16 @@ class Sizes:
     largest: float
 
     def describe(self) -> str:
-        """One line for people: a slip in a unit shows here."""
+        """Return both ranges as one line of text, which shows a mistake in a unit."""
         masses, diameters = _span(self.lightest, self.heaviest), _span(self.smallest, self.largest)
         return f"{masses} kg, {diameters} m in diameter"
 
 
 @dataclass(frozen=True)
 class Check:
-    """The report on a scene; `fit` tells whether it can be run.
+    """The report on a scene; `fit` is True if the scene can be run.
 
-    warnings : sentences on what is allowed and hardly meant
+    warnings : sentences on settings that are valid but suspicious; cost : None if the scene is not fit
     assumed_friction : names of the materials that take the default friction angle
     """
 
@@ -153,12 +162,12 @@ class Check:
 
     @property
     def fit(self) -> bool:
-        """Whether every rock starts above ground."""
+        """True if every checked rock starts above the terrain."""
         return not any(source.under_ground or source.off_terrain for source in self.sources)
 
 
 def check_scene(scene: Scene) -> Check:
-    """Inspect a scene and its terrain, and fly a few rocks to see what the run will cost.
+    """Inspect a scene and its terrain, and fly a few rocks to estimate the cost of the run.
 
     Raises
     ------
@@ -166,7 +175,7 @@ def check_scene(scene: Scene) -> Check:
         The scene or one of its files is refused.
     """
     check_engine(scene)
-    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # there is nothing to compile for a pilot
+    prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the pilot then needs no compiling
     engine, sources = prepared.engine, prepared.sources
     _, rocks = next(rounds_of(scene, places_of(prepared)))
     every = -(-sum(rocks) // LOOKED_AT)
@@ -182,7 +191,7 @@ def check_scene(scene: Scene) -> Check:
 
 
 def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: int) -> Check:
-    """The report with what a few rocks, evenly spread over all, tell: the cost, and which effects act."""
+    """Return the report with the results of a pilot: the cost, effects that seem to be missing, and idle effects."""
     chosen = np.unique(np.linspace(0, len(releases.x) - 1, PILOT_ROCKS).astype(int))
     few = taken(releases, chosen)
     began = time.perf_counter()
@@ -193,25 +202,25 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
 
 
 def _sizes(prepared: Prepared) -> Sizes:
-    """Of spheres of the scene's density."""
+    """Return the range of masses, and of diameters of spheres of the scene's density."""
     masses = mass_range(prepared.rock)
     return Sizes(*masses, *(diameter_of(mass, prepared.scene.rock.density) for mass in masses))
 
 
 def _span(low: float, high: float) -> str:
-    """From a number to another, or the one that both are."""
+    """Format an interval; a single number if both ends are equal."""
     return three_figures(low) if low == high else f"{three_figures(low)}-{three_figures(high)}"
 
 
 def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
-    """Sources that deal fewer rocks than they have points."""
+    """Yield a sentence for each source with fewer rocks than points."""
     for source, places, its in zip(prepared.sources, places_of(prepared), rocks, strict=True):
         if 0 < its < places:
             yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
 
 
 def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
-    """Outlines of sources and areas of interest that reach beyond the terrain, or over holes in it."""
+    """Yield a sentence for each outline (source or area of interest) that reaches beyond the terrain or over a hole."""
     outlines = {f"the area of interest {name!r}": area for name, area in read_areas(scene).items()}
     for number, source in enumerate(scene.sources):
         if source.polygon is not None:
@@ -223,7 +232,10 @@ def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
 
 
 def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
-    """Heights of one source's rocks from what lies below them (R, 3)."""
+    """Return the heights of one source's rocks; rocks without terrain below count as `under_ground` for the time being.
+
+    below : (R, 3) as `Engine.ground_below` returns: height (m), facet (-1: none) and side of the facet
+    """
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
     lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
@@ -233,7 +245,11 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
 def _told_apart(
     found: SourceHeight, number: int, releases: Releases, below: NDArray[np.float64], engine: Engine
 ) -> SourceHeight:
-    """Of the rocks without ground below them, those with ground above are under it, the others off the terrain."""
+    """Return the heights with `off_terrain` counted apart from `under_ground`.
+
+    A rock without terrain below is under the ground if there is terrain above it, and off the terrain if not.
+    below : (R, 3) of all sources, as `_heights`; number : index of the source
+    """
     bad = (releases.source == number) & ((below[:, 1] < 0) | (below[:, 2] <= 0))
     top = np.array(releases.x[bad])
     top[:, 2] = np.maximum(top[:, 2], engine.facets.high[2]) + 1.0
@@ -242,7 +258,7 @@ def _told_apart(
 
 
 def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rocks: int) -> Cost:
-    """What all rocks cost, from a pilot and the seconds that a rock of it took."""
+    """Return the cost of all rocks, from a flown pilot and its seconds per rock."""
     deposits, auto = flown.deposits, scene.rocks == "auto"
     rocks = scene.target.most_rocks if auto else rocks
     fly_s = seconds * rocks
@@ -253,5 +269,5 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
 
 
 def _compile_s(models: Models) -> float:
-    """Seconds to compile: none if it has been done before."""
+    """Return the seconds to compile; 0 if the loop is in the cache."""
     return 0.0 if is_cached(FOLLOW_LOOP, type(models.rebound), type(models.ground)) else COMPILE_S

@@ -1,4 +1,7 @@
-"""Whether a scene names the effects that it calls for: what a few rocks and the scene's own folder tell."""
+"""Find effects that a scene seems to need and does not name, and named effects that do nothing.
+
+The evidence is a few flown rocks and the files next to the scene.
+"""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,11 +18,14 @@ from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.values import Outcome
 
 TREES = ("nrtrees", "dbhmean", "dbhstd", "conif_percent", "treefile")
-"""Names of the rasters and files of trees in the input of Rockyfor3D (physics reference 1.9)."""
+"""Names of the rasters and files of trees in an input folder of Rockyfor3D (physics reference 1.9)."""
 
 
 def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
-    """Sentences on what a scene seems to call for and does not name; `flown` are a few of its rocks."""
+    """Yield sentences on effects that a scene seems to need and does not name.
+
+    flown : flights of a few rocks of the scene
+    """
     unresolved = int((flown.deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     if unresolved and scene.ground.name == "none":
         yield (
@@ -33,15 +39,15 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 
 def _carrying_on(scene: Scene) -> str:
-    """The ground model that takes over where bounces have died out: sliding, or what the rebound goes with."""
+    """Return the name of the ground model to suggest: sliding, or the first model that the rebound model allows."""
     grounds = scene.rebound.offer.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 
 def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iterator[str]:
-    """Sentences on effects that left every bit of a few rocks as it is without them.
+    """Yield a sentence for each effect without which a few rocks fly exactly the same paths.
 
-    releases : of those rocks; flown : what came of them with all effects
+    releases : of these rocks; flown : their flights with all effects
     """
     names, effects = list(prepared.scene.effects.named), links_of(prepared.flight.models.effects)
     for k, name in enumerate(names):
@@ -51,11 +57,11 @@ def idle_effects(prepared: Prepared, releases: Releases, flown: Flights) -> Iter
 
 
 def _without(flight: Flight, effects: list[object]) -> Flight:
-    """The same flight with these effects only."""
+    """Return the flight settings with other effects."""
     return replace(flight, models=flight.models._replace(effects=chain_of(effects)))
 
 
 def _same(one: Flights, other: Flights) -> bool:
-    """Whether rocks met the same things in the same places."""
+    """True if deposits and impacts of two ensembles have the same positions, bit for bit."""
     pairs = ((one.deposits.x, other.deposits.x), (one.impacts.x, other.impacts.x))
     return all(a.shape == b.shape and np.array_equal(a, b) for a, b in pairs)

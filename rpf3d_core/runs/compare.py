@@ -1,10 +1,9 @@
-"""Two runs side by side: shares of each zone and area of interest, their differences, and which of them are more than
-chance.
+"""Compare two runs: shares of each zone and area of interest, their differences, and which differences are significant.
 
-A difference is significant where its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal
-runs some 5 % are significant by chance; `p_holm` is corrected for that. Both take the rocks of the two runs as
-independent. Runs from the same sources with the same seed release their rocks alike; as a rule that makes the
-intervals too wide rather than too narrow.
+A difference is significant if its 95 % interval (`ensemble.two_shares`) excludes 0. Of many comparisons of equal runs,
+about 5 % are significant by chance; `p_holm` is corrected for their number. Interval and p assume that the rocks of the
+two runs are independent. Runs with the same sources and the same seed release the same rocks; their intervals are, as a
+rule, too wide rather than too narrow.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,7 +17,7 @@ from rpf3d_core.hazard.benches import AREA, ZONE
 from rpf3d_core.results.earlier_results import read_summary
 
 MEASURES = ("reached", "stopped", "retained")
-"""Shares of all rocks, but for the last: of those that reached the place."""
+"""Shares that are compared: `reached` and `stopped` of all rocks, `retained` of the rocks that reached the place."""
 SECTIONS = {ZONE: "benches", AREA: "areas_of_interest"}
 LEVEL = 0.05
 
@@ -26,22 +25,22 @@ Facts = Mapping[str, Any]
 
 
 class Counted(NamedTuple):
-    """So many rocks of a total."""
+    """A number of rocks out of a total, `of`."""
 
     rocks: int
     of: int
 
     @property
     def share(self) -> float:
-        """Share (-) of a total of at least one."""
+        """Share (-); the total must be at least 1."""
         return self.rocks / self.of
 
 
 class ShareDifference(NamedTuple):
-    """One share in two runs.
+    """One share of a place in two runs, A and B.
 
     kind : ZONE or AREA; place : its name; measure : one of MEASURES
-    interval : 95 %, of the share of B less the share of A (-); p : two-sided; p_holm : corrected for all of the table
+    interval : 95 % interval of share B - share A (-); p : two-sided; p_holm : corrected for the number of differences
     """
 
     kind: str
@@ -55,17 +54,17 @@ class ShareDifference(NamedTuple):
 
     @property
     def change(self) -> float:
-        """Share of B less share of A (-)."""
+        """Share B - share A (-)."""
         return self.b.share - self.a.share
 
     @property
     def significant(self) -> bool:
-        """Whether the interval excludes 0."""
+        """True if the interval excludes 0."""
         return not self.interval[0] <= 0.0 <= self.interval[1]
 
 
 class Energies(NamedTuple):
-    """The 95th percentile (J) of each rock's largest energy in a place, in two runs; None below 20 rocks."""
+    """The 95th percentile (J) of the rocks' largest energies in a place, in runs A and B; None below 20 rocks."""
 
     kind: str
     place: str
@@ -74,10 +73,10 @@ class Energies(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Two runs, place by place.
+    """The comparison of two runs, place by place.
 
-    a, b : the summaries; differences : of places that both have and rocks came to; energies : of the same places
-    only : "a" and "b" -> places (kind, name) that the other run does not have
+    a, b : the summaries; differences, energies : of places that both runs have and rocks reached
+    only : "a" and "b" -> places (kind, name) that only this run has
     """
 
     a: Facts
@@ -88,7 +87,7 @@ class Comparison(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """What a reader must know of the two runs before the figures."""
+        """Sentences that a reader needs before the figures: partial runs, equal rocks, chance and percentiles."""
         return list(_notes(self))
 
 
@@ -98,7 +97,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
     Raises
     ------
     InputError
-        One of them is no result, or has flown no rock; says which.
+        A folder holds no result, or a result without rocks; names the folder.
     """
     facts = [read_summary(folder) for folder in (folder_a, folder_b)]
     for folder, one in zip((folder_a, folder_b), facts, strict=True):
@@ -108,7 +107,7 @@ def compare_runs(folder_a: str | Path, folder_b: str | Path) -> Comparison:
 
 
 def compare_summaries(a: Facts, b: Facts) -> Comparison:
-    """Compare two summaries of at least one rock each."""
+    """Compare the summaries of two runs of at least one rock each."""
     both = [(kind, name) for kind, name in _places(a) if (kind, name) in _places(b)]
     counts = [
         (kind, name, measure, *counted)
@@ -132,7 +131,7 @@ def compare_summaries(a: Facts, b: Facts) -> Comparison:
 
 
 def comparison_section(comparison: Comparison) -> dict[str, Any]:
-    """A comparison for JSON; shares and differences (-), energies (J)."""
+    """Return a comparison as plain values for JSON; shares and differences (-), energies (J)."""
     return {
         "a": run_section(comparison.a),
         "b": run_section(comparison.b),
@@ -147,7 +146,7 @@ def comparison_section(comparison: Comparison) -> dict[str, Any]:
 
 
 def run_section(facts: Facts) -> dict[str, Any]:
-    """What tells a run from others, for JSON."""
+    """Return scene, digest, seed and numbers of rocks and triangles of a run, for JSON."""
     scene = facts["scene"]
     run = {name: facts[name] for name in ("rocks", "rocks_planned", "partial")}
     triangles = facts.get("terrain", {}).get("triangles")
@@ -171,7 +170,7 @@ def _difference_section(row: ShareDifference) -> dict[str, Any]:
 
 
 def counted_section(counted: Counted) -> dict[str, Any]:
-    """A share for JSON, with its 95 % Wilson interval (-)."""
+    """Return a share with its 95 % Wilson interval (-), for JSON."""
     return {**counted._asdict(), "share": counted.share,
             "interval_95": list(wilson_interval(*counted))}  # fmt: skip
 
@@ -186,7 +185,10 @@ def _place(facts: Facts, kind: str, name: str) -> Facts:
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:
-    """The share in both runs; None where no rock came in either, or, of those retained, in one."""
+    """Return the counts of a measure in both runs; None if no rock reached the place in either run.
+
+    For `retained`, None if no rock reached the place in one of the runs.
+    """
     reached = [_place(facts, kind, name)["reached"]["rocks"] for facts in (a, b)]
     if not any(reached) or (measure == "retained" and not all(reached)):
         return None
@@ -223,7 +225,7 @@ def _notes(comparison: Comparison) -> Iterator[str]:
 
 
 def _alike(a: Facts, b: Facts) -> str | None:
-    """What two scenes share that makes their rocks start alike; None where they do not, or nobody knows."""
+    """Return in words why the rocks of two runs with one seed start alike; None if they do not, or it is unknown."""
     if a.get("digest") == b.get("digest"):
         return "the same scene"
     known = a.get("releases_digest")

@@ -1,4 +1,4 @@
-"""A comparison as tables of text: for the screen, and in Markdown."""
+"""Format a comparison of two runs as tables of text, for the screen and in Markdown."""
 
 import math
 from collections.abc import Sequence
@@ -10,24 +10,27 @@ from rpf3d_core.runs.compare import LEVEL, Comparison, Counted, Energies, ShareD
 SHARES_HEADER = ("place", "share", "A", "B", "B - A in points", "p", "p (Holm)", "significant")
 ENERGIES_HEADER = ("place", "p95 energy A (kJ)", "B (kJ)", "B / A")
 SMALLEST_P = 1e-4
-"""Smaller p values are told as below it: their digits say nothing."""
+"""Smaller p values are printed as "< 0.0001", because their digits have no meaning."""
 
 Rows = list[tuple[str, ...]]
 
 
 def share_rows(comparison: Comparison) -> Rows:
-    """Rows under SHARES_HEADER; "alone" is what Holm's correction takes away."""
+    """Return the rows under SHARES_HEADER.
+
+    "alone" marks a difference that is significant alone, but not after Holm's correction.
+    """
     return [_share_row(row) for row in comparison.differences]
 
 
 def energy_rows(comparison: Comparison) -> Rows:
-    """Rows under ENERGIES_HEADER, of places with a percentile in at least one run."""
+    """Return the rows under ENERGIES_HEADER: places with a percentile in at least one run."""
     known = [row for row in comparison.energies if row.a is not None or row.b is not None]
     return [(_name(row.kind, row.place), _kilojoule(row.a), _kilojoule(row.b), _ratio(row)) for row in known]
 
 
 def lines_of(comparison: Comparison) -> list[str]:
-    """What is said beside the tables: the runs, places that only one has, and the notes."""
+    """Return the lines printed above the tables: the two runs, places that only one run has, and the notes."""
     lines = [
         f"{name}: {facts['scene'].get('file')}, seed {facts['scene'].get('seed')}, {facts['rocks']:,} rocks"
         for name, facts in (("A", comparison.a), ("B", comparison.b))
@@ -39,38 +42,38 @@ def lines_of(comparison: Comparison) -> list[str]:
 
 
 def markdown_of(comparison: Comparison) -> str:
-    """A comparison as a section of Markdown."""
+    """Return a comparison as a section of Markdown."""
     head = "\n".join(f"- {line}" for line in lines_of(comparison))
     shares = markdown_table(SHARES_HEADER, share_rows(comparison))
     return f"{head}\n\n{shares}\n\n{markdown_table(ENERGIES_HEADER, energy_rows(comparison))}\n"
 
 
 def markdown_table(header: Sequence[str], rows: Rows) -> str:
-    """A table of Markdown."""
+    """Return a table in Markdown."""
     return "\n".join(f"| {' | '.join(cells)} |" for cells in (header, ["---"] * len(header), *rows))
 
 
 def percent(counted: Counted) -> str:
-    """A share in per cent with its 95 % interval."""
+    """Return a share in per cent with its 95 % interval, as text."""
     low, high = wilson_interval(*counted)
     decimals = decimals_for(high - low)
     return f"{100 * counted.share:.{decimals}f} % ({100 * low:.{decimals}f} to {100 * high:.{decimals}f})"
 
 
 def points(change: float, interval: tuple[float, float]) -> str:
-    """A difference of shares (-) in points of per cent with its interval."""
+    """Return a difference of shares (-) with its interval in percentage points, as text."""
     decimals = decimals_for(interval[1] - interval[0])
     middle, low, high = (f"{100 * value:+.{decimals}f}" for value in (change, *interval))
     return f"{middle} ({low} to {high})"
 
 
 def decimals_for(width: float) -> int:
-    """Decimals of a share in per cent at which an interval of some width (-) still shows: one to four."""
+    """Return the number of decimals of a share in per cent that still shows an interval of a width (-): one to four."""
     return 4 if width <= 0.0 else min(max(1, math.ceil(-math.log10(100.0 * width))), 4)
 
 
 def p_text(p: float) -> str:
-    """A p value."""
+    """Return a p value as text."""
     return f"< {SMALLEST_P:g}" if p < SMALLEST_P else f"{p:.2g}"
 
 

@@ -1,8 +1,8 @@
-"""Work over processes and machines: the parts of one scene, or many scenes and seeds, through any executor.
+"""Fly the parts of one scene, or many scenes and seeds, on several processes or machines through an executor.
 
-Any `concurrent.futures.Executor` will do: a process pool on one machine, `distributed.Client.get_executor()` or
-`mpi4py.futures.MPIPoolExecutor` on a cluster, where every worker must see the scene's files at the same paths. Workers
-read the scene themselves, so only the scene goes to them, and what they have counted comes back.
+Any `concurrent.futures.Executor` works: a process pool on one machine, `distributed.Client.get_executor()` or
+`mpi4py.futures.MPIPoolExecutor` on a cluster. Every worker must see the scene's files at the same paths. A worker
+receives the scene only, reads its files, and returns its counts.
 """
 
 import threading
@@ -43,10 +43,10 @@ Flown = TypeVar("Flown")
 
 @dataclass(frozen=True, eq=False)
 class RunPart:
-    """What came of a part of a scene's rocks, ready to travel.
+    """The results of a part of a scene's rocks, in a form that can be sent between processes.
 
-    digest : of the scene, with its files, as the worker read them
-    totals, tallies, barriers : of all rocks of the part; flights : of those that are shown
+    digest : of the scene and its files as the worker read them
+    totals, tallies, barriers : of all rocks of the part; flights : of the rocks that are shown
     """
 
     digest: str
@@ -57,7 +57,10 @@ class RunPart:
 
 
 class Finished(NamedTuple):
-    """A run of a study: its number among the scenes and seeds, from 0, its scene, its seed and its summary."""
+    """A finished run of a study.
+
+    number : of the run among all pairs of scene and seed, from 0; scene : its file; summary : as in summary.json
+    """
 
     number: int
     scene: Path
@@ -75,19 +78,20 @@ def fly_parts(
     shown: int | None = SHOWN,
     threads: int = 1,
 ) -> Run:
-    """Fly the rocks of one scene in parts, each wherever the executor has room, and put together what came of them.
+    """Fly the rocks of one scene in parts, each on a free worker of the executor, and merge the parts into one run.
 
     Parameters
     ----------
-    parts : how many; totals and maps have the same bits whatever their number, order and place
-    shown : how many rocks to keep in memory to be drawn, evenly spread over the parts; None for all
+    parts : number of parts; totals and maps are bit for bit the same for any number and order of parts, on any workers
+    shown : number of rocks to keep in memory for pictures, evenly spread over the parts; None for all
     threads : of each part, for the compiled engine
     scene, rocks, engine, seed : as `run.simulate`
 
     Raises
     ------
     InputError
-        As `run.simulate`; or the scene says `rocks: auto`, or a worker has read other files.
+        As `run.simulate`; or the number of parts is below 1, the scene says `rocks: auto`, or a worker read other
+        files.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     if chosen.rocks == "auto":
@@ -103,19 +107,22 @@ def fly_parts(
 
 
 def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
-    """The rocks of each part, a share of every source's; parts that would have none are left out."""
+    """Return the rocks of each part: an equal share of the rocks of every source. Parts without rocks are left out.
+
+    counts : number of rocks of each source
+    """
     edges = [[k * n // parts for n in counts] for k in range(parts + 1)]
     return [(first, last) for first, last in pairwise(edges) if first != last]
 
 
 def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a scene's rocks, here.
+    """Fly a part of a scene's rocks in this process.
 
     Parameters
     ----------
-    part : of each source from a rock to before another
-    shown : how many rocks to keep, None for all; paths : of how many of these to keep the path
-    threads : for the compiled engine
+    part : for each source the number of the first rock, and the number after the last rock
+    shown : number of rocks to keep, None for all; paths : number of these rocks whose path is kept
+    threads : number for the compiled engine
 
     Raises
     ------
@@ -124,13 +131,13 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
     """
     digest = scene_digest(scene)
     prepared = _prepared(scene, digest)
-    # VTK's locator is for one thread; the lock costs nothing, for the reference engine is plain Python.
+    # VTK's locator works in one thread only. The lock costs no time, because the reference engine is plain Python.
     with nullcontext() if isinstance(prepared.engine, Compiled) else _REFERENCE:
         return _flown(prepared, digest, part, shown, paths, threads)
 
 
 def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
-    """Fly a part of a prepared scene."""
+    """Fly a part of a prepared scene; return its results."""
     first, last = part
     for ranges in blocks_of(first, last):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
@@ -150,12 +157,12 @@ def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, path
 
 
 def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
-    """The parts of a scene's rocks, in any order, as one run.
+    """Merge the parts of a scene's rocks, in any order, into one run.
 
     Raises
     ------
     InputError
-        A part was flown over other files, or by another scene.
+        A part was flown with another scene or other files.
     """
     scene = prepared.scene
     digest = scene_digest(scene)
@@ -182,25 +189,25 @@ def study(
     rocks: int | None = None,
     out: str | Path | None = None,
 ) -> Iterator[Finished]:
-    """Fly many scenes, each with many seeds, a whole run wherever the executor has room.
+    """Fly many scenes, each with many seeds; each run goes as a whole to a free worker of the executor.
 
     Parameters
     ----------
-    seeds : for each scene; None for each scene's own
+    seeds : for each scene; None for the scene's own seed
     rocks : of each run; None for the scene's own numbers
-    out : a folder that every worker can write to, for a result folder of each run, named by its number; without it
-        a run's rocks are in its worker's memory, so for millions of rocks give one
+    out : folder that every worker can write to. Each run writes a result folder there, named by its number and scene.
+        Without `out` the rocks of a run stay in the worker's memory, so give a folder for millions of rocks.
 
     Returns
     -------
     iterator of Finished
-        In the order in which runs finish. Everything is on its way when this returns; to leave the iterator cancels
-        what has not begun.
+        In the order in which runs finish. All runs are submitted when this function returns. Leaving the iterator
+        cancels the runs that have not begun.
 
     Raises
     ------
     InputError
-        A scene is refused: at once, or by the iterator once a worker has tried it.
+        A scene is refused: at once, or from the iterator after a worker has tried to fly the scene.
     """
     each: Sequence[int | None] = [None] if seeds is None else seeds
     chosen = [chosen_scene(scene, rocks, None, seed) for scene in scenes for seed in each]
@@ -220,7 +227,7 @@ def _as_they_finish(flying: dict["Future[dict[str, Any]]", int], scenes: Sequenc
 
 
 def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
-    """Fly a whole scene, here, and tell its summary."""
+    """Fly a whole scene in this process and return its summary; with a folder, write the result there."""
     if folder is None:
         return summary(findings_of(simulate(scene, threads=1)))
     run_scene(scene, folder, recording=False)
@@ -229,7 +236,7 @@ def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
 
 @contextmanager
 def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]"]:
-    """Where one fails or nobody waits any longer, what has not begun never will."""
+    """Cancel all work that has not begun when the block ends, also if a worker fails or the caller stops waiting."""
     try:
         yield flying
     finally:
@@ -238,10 +245,10 @@ def _all_or_none(flying: "list[Future[Flown]]") -> Iterator["list[Future[Flown]]
 
 
 def _prepared(scene: Scene, digest: str) -> Prepared:
-    """The scene made ready to fly, kept for the next part of the same scene in this process."""
+    """Return the prepared scene, and keep it for the next part of the same scene in this process."""
     with _PREPARING:
         if (scene.path, digest) not in _READY:
-            _READY.clear()  # the terrain before may fill the memory
+            _READY.clear()  # first, because the terrain of another scene may fill the memory
             _READY[scene.path, digest] = prepare(scene)
         return _READY[scene.path, digest]
 

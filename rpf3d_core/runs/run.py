@@ -1,4 +1,4 @@
-"""From a scene to a result: read, release, fly, count, write. What `rpf3d run` does, in a few lines of Python."""
+"""Run a scene: read it, release and fly its rocks, count, write the result. The Python functions of `rpf3d run`."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -46,20 +46,21 @@ from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
 from rpf3d_core.values import Outcome
 
 Stop = Callable[[], bool]
-"""Asked while rocks fly whether to stop."""
+"""Function that is called while rocks fly; True stops the run."""
 
 SHOWN = 10_000
-"""Rocks that a run on disk keeps in memory to draw; their deposits and impacts are on disk for all."""
+"""Rocks that a run on disk keeps in memory for the pictures. The tables on disk hold all rocks."""
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A scene, the terrain that was read for it, and what came of its rocks.
+    """A scene, its terrain, and the results of its rocks.
 
-    flights : of all rocks or, of a run on disk, of those that are shown
-    totals, maps : of all rocks; planned : how many should have flown, more than `totals.rocks` if it was interrupted
-    steps : what was known after each doubling, where the scene says `rocks: auto`
-    read_s : wall seconds to read and check the terrain; index_s : to build the engine's index over it
+    flights : of all rocks or, if the run was written to disk, of the rocks that are shown
+    totals, maps : of all rocks; planned : rocks that should fly, more than `totals.rocks` if the run was interrupted
+    steps : convergence after each doubling if the scene says `rocks: auto`, else empty
+    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's index over it
+    began : `time.perf_counter()` at the start of the run; obstacles : barriers and trees of the scene
     """
 
     scene: Scene
@@ -84,21 +85,21 @@ def simulate(
     progress: Progress | None = None,
     threads: int | None = None,
 ) -> Run:
-    """Fly all rocks of a scene and keep all that comes of them in memory.
+    """Fly all rocks of a scene and keep all results in memory.
 
     Parameters
     ----------
     scene : a scene, or the path of its file
-    rocks : how many in total, dealt to the sources in proportion, or "auto"; None for the scene's own numbers
+    rocks : total number, dealt to the sources in proportion, or "auto"; None for the scene's own numbers
     engine : "reference", "compiled" or "auto"; None for the scene's own
-    seed : for everything that is drawn at random; None for the scene's own
+    seed : of all random draws; None for the scene's own
     progress : as `ensemble.fly.Progress`
-    threads : for the compiled engine; None for one a core
+    threads : number for the compiled engine; None for one thread a core
 
     Raises
     ------
     InputError
-        The scene, one of its files or a source is refused; says which, and what would be right.
+        The scene, one of its files or a source is refused; the message names it and says what would be right.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with _second_compiler(chosen) as beside:
@@ -117,20 +118,22 @@ def run_scene(
     writing: Callable[[], None] | None = None,
     recording: bool = True,
 ) -> Run:
-    """Fly all rocks of a scene and write everything into a folder while they fly: any number, in bounded memory.
+    """Fly all rocks of a scene and write the result into a folder: any number of rocks, in bounded memory.
+
+    The tables are written while the rocks fly.
 
     Parameters
     ----------
     folder : new, empty, or an earlier result, which is replaced at the end
-    stop : asked while rocks fly; once it says True, what has flown is written, marked as partial
-    writing : called once no rock flies any more and the rest is written
-    recording : False to leave run.rrd out, whatever the scene says
+    stop : called while rocks fly; after it returns True the rocks flown so far are written, marked as partial
+    writing : called after the last rock has flown, before the remaining files are written
+    recording : False to write no run.rrd, whatever the scene says
     scene, rocks, engine, seed, progress : as `simulate`
 
     Raises
     ------
     InputError
-        As `simulate`; or the folder holds something else, or cannot be written to.
+        As `simulate`; or the folder holds other files than a result, or cannot be written to.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
     with result_folder(folder) as part, _second_compiler(chosen) as beside:
@@ -156,12 +159,13 @@ def run_scene(
 def replay(
     scene: Scene | str | Path, source: str | int, rock: int, engine: str = "reference", seed: int | None = None
 ) -> Run:
-    """Fly one rock of a scene again, with the bits it has among all others.
+    """Fly one rock of a scene again; its path is bit for bit the same as in a run of all rocks.
 
     Parameters
     ----------
     scene, engine, seed : as `simulate`
-    source : the name of its source, or its place in the scene's list, from 0; rock : its number, from 0
+    source : name of the rock's source, or its index in the scene's list, from 0
+    rock : number of the rock in its source, from 0
 
     Raises
     ------
@@ -180,14 +184,14 @@ def replay(
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
-    """Write everything that a run leaves behind (docs/outputs.md) and return the folder.
+    """Write all files of a result (docs/outputs.md) and return the absolute path of the folder.
 
-    recording : False to leave run.rrd out, whatever the scene says
+    recording : False to write no run.rrd, whatever the scene says
 
     Raises
     ------
     InputError
-        The folder holds something else, or cannot be written to.
+        The folder holds other files than a result, or cannot be written to.
     """
     with result_folder(folder) as part:
         write_all_tables(part, findings_of(run))
@@ -196,7 +200,7 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
 
 
 def findings_of(run: Run) -> Findings:
-    """What a run has found, as the files of a result are written from."""
+    """Return the findings of a run, from which the files of a result are written; its wall time ends here."""
     timings = {"read_s": run.read_s, "index_s": run.index_s, "wall_s": time.perf_counter() - run.began}
     return Findings(
         run.scene, run.terrain, run.faults, run.flights, run.totals, run.maps, run.planned, run.steps, timings,
@@ -214,12 +218,16 @@ def _fly(
     rounds: Sequence[Round] | None = None,
     beside: BackgroundCompiler = ALONE,
 ) -> Run:
-    """Fly a prepared scene round after round, counting; until all have flown, the target is met, or it is stopped."""
+    """Fly a prepared scene round by round until all rocks have flown, the target is met, or `stop` returns True.
+
+    shown : number of rocks to keep in memory, None for all; sink : takes the deposits and impacts of each block
+    rounds : ranges of rocks to fly instead of the scene's own; beside : the process that compiles in parallel
+    """
     scene, flight = prepared.scene, prepared.flight
     tallies, totals = empty_tallies(prepared), empty_totals(prepared)
     plan = list(rounds_of(scene, places_of(prepared))) if rounds is None else list(rounds)
     compile_s = _checked_and_compiled(prepared, tallies, plan[0], beside)
-    # What stays in memory keeps all impacts; a table that is not written needs none.
+    # A run in memory keeps the impacts of all rocks. A run on disk needs them only for impacts.parquet.
     impacts = scene.outputs.impacts or shown is None
     kept, take = _shown(scene, plan, shown), _both(totals, sink)
     stream = Stream(prepared.engine, flight, kept, tallies, take, stop, threads, impacts=impacts)
@@ -246,9 +254,10 @@ def _fly(
 
 
 def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: BackgroundCompiler) -> float:
-    """Check the rocks of the first round, and compile what the cache does not hold; the seconds that took.
+    """Check the releases of the first round and compile the loops that the cache lacks; return the compile time (s).
 
-    To check them takes the ground below them: flights are compiled before it where it is still being compiled beside.
+    The check needs the loop for the ground below a rock. While the second process still compiles that loop, the loops
+    of flights are compiled here.
     """
     beside.compile(*tallies.loops())
     flight = prepared.flight
@@ -261,9 +270,10 @@ def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, be
 
 @contextmanager
 def _second_compiler(scene: Scene) -> Iterator[BackgroundCompiler]:
-    """A second process to compile what takes longest, where a scene's rocks need compiled code.
+    """Yield a second process that compiles the loops that take longest, if the scene needs the compiled engine.
 
-    Until the types of that are known, it compiles what has the same types in all scenes.
+    Their types are known only after the scene is prepared. Until then the process compiles loops that have the same
+    types in all scenes.
     """
     with compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else [])) as beside:
         beside.call(precompile_index, precompile_ground_below)
@@ -271,19 +281,22 @@ def _second_compiler(scene: Scene) -> Iterator[BackgroundCompiler]:
 
 
 def _check_all(prepared: Prepared, rocks: Round) -> None:
-    """Refuse sources with a rock under the ground before the first rock of a round flies, block by block."""
+    """Refuse sources with a rock under the ground or off the terrain; called before the first rock of a round flies."""
     for ranges in blocks_of(*rocks):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
 
 
 def _shown(scene: Scene, plan: Sequence[Round], shown: int | None) -> Shown:
-    """The rocks to keep: all (None), or some of them, of the first round where nobody knows how many there will be."""
+    """Return the rocks of the first round to keep in memory: all if `shown` is None, else an even selection.
+
+    With `rocks: auto` the number of rocks of later rounds is unknown.
+    """
     first, last = plan[0]
     return shown_of(sum(last) - sum(first), shown, scene.outputs.trajectories)
 
 
 def _both(totals: Totals, sink: Sink | None) -> Sink:
-    """Count a block and hand it on."""
+    """Return a sink that adds each block to the totals and passes the block on to another sink."""
 
     def take(deposits: Deposits, impacts: Impacts) -> None:
         totals.add(deposits)
@@ -294,8 +307,8 @@ def _both(totals: Totals, sink: Sink | None) -> Sink:
 
 
 def _recorder(run: Run) -> Callable[[Path, dict[str, Any]], None]:
-    """Writes the recording of a run to a path, given the summary."""
-    from rpf3d_core.recordings.log import write_recording  # rerun is needed for this only
+    """Return a function of (path, summary) that writes the recording of a run."""
+    from rpf3d_core.recordings.log import write_recording  # imported here, because only recordings need rerun
 
     return lambda path, facts: write_recording(
         path, run.scene, run.terrain, run.flights, facts, run.maps, run.obstacles

@@ -1,4 +1,4 @@
-"""The thesis' two studies: what it compared and printed, and the scenes that make the same comparison here.
+"""The two studies of the thesis: its printed shares, and the scenes that repeat the comparison with rpf3d.
 
 Source: Peik 2020, section 5.2, tables 5-2 and 5-4.
 """
@@ -12,7 +12,10 @@ from rpf3d_core.results.folder import check_folder
 
 
 class Printed(NamedTuple):
-    """A column of the thesis' tables: an area, the pit's zones that it is, and its shares in run A and B (%)."""
+    """A column of the thesis' tables.
+
+    area : as printed; zones : of the synthetic pit that correspond to the area; a, b : printed shares (%) in run A, B
+    """
 
     area: str
     zones: tuple[str, ...]
@@ -21,7 +24,12 @@ class Printed(NamedTuple):
 
 
 class Study(NamedTuple):
-    """A study: scenes A and B, and perhaps a third with a part of what B has; by the stems of their files."""
+    """A study of the thesis.
+
+    table : number in the thesis; a, b : names of the scene files, without extension
+    part : a third scene file that changes only a part of what B changes, None if there is none
+    printed : the columns of the table
+    """
 
     name: str
     title: str
@@ -57,17 +65,17 @@ LOCALISED = Study(
     ),
 )  # fmt: skip
 REPORTS = ("comparison.json", "comparison.md")
-"""What a study leaves behind beside its runs."""
+"""Files that a study writes next to the folders of its runs."""
 STUDIES = {study.name: study for study in (RESOLUTION, LOCALISED)}
 
 
 def scene_files(study: Study) -> list[Path]:
-    """The scenes of a study, as they come with the program: A, B and, where there is one, the part.
+    """Return the scene files of a study, which are installed with the program: A, B and, if there is one, the part.
 
     Raises
     ------
     InputError
-        They are not where the program was installed.
+        A scene file is missing where the program was installed.
     """
     places = (Path(__file__).parents[2], Path(sysconfig.get_path("data"), "share", "rpf3d"))
     stems = [stem for stem in (study.a, study.b, study.part) if stem]
@@ -79,12 +87,12 @@ def scene_files(study: Study) -> list[Path]:
 
 
 def study_named(name: str) -> Study:
-    """The study of a name.
+    """Return the study of a name.
 
     Raises
     ------
     InputError
-        There is none; says which there are.
+        There is no such study; the message lists the studies.
     """
     if name not in STUDIES:
         raise InputError(f"there is no study {name!r}; there are {', '.join(STUDIES)}")
@@ -92,12 +100,12 @@ def study_named(name: str) -> Study:
 
 
 def runs_of(study: Study, out: Path) -> list[tuple[Path, Path]]:
-    """Each scene of a study with the folder for its result, checked before anything flies.
+    """Return each scene file of a study with the folder for its result; folders are checked before any rock flies.
 
     Raises
     ------
     InputError
-        As `scene_files` and `io.results.check_folder`; or the folder holds what is not of this study.
+        As `scene_files` and `results.folder.check_folder`; or `out` holds a file that is not of this study.
     """
     runs = [(scene, out / scene.stem.removeprefix("study_")) for scene in scene_files(study)]
     known = {*REPORTS, *(folder.name for _, folder in runs)}

@@ -1,7 +1,7 @@
-"""What a study of the thesis comes to: what the thesis printed, what it could know from 21 rocks, what comes out here.
+"""Report on a study of the thesis: its printed differences, their uncertainty with 21 rocks, and the results of rpf3d.
 
-The thesis' percentages are k / 21, and its mesh is not public: here the same comparison is made on the synthetic pit.
-So signs and sizes of differences compare, not the shares themselves.
+The thesis' percentages are k / 21. Its mesh is not public, so the same comparison is made on the synthetic pit. Signs
+and sizes of the differences can therefore be compared, but not the shares themselves.
 """
 
 import json
@@ -22,17 +22,20 @@ from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.terrain.pit.parameters import Pit
 
 ROCKS_OF_THESIS = 21
-"""The thesis says 20, but 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference, validation 6)."""
+"""Rocks of a run of the thesis. It states 20, but 4, 19, 23, 28, 38, 43 and 57 % are all k / 21 (reference,
+validation 6)."""
 ON_A_BENCH = 1.0
-"""A spill lies on a bench, whose relief is a few decimetres: its rocks rest at most so far below its level (m)."""
+"""Most depth (m) below a bench's level at which a rock on a spill counts as on that bench: a spill lies on a bench, and
+the relief of a bench is a few decimetres."""
 SPILL = "spill"
 NOT_SEEN = "no rock stops there"
 
 
 class ThesisColumn(NamedTuple):
-    """One column of the thesis' table, as it was and as it is here.
+    """One column of the thesis' table, with the thesis' counts and the counts of rpf3d.
 
-    thesis_a, thesis_b : what it counted, of 21; a, b, part : what stopped there here, spills counted with their benches
+    printed : the column; thesis_a, thesis_b : the thesis' counts, of 21 rocks
+    a, b, part : rocks of the study's runs that stopped in the column's zones; a spill counts with the bench below it
     """
 
     printed: Printed
@@ -44,33 +47,33 @@ class ThesisColumn(NamedTuple):
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval of B - A here (-)."""
+        """95 % interval (-) of B - A in the study's runs."""
         return newcombe_interval(*self.b, *self.a)
 
     @property
     def thesis_interval(self) -> tuple[float, float]:
-        """95 % interval of B - A with the thesis' number of rocks (-)."""
+        """95 % interval (-) of B - A in the thesis, with its number of rocks."""
         return newcombe_interval(*self.thesis_b, *self.thesis_a)
 
     @property
     def change(self) -> float:
-        """B - A here (-)."""
+        """B - A (-) in the study's runs."""
         return self.b.share - self.a.share
 
     @property
     def thesis_change(self) -> float:
-        """B - A in the thesis (-)."""
+        """B - A (-) in the thesis."""
         return self.thesis_b.share - self.thesis_a.share
 
     @property
     def half_width_of_21(self) -> float:
-        """Half-width of the 95 % interval (normal) that 21 rocks a run would give to the difference found here (-)."""
+        """Half-width (-) of the normal 95 % interval that B - A of the study's runs would have with 21 rocks a run."""
         variance = sum(one.share * (1.0 - one.share) / ROCKS_OF_THESIS for one in (self.a, self.b))
         return NORMAL_QUANTILE_95 * math.sqrt(variance)
 
     @property
     def verdict(self) -> str:
-        """What the rocks flown here say about the thesis' difference."""
+        """Verdict of the study's runs on the thesis' difference, in words."""
         if self.a.rocks == self.b.rocks == 0:
             return NOT_SEEN
         if self.thesis_change == 0.0 and _excludes_0(self.interval):
@@ -81,7 +84,11 @@ class ThesisColumn(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What a study has found."""
+    """The results of a study.
+
+    findings : the columns of the thesis' table; comparison : of run B with run A
+    part : comparison of the run with the spills' coefficients only with run A; None if the study has no such run
+    """
 
     study: Study
     findings: tuple[ThesisColumn, ...]
@@ -90,7 +97,7 @@ class Report(NamedTuple):
 
 
 def report_of(study: Study, folders: Sequence[Path]) -> Report:
-    """What the results of a study's runs come to, in the order of `runs_of`.
+    """Return the report on the result folders of a study's runs, given in the order of `runs_of`.
 
     Raises
     ------
@@ -108,9 +115,9 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
-    """Rocks of a run on the synthetic pit by where they stopped; one on a spill counts with the bench below it.
+    """Count the rocks that stopped in each zone of the synthetic pit; a rock on a spill counts with the bench below it.
 
-    The thesis counts so too: 14 % of its rocks stopped on spills, and its areas sum up to 98 % without them.
+    The thesis counts in the same way: 14 % of its rocks stopped on spills, and its areas sum to 98 % without them.
 
     Raises
     ------
@@ -127,7 +134,7 @@ def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:
 
 
 def _bench_below(pit: Pit, altitude: float) -> str:
-    """The highest bench that does not lie above an altitude (m); bench_1 is the first below the crest."""
+    """Return the highest bench that is not above an altitude (m); bench_1 is the first bench below the crest."""
     depths = pit.levels[-1] - pit.levels[-2:0:-1]
     return f"bench_{1 + int((depths < pit.crest_altitude - altitude - ON_A_BENCH).sum())}"
 
@@ -142,7 +149,7 @@ def write_report(report: Report, out: Path) -> None:
     Raises
     ------
     InputError
-        They cannot be written.
+        A file cannot be written.
     """
     text = json.dumps(report_section(report), indent=2, allow_nan=False) + "\n"
     try:
@@ -153,7 +160,7 @@ def write_report(report: Report, out: Path) -> None:
 
 
 def verdict_of(report: Report) -> str:
-    """What the study says about the thesis' conclusion, in a few sentences."""
+    """Return the verdict of the study on the thesis' conclusion, in a few sentences."""
     known = [found.printed.area for found in report.findings if _excludes_0(found.thesis_interval)]
     widest = max(half_width(found.thesis_a) for found in report.findings)
     rocks = " and ".join(sorted({f"{facts['rocks']:,}" for facts in (report.comparison.a, report.comparison.b)}))
@@ -167,7 +174,7 @@ def verdict_of(report: Report) -> str:
 
 
 def half_width(counted: Counted) -> float:
-    """Half-width (-) of a share's 95 % interval by the normal approximation, which is what is quoted for 21 rocks."""
+    """Return the half-width (-) of a share's normal 95 % interval, the kind of interval quoted for 21 rocks."""
     return NORMAL_QUANTILE_95 * math.sqrt(counted.share * (1.0 - counted.share) / counted.of)
 
 
@@ -178,17 +185,17 @@ FINDINGS_HEADER = (
 
 
 def finding_header(report: Report) -> tuple[str, ...]:
-    """The header of a report's rows."""
+    """Return the header of `finding_rows`; the last column is only for a study with a part."""
     return FINDINGS_HEADER if report.part else FINDINGS_HEADER[:-1]
 
 
 def finding_rows(report: Report) -> list[tuple[str, ...]]:
-    """Rows under FINDINGS_HEADER, of which the last column is for a study with a part only."""
+    """Return the rows of the report's table under `finding_header`."""
     return [tuple(_finding_row(found)) for found in report.findings]
 
 
 def report_markdown(report: Report) -> str:
-    """The report as Markdown: the thesis' table, the verdict, then every zone."""
+    """Return the report as Markdown: the thesis' table, the verdict, then every zone."""
     sections = [
         f"# {report.study.title}",
         f"The thesis' table {report.study.table}, read as counts of {ROCKS_OF_THESIS}, and the same here. "
@@ -204,7 +211,7 @@ def report_markdown(report: Report) -> str:
 
 
 def report_section(report: Report) -> dict[str, Any]:
-    """The report for JSON; shares and differences (-)."""
+    """Return the report as plain values for JSON; shares and differences (-)."""
     return {
         "program": "rpf3d",
         "study": report.study.name,
@@ -218,7 +225,7 @@ def report_section(report: Report) -> dict[str, Any]:
 
 
 def _of_21(percentage: float) -> Counted:
-    """A printed percentage as the count that it must have been (27 % fits none: 6 is nearest)."""
+    """Return a printed percentage as a count of 21 rocks (27 % fits no count exactly; 6 is the nearest)."""
     return Counted(round(percentage / 100.0 * ROCKS_OF_THESIS), ROCKS_OF_THESIS)
 
 
