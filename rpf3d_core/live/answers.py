@@ -169,7 +169,7 @@ def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outco
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
     """Fly a small ensemble and discard it, so that all code of an answer is compiled; return the seconds it took.
 
-    rocks : enough to give more cells than the number whose percentiles plain Python computes
+    rocks : enough to reach more cells than the number whose percentiles NumPy computes (`hazard.layers.FEW`)
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

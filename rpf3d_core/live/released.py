@@ -71,7 +71,7 @@ class Released:
 
     @property
     def highest(self) -> float:
-        """Upper bound of the height of release (m, local), if the ground under spread rocks is not higher than at the source."""
+        """Upper bound of the height of release (m, local), provided the ground under spread rocks is no higher."""
         return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
 
     @property
@@ -133,7 +133,7 @@ def _placed(standing: PreparedTerrain, released: Released, seed: int, source: In
 
 
 def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Return uniform deviations (R, K) within a half-width, one column for each purpose; zeros for a half-width of 0."""
+    """Return uniform deviations (R, K) within a half-width, one column for each purpose; zeros if `half` is 0."""
     if half == 0.0:
         return np.zeros((len(rock), len(purposes)))
     return half * (2.0 * np.stack([uniform(seed, source, rock, purpose) for purpose in purposes], axis=1) - 1.0)

@@ -27,7 +27,7 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 
 
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """Return a ring as a closed line (T, 3) m, local frame, with a point in each cell; empty if it is off the raster."""
+    """Return a ring as a closed line (T, 3) m, local frame, with a point in each cell; empty off the raster."""
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     step = max(raster.cell, along[-1] / MOST_STEPS)

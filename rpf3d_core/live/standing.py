@@ -82,7 +82,10 @@ class PreparedTerrain:
     before: TerrainCells | None = None
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
-        """Return all areas of interest, local frame: the scene's own, then those of `live_areas`, rings (P, 2) m, map frame."""
+        """Return all areas of interest, rings (P, 2) m in the local frame: the scene's own, then the live ones.
+
+        live_areas : rings (P, 2) m, map frame
+        """
         shift = np.array(self.ground.terrain.frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
         return {**self.areas, **live}

@@ -34,7 +34,7 @@ def trigger_of(
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """Return the SHA-256 (hex) of sources, given as to `trigger_of`; equal numbers give equal digests in any data type."""
+    """Return the SHA-256 (hex) of sources, given as to `trigger_of`; the same for equal numbers of any data type."""
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):
         found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())
