@@ -59,7 +59,7 @@ class DecisionListener(Protocol):
         """
 
     def unwritten(self) -> None:
-        """Report, once for each decision, that a decision has long been waiting for the disk and is not yet published."""
+        """Report, once for each decision, that a decision has long been waiting for the disk and is unpublished."""
 
     def undecided(self, error: BaseException) -> None:
         """Report that a decision failed with an unforeseen error; the next tick decides again, without evidence."""

@@ -94,7 +94,10 @@ def _rcl() -> _Rcl | None:
 
 
 class NotByTheExecutor(CallbackGroup):
-    """A callback group whose subscriptions the executor ignores; it handles their events, such as an incompatible QoS."""
+    """A callback group whose subscriptions the executor ignores.
+
+    The executor still handles the events of the subscriptions, such as an incompatible QoS.
+    """
 
     def can_execute(self, entity: object) -> bool:
         """True if the entity is not a subscription."""
@@ -125,7 +128,9 @@ class LargeTopic(NamedTuple):
 
 
 class LargeMessages:
-    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of their own, in the order of `InOrder`.
+    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of their own.
+
+    The order is that of `InOrder`.
 
     failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; once for each
         sentence until all is well. If rcl's functions are missing, the executor hands on `bytes`, topic by topic.
@@ -175,7 +180,7 @@ class LargeMessages:
             pause = AFTER_ERROR if self._order.errors else self._pause
 
     def _hand_on(self, message: Published[Buffer]) -> bool:
-        """Hand on a message and return True; an error over one message does not stop the others."""
+        """Hand on a message; return True if its callback raised no error. An error does not stop other messages."""
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:
@@ -191,7 +196,7 @@ class LargeMessages:
             self._failed(sentence)
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
-        """Return the next message and its time of publication (ns); None if there is none or the subscriptions are closed."""
+        """Return the publication time (ns) and bytes of the next message; None if there is none or after closing."""
         if self._closed.is_set():
             return None
         rcl = self._rcl

@@ -38,10 +38,10 @@ REMEMBERED = 4
 """Walls whose last sources are kept to be answered again or completed, as a multiple of the walls that may wait."""
 
 COMPUTING = 0.5
-"""Time (s) that flying and building may continue when the station is closed.
+"""Time (s) that the threads that fly and build may continue when the station is closed.
 
-Ground that is not yet in use is lost then, as by a `kill -9`. A second computation may start meanwhile, while someone
-waits for the node to end.
+Both may compute for that long while someone waits for the node to end. Ground that is not yet in use is then lost, as
+by a `kill -9`.
 """
 
 WRITING = 1.0
@@ -175,7 +175,7 @@ class Station:
             self.waiting("sources")
 
     def forget(self, why: str) -> None:
-        """Forget sources, and when patches were published, because the clock went back and their times are no longer valid."""
+        """Forget sources and the times at which patches were published, because the clock went back."""
         self.terrain.forget_heard()
         self.flyer.forget()
         if self.desk is not None:
@@ -205,7 +205,7 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or said)
 
     def acknowledged(self, said: str) -> tuple[bool, str]:
-        """Return whether an acknowledgement ("NAME: REASON") lowered the level, and a sentence that says so or why not."""
+        """Return True if an acknowledgement ("NAME: REASON") lowered the level, else False; and a sentence about it."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = said.partition(":")
