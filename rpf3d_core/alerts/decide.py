@@ -157,9 +157,9 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """Return the stamp (ns) of the newest answer so far.
+    """Return the stamp (ns) of the newest answer so far; None if there is none.
 
-    A stamp from the future does not count. If the clock went back, the search for the newest answer starts again.
+    A stamp from the future does not count. If the clock went back, earlier answers do not count.
     """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
@@ -198,10 +198,10 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """Return the reasons of an alert, those for its level first.
+    """Return the reasons of an alert, the reasons for its level first.
 
-    The order is: faults (an evacuation that is held comes before them), why an acknowledgement is void, what holds the
-    level, the findings for the areas from the worst on, and the areas without limits.
+    The order is: faults, why an acknowledgement is void, what holds the level, the findings for the areas from the
+    worst on, and the areas without limits. If evacuate is held, the faults come after the findings.
     """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()

@@ -160,7 +160,7 @@ class AlertDesk:
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
             self._hanging_since = since
-            if self._writing_since == since:  # still
+            if self._writing_since == since:  # still the same decision
                 self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
             self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
@@ -276,7 +276,7 @@ class AlertDesk:
         """
         known = self._evidence.get(region)
         if known is not None and told.stamp_ns < known.stamp_ns:
-            return  # newer sources of the wall have an answer on its way, or none
+            return  # newer sources of the wall are being answered, or have no answer
         self._newest_at_ns = max(self._newest_at_ns, told.evidence.at_ns)
         seen = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
         if told.evidence.sources:

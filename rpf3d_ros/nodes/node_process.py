@@ -27,9 +27,9 @@ SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
-    """Spin the node that `make_node` returns; return 0 after SIGINT or SIGTERM, 2 if arguments are refused.
+    """Spin a node; return 0 after SIGINT or SIGTERM, 2 if the arguments or the node's parameters are refused.
 
-    Arguments include parameters.
+    make_node : returns the node
     """
     listening = _leave_on_signals()
     unknown = beside_ros(sys.argv[1:] if args is None else args)

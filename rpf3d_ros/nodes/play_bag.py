@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 CLOCK_AHEAD = 0.5
-"""Time (s) for which /clock stands at the time of the first message before that is published: nodes need a time."""
+"""Time (s) for which /clock shows the time of the first message before that message is published: nodes need a time."""
 
 LEAVING = 1.0
 """Time (s) between the last message and the end: when a reliable publisher ends, messages on their way are lost."""
@@ -126,7 +126,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
-    """Return a clock that stands until it is started."""
+    """Return a clock that stands still until `run_at` is called."""
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)

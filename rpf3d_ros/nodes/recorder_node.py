@@ -1,4 +1,4 @@
-"""The program rpf3d_recorder: handles signals first, then imports what takes seconds."""
+"""The program rpf3d_recorder: handles signals first, then imports modules that take seconds to load."""
 
 import sys
 from collections.abc import Sequence
