@@ -59,7 +59,7 @@ def site_of(text: str) -> Thresholds:
 
 
 def site_digest(thresholds: Thresholds) -> str:
-    """SHA-256 (64 hex digits) of `site_text`."""
+    """Return the SHA-256 (64 hex digits) of `site_text`."""
     return hashlib.sha256(site_text(thresholds).encode()).hexdigest()
 
 

@@ -38,7 +38,10 @@ class StampGuards:
     """
 
     def __init__(self, most_ahead: float) -> None:
-        """most_ahead : time (s) that a stamp may be ahead of the clock."""
+        """Begin without stamps.
+
+        most_ahead : time (s) that a stamp may be ahead of the clock
+        """
         self._last: dict[str, int] = {}
         self._most_ahead = most_ahead
 
@@ -74,7 +77,10 @@ class WaitingSources:
     """
 
     def __init__(self, region_size: float, most: int) -> None:
-        """region_size : side of the squares that regions are (m); most : triggers that may wait."""
+        """Begin with an empty line.
+
+        region_size : side of the squares that regions are (m); most : largest number of triggers that may wait
+        """
         self._size, self._most = region_size, most
         self._waiting: dict[Hashable, Trigger] = {}
         self._served: dict[Hashable, int] = {}
