@@ -1,1 +1,1 @@
-"""Alerts: from evidence and the site's thresholds to a level, and the log from which that can be reproduced."""
+"""Alerts: from evidence and the site's thresholds to a level, with a log from which each decision can be reproduced."""

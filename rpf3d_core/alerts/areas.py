@@ -1,8 +1,8 @@
-"""What is decided of each area: which one to clear, for whom a level of the whole site does not say enough.
+"""Decide on each area of interest, because a level of the whole site does not say which area to clear.
 
-The rules are those of the site. What is held of an area rises at once, and falls only when the site steps down, which
-it does as a whole: so the highest that is held of any area is what is held of the site. Where the evidence is not
-believed, nobody knows of any area.
+The rules for an area are the rules for the site. The level held for an area rises at once. It falls only when the
+site steps down, and the site steps down as a whole: so the highest level held for any area is the level held for the
+site. Where the evidence is not believed, the state of every area is unknown.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,20 +23,20 @@ def area_alerts(
     is_faulty: bool,
     steps_down: bool,
 ) -> tuple[AreaAlert, ...]:
-    """What is decided of the areas of the answer that have limits, and of those that the site names in full.
+    """Decide on every area of the answer that has limits, and on every area that the site names in full.
 
-    Of others that the decision before told of, those stay of which a level is held, and with a fault all.
+    An area of the previous decision that is in neither group stays while a level is held for it, or there is a fault.
 
     Parameters
     ----------
     previous : Alert or None
-        The decision before.
+        The previous decision.
     worst : mapping from names to LimitFinding, or None
-        What the answer says of each area, as `worst_of`; None where there is no answer.
+        The worst finding of the answer for each area, as from `worst_of`; None if there is no answer.
     is_faulty : bool
-        Whether the evidence is not believed.
+        True if the evidence is not believed.
     steps_down : bool
-        Whether an acknowledgement lowers what is held.
+        True if an acknowledgement lowers the level held.
     """
     found = {} if worst is None else worst
     before, unknown = _held_before(previous)
@@ -51,7 +51,7 @@ def area_alerts(
 
 
 def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
-    """Name -> the worst that is said of that area, in the order of the answer."""
+    """Return a mapping from each area's name to the area's worst finding, in the order of the answer."""
     worst: dict[str, LimitFinding] = {}
     for finding in findings:
         if finding.name not in worst or finding.level > worst[finding.name].level:
@@ -60,23 +60,23 @@ def worst_of(findings: Iterable[LimitFinding]) -> dict[str, LimitFinding]:
 
 
 def got_worse(previous: Alert, worst: Mapping[str, LimitFinding]) -> bool:
-    """Whether the answer says more of any area than the one before did."""
+    """True if the answer gives any area a higher level than the previous decision's answer did."""
     unknown = Level.NORMAL if previous.areas else previous.evident
     before = {area.name: area.evident for area in previous.areas}
     return any(finding.level > before.get(name, unknown) for name, finding in worst.items())
 
 
 def undecided(previous: Alert | None, worst: Mapping[str, LimitFinding]) -> list[str]:
-    """Areas of the answer that the decision before did not tell of."""
+    """Return the names of the areas of the answer that the previous decision does not contain."""
     decided = {area.name for area in previous.areas} if previous is not None else set()
     return [name for name in worst if name not in decided]
 
 
 def _held_before(previous: Alert | None) -> tuple[dict[str, Level], Level]:
-    """Name -> what was held of that area, and what may have been of any other.
+    """Return a mapping from each area's name to the level held for the area, and the level held for any other area.
 
-    Logs of before areas were decided tell of none. Then any may have been the one; those that raised the level are
-    named by the sentences that hold it.
+    Logs of older versions contain no areas. Then the level of the site may have been held for any area. The areas that
+    raised the level are named by the sentences in `held_by`.
     """
     if previous is None:
         return {}, Level.NORMAL

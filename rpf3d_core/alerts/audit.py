@@ -1,4 +1,4 @@
-"""The audit of a decision log: every decision made again and compared bit for bit, and the chain of lines checked."""
+"""Audit a decision log: make every decision again, compare the results bit for bit, and check the chain of lines."""
 
 import hashlib
 from collections.abc import Iterator
@@ -24,11 +24,15 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError, SceneError
 
 MOST_FINDINGS = 100
-"""Sentences about what is wrong that are kept: a log whose middle is missing would have one for each line."""
+"""Largest number of findings that an audit keeps: a log whose middle is missing would have one for each line."""
 
 
 class LevelChange(NamedTuple):
-    """A decision with another level or fault than the one before, of the site or an area, or an acknowledgement."""
+    """A logged change: a decision with another level or fault than the previous one, or with an acknowledgement.
+
+    The level may be the site's or an area's. `line` is the number of the decision's line in the log, `before` the
+    previous decision, `version` the version of rpf3d that made the decision.
+    """
 
     line: int
     alert: Alert
@@ -38,12 +42,12 @@ class LevelChange(NamedTuple):
 
 @dataclass
 class Audit:
-    """What the audit of a log found.
+    """The result of auditing a log.
 
-    files, lines, decisions : how many were read; reproduced : decisions that came out again bit for bit
-    versions : of rpf3d, that wrote decisions, in their order; refused : acknowledgements that were refused
-    changes : in order; notes : what a reader should know; findings : what is wrong, `hidden` more of them not told
-    head : hash of the last line
+    files, lines, decisions : how many of each were read; reproduced : decisions that were reproduced bit for bit
+    versions : versions of rpf3d that wrote decisions, in order; refused : number of refused acknowledgements
+    changes : changes of level, in order; notes : sentences that help the reader; findings : sentences about errors
+    hidden : number of further findings beyond MOST_FINDINGS; head : hash of the last line
     """
 
     files: int = 0
@@ -60,24 +64,25 @@ class Audit:
 
     @property
     def sound(self) -> bool:
-        """Whether every decision was reproduced, and nothing is damaged or missing."""
+        """True if every decision was reproduced and nothing is damaged or missing."""
         return not self.findings and self.reproduced == self.decisions
 
 
 def audit_log(path: str | Path, head: str | None = None) -> Audit:
-    """Audit a log: its folder, or one file of it.
+    """Audit a log, given its folder or one of its files.
 
     Parameters
     ----------
     path : str or Path
-        Of a single file, what stands in the files before is not looked at.
+        The folder of the log, or a single file. With a single file, the files before it are not read.
     head : str or None
-        A hash (64 hex digits) that was noted elsewhere: a log that has no line of it has been cut or written anew.
+        A hash (64 hex digits) that was noted elsewhere. If no line of the log has this hash, lines have been removed or
+        the log has been written again from the beginning.
 
     Raises
     ------
     InputError
-        There is no log there, it cannot be read, or not one line of it is one of a log.
+        There is no log at the path, the log cannot be read, or no line is a line of a log.
     """
     files = _files(Path(path))
     reading = _Reading(seeking=head)
@@ -94,7 +99,7 @@ def audit_log(path: str | Path, head: str | None = None) -> Audit:
 
 
 def _files(path: Path) -> list[tuple[int, Path]]:
-    """The files of a log with their numbers; 0 for one that is looked at alone."""
+    """Return the files of a log with their numbers; a single file has the number 0."""
     if path.is_file():
         return [(0, path)]
     files = files_in(path) if path.is_dir() else []
@@ -105,7 +110,7 @@ def _files(path: Path) -> list[tuple[int, Path]]:
 
 
 class _Reading:
-    """An audit on its way through the lines."""
+    """The state of an audit while the lines of the log are read."""
 
     def __init__(self, seeking: str | None) -> None:
         self.audit, self.seeking, self.found = Audit(), seeking, False
@@ -115,14 +120,14 @@ class _Reading:
         self.sites: dict[str, Thresholds] = {}
 
     def blame(self, sentence: str) -> None:
-        """Note something that is wrong."""
+        """Add a finding: a sentence about an error in the log."""
         if len(self.audit.findings) < MOST_FINDINGS:
             self.audit.findings.append(sentence)
         else:
             self.audit.hidden += 1
 
     def read(self, number: int, path: Path) -> None:
-        """Look at a file of the log; its number is 0 if it is looked at alone."""
+        """Audit one file of the log; `number` is 0 if the file is audited alone."""
         if number > self.file_number + 1:
             self.blame(f"{path.parent}: the files before {path.name} are missing")
         self.file_number, self.audit.files = number, self.audit.files + 1
@@ -149,7 +154,7 @@ class _Reading:
             self.blame(f"{place}: {error}")
 
     def _chain(self, place: str, content: dict[str, Any], begins_alone: bool) -> None:
-        """Check that a line follows the one before."""
+        """Check that a line follows the previous line."""
         before, number = (BEGINNING, 0) if self.last is None else (self.last["sha256"], self.last["n"] + 1)
         if begins_alone and self.last is None:
             self.is_part = content["n"] > 0
@@ -186,7 +191,7 @@ class _Reading:
         self.sites[str(content.get("digest"))] = site_of(text)
 
     def _decision(self, place: str, content: dict[str, Any]) -> None:
-        """Make a decision again."""
+        """Make a decision again and compare it with the logged one."""
         self.audit.decisions += 1
         version = str(content.get("version"))
         if version not in self.audit.versions:
@@ -209,17 +214,17 @@ class _Reading:
             self.audit.changes.append(LevelChange(content["n"], decision.alert, decision.previous, version))
 
     def _without_areas(self, place: str) -> None:
-        """Note, once, that the log goes back to before areas had levels of their own."""
+        """Note, once, that the log comes from a version in which areas had no levels of their own."""
         if not self.is_older:
             self.is_older = True
             self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")
 
     def _continues(self, place: str, decision: Decision, content: dict[str, Any]) -> None:
-        """Check that a decision goes on from the one before it in the log."""
+        """Check that a decision continues from the previous decision in the log."""
         if lost := content.get("lost"):
             self.blame(f"{place}: {lost} decisions before it could not be written, and are not in the log")
         elif self.audit.decisions == 1 and self.is_part:
-            return  # the one before it stands in a file that is not looked at
+            return  # the previous decision is in a file that is not read
         elif decision.previous != self.last_alert:
             self.blame(f"{place}: does not go on from the decision before it in the log, but from another or none")
 
@@ -230,7 +235,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
-    """The decision once more; Unreadable where a forged line holds what is no number."""
+    """Make the decision again. Raises Unreadable if a forged line holds values that are not numbers."""
     previous, evidence, now_ns, given = decision.previous, decision.evidence, decision.now_ns, decision.acknowledgement
     try:
         return decide(previous, evidence, thresholds, now_ns, given)
@@ -239,9 +244,10 @@ def _decided_again(decision: Decision, thresholds: Thresholds) -> Alert:
 
 
 def areas_changed(before: Alert | None, alert: Alert) -> list[tuple[str, Level, Level]]:
-    """Areas whose level went another way than the site's: name, before and after; one that was not told of as normal.
+    """Return (name, level before, level after) of each area whose level changed differently from the site's level.
 
-    None after a decision that tells of no areas.
+    An area that the previous decision does not contain counts as normal before. If there is no previous decision, or it
+    contains no areas, the list is empty.
     """
     if before is None or not before.areas:
         return []
@@ -259,7 +265,7 @@ def _is_change(decision: Decision) -> bool:
 
 
 def _difference(written: dict[str, Any], again: dict[str, Any]) -> str:
-    """What of a decision did not come out again."""
+    """Return a sentence that names the first key of a decision that was not reproduced."""
     keys = [key for key in again if canonical(again[key]) != canonical(written.get(key))]
     keys += [key for key in written if key not in again]
     told = f"`{keys[0]}` is {canonical(written.get(keys[0]))}, but decides to {canonical(again.get(keys[0]))}"

@@ -1,7 +1,7 @@
-"""The decision: a pure function of what was decided before, the evidence, the site's thresholds and the time.
+"""Make the decision: a pure function of the previous decision, the evidence, the site's thresholds and the time.
 
-Up at once, down only by acknowledgement, and never normal unless fresh evidence says so (docs/alerts.md has the rules
-as a table). No clock, no files, no randomness: `rpf3d audit` calls the same function.
+The level rises at once, falls only by acknowledgement, and is never normal without fresh evidence (docs/alerts.md has
+the rules as a table). There is no clock, no file and no randomness in it: `rpf3d audit` calls the same function.
 """
 
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ from rpf3d_core.alerts.times import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The level held, the sentences that raised it, since when, and what became of an acknowledgement."""
+    """The level held, the sentences that raised it, since when it is held, and why an acknowledgement is void."""
 
     level: Level
     by: tuple[str, ...]
@@ -32,27 +32,27 @@ def decide(
     now_ns: int,
     acknowledgement: Acknowledgement | None = None,
 ) -> Alert:
-    """What the mine is told now.
+    """Return the alert that the mine receives at this time.
 
-    Total (whatever numbers the evidence holds), pure and deterministic.
+    The function is total (the evidence may hold any numbers), pure and deterministic.
 
     Parameters
     ----------
     previous : Alert or None
-        The decision before; None only where there never was one.
+        The previous decision; None only if there has never been one.
     evidence : Evidence or None
-        The newest answer; None where there is none.
+        The newest answer; None if there is no answer.
     thresholds : Thresholds
-        The site's.
+        The thresholds of the site.
     now_ns : int
-        Time of the decision (ns), of the same clock as the stamps.
+        Time of the decision (ns), by the same clock as the stamps.
     acknowledgement : Acknowledgement or None
-        One that was given since the decision before. It counts for this decision only.
+        An acknowledgement given since the previous decision. It counts for this decision only.
 
     Returns
     -------
     Alert
-        `valid_until_ns` is never later than the evidence is fresh.
+        Its `valid_until_ns` is never later than the time until which the evidence is fresh.
     """
     findings = () if evidence is None else findings_of(evidence, thresholds)
     worst = worst_of(findings)
@@ -85,12 +85,12 @@ def decide(
 
 
 def _is_small(evidence: Evidence, thresholds: Thresholds) -> bool:
-    """Whether rocks flew, but too few to lower or clear anything."""
+    """True if rocks flew, but too few to lower a level or to clear an area."""
     return evidence.sources != 0 and any(is_small(area, thresholds.evidence) for area in evidence.areas)
 
 
 def _stands(previous: Alert | None, now_ns: int) -> bool:
-    """Whether the decision before is free of faults and still valid: until then it bridges a small answer."""
+    """True if the previous decision has no faults and is still valid; until it ends it bridges a small answer."""
     return previous is not None and not previous.faults and now_ns < previous.valid_until_ns
 
 
@@ -101,7 +101,7 @@ def _too_small(
     thresholds: Thresholds,
     now_ns: int,
 ) -> tuple[str, ...]:
-    """Why a small answer leaves nobody knowing: nothing stands, or not of an area that is new."""
+    """Return the faults of an answer of too few rocks: no decision is valid, or a new area has no decision."""
     new, stands = undecided(previous, worst), _stands(previous, now_ns)
     if stands and not new:
         return ()
@@ -121,7 +121,7 @@ def _held(
     now_ns: int,
     acknowledgement: Acknowledgement | None,
 ) -> _Held:
-    """The level held after this decision: up at once, down by an acknowledgement that counts."""
+    """Return the level held after this decision: it rises at once and falls by an acknowledgement that counts."""
     said = tuple(finding.sentence for finding in findings if finding.level == evident and evident > Level.NORMAL)
     before = Level.NORMAL if previous is None else previous.held
     void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
@@ -140,7 +140,7 @@ def _why_void(
     is_worse: bool,
     now_ns: int,
 ) -> str:
-    """Why an acknowledgement does not lower the level; empty where it does."""
+    """Return why an acknowledgement does not lower the level; an empty string if it lowers the level."""
     if previous is None or previous.held == Level.NORMAL:
         return "no level is held that could be lowered"
     if not acknowledgement.by.strip() or not acknowledgement.why.strip():
@@ -157,7 +157,10 @@ def _why_void(
 
 
 def _newest(previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int) -> int | None:
-    """The stamp of the newest answer seen; one from the future is none, and a clock that went back begins anew."""
+    """Return the stamp (ns) of the newest answer so far; None if there is none.
+
+    A stamp from the future does not count. If the clock went back, earlier answers do not count.
+    """
     before = None if previous is None or went_back(previous, now_ns) else previous.evidence_at_ns
     if evidence is None or evidence.at_ns > now_ns + ns_of(thresholds.evidence.clock_tolerance_s):
         return before
@@ -172,7 +175,10 @@ def _valid_until(
     faults: tuple[str, ...],
     small: bool,
 ) -> int:
-    """Until when the decision stands: as long as its evidence is fresh; a small answer adds nothing to what stood."""
+    """Return the time (ns) at which the decision ends: it is valid as long as its evidence is fresh.
+
+    A small answer does not extend the validity of the previous decision.
+    """
     until = now_ns + ns_of(thresholds.valid_s)
     if evidence is None or faults:
         return until
@@ -192,8 +198,11 @@ def _reasons(
     evidence: Evidence | None,
     thresholds: Thresholds,
 ) -> tuple[str, ...]:
-    """What makes the level first: faults, or what evacuates in spite of them; what holds it, what each area says from
-    the worst, and areas that nobody set limits for."""
+    """Return the reasons of an alert, the reasons for its level first.
+
+    The order is: faults, why an acknowledgement is void, what holds the level, the findings for the areas from the
+    worst on, and the areas without limits. If evacuate is held, the faults come after the findings.
+    """
     said = tuple(finding.sentence for finding in sorted(findings, key=lambda finding: -finding.level))
     holding: tuple[str, ...] = ()
     if held.level > evident:

@@ -1,4 +1,4 @@
-"""What an answer of the simulator says of the areas of interest, in plain numbers that JSON can hold."""
+"""The evidence of an answer: what the rocks did in the areas of interest, in plain numbers that JSON can hold."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -13,16 +13,18 @@ from rpf3d_core.values import Outcome
 UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
 )  # fmt: skip
-"""Rocks that ended so might have gone on, into an area that they are not counted in."""
+"""Outcomes of rocks that might have gone on, into an area in which they are not counted."""
 
 
 class AreaEvidence(NamedTuple):
-    """What came to an area.
+    """What the rocks of one answer did in one area.
 
-    flown : rocks flown in all; reached : those that came to the area
-    low, high : the 95 % Wilson interval of the share that did (-); both 0 where nothing flew, for there was no source
-    p95_energy : J, of each rock's maximum in the area; None where too few came for a percentile
-    largest_energy : J; first_arrival : s from its release until the fastest rock came; None where none came
+    flown : number of all rocks flown; reached : number of rocks that reached the area
+    low, high : the 95 % Wilson interval of the share that reached the area (-); both 0 if there was no source, so that
+        no rock flew
+    p95_energy : J, 95th percentile of each rock's largest energy in the area; None if too few rocks came for it
+    largest_energy : J; first_arrival_s : s, time from the release to the arrival of the fastest rock; both None if no
+        rock came
     """
 
     name: str
@@ -36,15 +38,15 @@ class AreaEvidence(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """One answer: what it was made from, and what it says of each area.
+    """The evidence of one answer: its inputs, and what the rocks did in each area.
 
-    result, stage : number of the answer, and how often it has been refined
-    at_ns : when it was made; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
-    terrain_digest, sources_digest : of the inputs
-    sources : how many there are, 0 where the monitoring watches and sees none
-    areas : where several answers are put together, an area may stand there once for each: the worst counts
-    faults : sentences from whoever made it, each a reason not to believe it
-    unfinished : rocks whose flight was cut off (`unfinished_of`)
+    result, stage : number of the answer, and how often the answer has been refined
+    at_ns : time of the answer; trigger_stamp_ns, terrain_stamp_ns : stamps of the sources and of the survey
+    terrain_digest, sources_digest : digests of the inputs
+    sources : number of sources; 0 if the monitoring works and sees no source
+    areas : if several answers are combined, an area may occur once for each answer: the worst one counts
+    faults : sentences from the maker of the evidence, each a reason not to believe the evidence
+    unfinished : number of rocks whose flight was cut off (`unfinished_of`)
     """
 
     result: int
@@ -67,7 +69,10 @@ def evidence_of(
     terrain_digest: str, sources_digest: str, sources: int, seed: int, version: str, unfinished: int = 0,
     faults: tuple[str, ...] = (),
 ) -> Evidence:  # fmt: skip
-    """The evidence of an answer with `sources` of at least 1, from its maps; the facts are those of `Evidence`."""
+    """Return the evidence of an answer with at least one source, from its maps.
+
+    The other parameters are the fields of `Evidence`.
+    """
     return Evidence(
         result, stage, at_ns, trigger_stamp_ns, terrain_stamp_ns, terrain_digest, sources_digest, sources, seed,
         version, areas_of(maps), faults, unfinished,
@@ -75,7 +80,7 @@ def evidence_of(
 
 
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
-    """What came to each area of interest of some maps, in their order; areas that nothing came to among them."""
+    """Return what the rocks did in each area of interest of the maps, in their order, areas without a rock included."""
     row_of = {int(cell): row for row, cell in enumerate(maps.areas.cell)}
     return tuple(
         _reached(name, maps, row_of[a]) if a in row_of else _missed(name, maps.flown)
@@ -84,12 +89,12 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 
 def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
-    """The areas of an answer to a message of no sources: nothing flew, so nothing came."""
+    """Return the areas of an answer to a message without sources: no rock flew, so no rock reached an area."""
     return tuple(AreaEvidence(name, 0, 0, 0.0, 0.0, None, None, None) for name in names)
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
-    """How many of the rocks that ended in each way were cut off on theirs."""
+    """Return the number of rocks that were cut off, given the number of rocks with each outcome."""
     return sum(int(outcomes.get(outcome, 0)) for outcome in UNFINISHED)
 
 
@@ -98,9 +103,9 @@ def _missed(name: str, flown: int) -> AreaEvidence:
 
 
 def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
-    """An area that rocks came to, in a row of the layers.
+    """Return the evidence of an area that rocks reached, from a row of the layers.
 
-    The percentile is told as the most that its bin leaves open, never above the largest energy.
+    The percentile is the upper limit that its bin allows, but never above the largest energy.
     """
     layers, flown = maps.areas, int(maps.flown)
     reached = int(layers.rocks[row])
@@ -111,5 +116,5 @@ def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
 
 
 def _known(value: np.floating[Any]) -> float | None:
-    """A number of a map, or None where the map knows none."""
+    """Return a number of a map, or None where the map has NaN."""
     return None if math.isnan(value) else float(value)

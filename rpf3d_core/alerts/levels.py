@@ -1,4 +1,4 @@
-"""The levels of an alert, what an alert says, and the acknowledgement that lets one step down."""
+"""The levels of an alert, the contents of an alert, and the acknowledgement that lowers a level."""
 
 from enum import IntEnum
 from typing import NamedTuple
@@ -7,7 +7,10 @@ from rpf3d_core.errors import InputError
 
 
 class Level(IntEnum):
-    """What the mine is told. `FAULT` means that nobody knows: it is no level of danger, and never safer than one."""
+    """The level that the mine is shown.
+
+    `FAULT` means that the danger is unknown. It is not a level of danger, and never safer than one.
+    """
 
     NORMAL = 0
     WATCH = 1
@@ -17,12 +20,12 @@ class Level(IntEnum):
 
     @property
     def word(self) -> str:
-        """The level in lower case, as it stands in messages."""
+        """The level in lower case, as written in messages."""
         return self.name.lower()
 
     @property
     def severity(self) -> int:
-        """Rank among what may be shown: a fault stands above restrict and below evacuate, which it never hides."""
+        """Rank of the level for display: a fault ranks above restrict, and below evacuate, which it never hides."""
         return _SEVERITY.index(self)
 
 
@@ -30,7 +33,7 @@ _SEVERITY = (Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.FAULT, Level.EVACU
 
 
 class Acknowledgement(NamedTuple):
-    """Somebody has looked and says why the level may fall: their name, the reason, and when (ns)."""
+    """A person's statement that the level may fall: the person's name, the reason, and the time (ns)."""
 
     by: str
     why: str
@@ -38,9 +41,9 @@ class Acknowledgement(NamedTuple):
 
 
 class AreaAlert(NamedTuple):
-    """What is decided of one area, by the rules of `Alert`: level, held and evident are as there.
+    """The decision on one area, by the rules of `Alert`; level, held and evident have the same meaning there.
 
-    why : what the answer says of the area, a sentence without its name
+    why : what the answer says about the area, a sentence without the area's name
     """
 
     name: str
@@ -53,19 +56,20 @@ class AreaAlert(NamedTuple):
 class Alert(NamedTuple):
     """A decision.
 
-    level : what is shown; `EVACUATE` where that is held, else `FAULT` where there are faults, else `held`
-    held : the highest level of danger since the last step down, NORMAL to EVACUATE, faults or not
-    evident : what the evidence of this decision says by itself, NORMAL to EVACUATE
-    reasons : sentences, at least one: faults, what holds the level, what the areas say
-    faults : sentences, those of the reasons for which the evidence is not believed
-    held_by : sentences, what raised `held`, word for word as it was said then; empty at NORMAL
-    held_since_ns : the decision that raised it, or stepped down to it; worse_ns : that at which what is
-        evident of the site or of an area last rose, or the clock went back, lest no acknowledgement count for long
-    at_ns : when this was decided; valid_until_ns : from then on it says nothing any more, and must be taken as a fault
-    evidence_at_ns : of the newest evidence seen so far, None before the first
-    alarm : whether the site's alarm sounds
+    level : the level shown; `EVACUATE` if that is held, else `FAULT` if there are faults, else `held`
+    held : the highest level of danger since the last step down, NORMAL to EVACUATE, with or without faults
+    evident : the level that the evidence of this decision gives by itself, NORMAL to EVACUATE
+    reasons : sentences, at least one: faults, what holds the level, what the answer says about the areas
+    faults : sentences, the reasons why the evidence is not believed
+    held_by : sentences, what raised `held`, word for word as at that time; empty at NORMAL
+    held_since_ns : time of the decision that raised `held` or stepped down to it
+    worse_ns : time of the decision at which the evident level of the site or of an area last rose, or the clock went
+        back; without the latter, no acknowledgement would count for a long time
+    at_ns : time of this decision; valid_until_ns : end of its validity, from which on it must be taken as a fault
+    evidence_at_ns : time of the newest evidence so far, None before the first
+    alarm : True if the site's alarm sounds
     acknowledgement : the one that came with this decision, or None; void : why it did not lower the level, or empty
-    areas : what is decided of each area that the site has limits for; the highest `held` among them is that above
+    areas : the decision on each area that the site has limits for; the highest `held` among them is the `held` above
     """
 
     level: Level
@@ -86,12 +90,12 @@ class Alert(NamedTuple):
 
 
 def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
-    """An acknowledgement by a person, for a reason, at a time (ns).
+    """Return an acknowledgement by a person, for a reason, at a time (ns).
 
     Raises
     ------
     InputError
-        Nobody is named, or no reason is.
+        The name of the person or the reason is missing.
     """
     if not by.strip():
         raise InputError("an acknowledgement needs the name of the person who gives it")

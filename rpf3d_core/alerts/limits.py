@@ -1,7 +1,7 @@
-"""Which level the site's limits give an area, and why, in a sentence.
+"""Find the level that the site's limits give an area, and the reason as a sentence.
 
-Comparisons are made whatever else is wrong with the numbers: one that is far beyond a limit raises the level even
-where the evidence as a whole is not believed. A NaN reaches no limit; it is a fault (`sound.py`).
+Limits are compared whatever else is wrong with the numbers: a number far beyond a limit raises the level even if the
+evidence as a whole is not believed. A NaN reaches no limit; it is a fault (`sound.py`).
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from rpf3d_core.alerts.site_model import AreaLimitsSpec, EvidenceSpec, LimitsSpe
 
 
 class LimitFinding(NamedTuple):
-    """What an answer says of an area: the level, and why, without the area's name."""
+    """What an answer says about an area: the level, and the reason without the area's name."""
 
     name: str
     level: Level
@@ -22,12 +22,12 @@ class LimitFinding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Name and reason."""
+        """The area's name and the reason."""
         return f"{self.name}: {self.why}"
 
 
 def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFinding, ...]:
-    """What each area says that has limits, in the order of the evidence."""
+    """Return the finding for each area that has limits, in the order of the evidence."""
     return tuple(
         _finding(area, limits, thresholds.evidence)
         for area in evidence.areas
@@ -36,19 +36,19 @@ def findings_of(evidence: Evidence, thresholds: Thresholds) -> tuple[LimitFindin
 
 
 def without_limits(evidence: Evidence, thresholds: Thresholds) -> tuple[str, ...]:
-    """Areas of the evidence that no limits of the site are for."""
+    """Return the names of the areas of the evidence that the site has no limits for."""
     return tuple(area.name for area in evidence.areas if limits_of(thresholds, area.name) is None)
 
 
 def limits_of(thresholds: Thresholds, name: str) -> AreaLimitsSpec | None:
-    """The limits of an area: its own, else those of the first pattern that fits, else None."""
+    """Return the limits of an area: its own, else those of the first pattern that matches, else None."""
     if name in thresholds.areas:
         return thresholds.areas[name]
     return next((limits for pattern, limits in thresholds.areas.items() if fnmatchcase(name, pattern)), None)
 
 
 def is_small(area: AreaEvidence, terms: EvidenceSpec) -> bool:
-    """Whether so few rocks flew that they may raise a level but not lower one."""
+    """True if so few rocks flew that they may raise a level but not lower one."""
     return area.flown < terms.fewest_rocks
 
 
@@ -62,7 +62,7 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:
-    """Each limit that is reached, with the number that reaches it."""
+    """Yield a sentence for each limit that is reached, with the number that reaches the limit."""
     if (limit := limits.reach_probability) is not None and _probability_reaches(area, limit, terms):
         yield f"{_share(area)}, limit {_percent(limit)}"
     energy = area.largest_energy if area.p95_energy is None else area.p95_energy
@@ -76,10 +76,10 @@ def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Ite
 
 
 def _probability_reaches(area: AreaEvidence, limit: float, terms: EvidenceSpec) -> bool:
-    """Whether the share reaches a limit, or, of answers large enough, the upper end of its interval.
+    """True if the share reaches a limit, or the upper end of its interval does and the answer is large enough.
 
-    A small answer is held to what its rocks did: the interval of 64 of which none came reaches up to 5.7 %, which
-    says how few they are and nothing of the slope.
+    A small answer is judged by its share alone: the interval of 64 rocks none of which came reaches up to 5.7 %. That
+    figure shows how few the rocks are, and nothing about the slope.
     """
     upper = terms.reach_probability_is == "upper_end" and not is_small(area, terms)
     share = min(max(area.reached, 0), area.flown) / area.flown if area.flown > 0 else 0.0

@@ -1,7 +1,7 @@
-"""Lines of the decision log: a JSON object each, with the hash of the line before and its own.
+"""Lines of the decision log: one JSON object a line, with the hash of the previous line and its own hash.
 
-Numbers come back bit for bit: Python writes a float with the digits that tell it from all others, and what JSON has no
-word for (NaN, infinities) is written as text.
+Numbers are read back bit for bit: Python writes a float with enough digits to identify it. Values that JSON does not
+have (NaN, infinities) are written as text.
 """
 
 import hashlib
@@ -13,24 +13,24 @@ from rpf3d_core.alerts.evidence import AreaEvidence, Evidence
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
 
 FORMAT = 1
-"""Of the lines; a reader of another one says so."""
+"""Version of the format of the lines; a reader of another version reports the difference."""
 
 BEGINNING = "0" * 64
-"""What stands for the hash of the line before the first."""
+"""Replaces the hash of the previous line in the first line."""
 
 LEVELS = ("level", "held", "evident")
-"""What is a level, of an alert and of an area."""
+"""Fields of an alert and of an area that hold a level."""
 
 OWN_HASH = b',"sha256":"'
 HASH_DIGITS = 64
 
 
 class Unreadable(ValueError):
-    """A line is whole, but holds what this version does not understand; the sentence says what."""
+    """A line is complete, but holds something that this version does not understand; the message names it."""
 
 
 class Decision(NamedTuple):
-    """Everything that `decide` was given, but for the thresholds, and what it gave."""
+    """A decision with everything that `decide` received except the thresholds, and the alert that `decide` returned."""
 
     previous: Alert | None
     evidence: Evidence | None
@@ -40,14 +40,14 @@ class Decision(NamedTuple):
 
 
 def line_of(number: int, before: str, kind: str, content: dict[str, Any]) -> tuple[bytes, str]:
-    """A line, with its end, and its hash (64 hex digits), which is of everything in front of it."""
+    """Return a line with its line end, and its hash (64 hex digits), which covers everything in front of the hash."""
     body = canonical({"kind": kind, "n": number, "before": before, **content}).encode()[:-1]
     own = hashlib.sha256(body).hexdigest()
     return body + OWN_HASH + own.encode() + b'"}\n', own
 
 
 def content_of(raw: bytes) -> dict[str, Any] | None:
-    """What a line (bytes, its end or not) holds, its hash among it; None where it is not as it was written."""
+    """Return the content of a line (bytes, with or without its end), hash included; None if the line was changed."""
     body, mark, rest = raw.rstrip(b"\n").rpartition(OWN_HASH)
     own = hashlib.sha256(body).hexdigest()
     if not mark or rest != own.encode() + b'"}':
@@ -63,12 +63,12 @@ def content_of(raw: bytes) -> dict[str, Any] | None:
 
 
 def canonical(value: Any) -> str:
-    """JSON of plain values on one line, always the same of the same."""
+    """Return plain values as JSON on one line; equal values always give equal text."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False)
 
 
 def decision_content(decision: Decision) -> dict[str, Any]:
-    """A decision as plain values."""
+    """Return a decision as plain values."""
     evidence, given = decision.evidence, decision.acknowledgement
     return {
         "now_ns": decision.now_ns,
@@ -80,12 +80,12 @@ def decision_content(decision: Decision) -> dict[str, Any]:
 
 
 def decision_of(content: dict[str, Any]) -> Decision:
-    """The decision that `decision_content` wrote.
+    """Return the decision that `decision_content` wrote.
 
     Raises
     ------
     Unreadable
-        Something is missing, or not known to this version.
+        Something is missing, or this version does not know it.
     """
     try:
         previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]
@@ -101,7 +101,7 @@ def decision_of(content: dict[str, Any]) -> Decision:
 
 
 def alert_content(alert: Alert) -> dict[str, Any]:
-    """An alert as plain values, levels as words."""
+    """Return an alert as plain values, with levels as words."""
     given = alert.acknowledgement
     areas = [_words(area._asdict()) for area in alert.areas]
     return {
@@ -120,12 +120,12 @@ def _alert(content: dict[str, Any]) -> Alert:
 
 
 def _words(content: dict[str, Any]) -> dict[str, Any]:
-    """With levels as words."""
+    """Return the content with levels replaced by words."""
     return {**content, **{name: content[name].word for name in LEVELS}}
 
 
 def _levels(content: dict[str, Any]) -> dict[str, Any]:
-    """With words as levels."""
+    """Return the content with words replaced by levels."""
     return {**content, **{name: Level[content[name].upper()] for name in LEVELS}}
 
 
@@ -143,7 +143,7 @@ def _evidence(content: dict[str, Any]) -> Evidence:
 
 
 def _written(value: Any) -> Any:
-    """A number as JSON can hold it."""
+    """Return a number in a form that JSON can hold."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -1,7 +1,7 @@
-"""The decision log: append-only lines of JSON, each on disk before the alert it holds is published.
+"""The decision log: append-only lines of JSON, each on disk before its alert is published.
 
-A folder of numbered files. Each line holds the hash of the line before, across files, so that a line that is changed
-or missing is found; each decision holds everything `decide` was given, so that `rpf3d audit` can repeat it.
+A log is a folder of numbered files. Each line holds the hash of the previous line, across files, so a changed or
+missing line is found. Each decision holds everything that `decide` received, so `rpf3d audit` can repeat it.
 """
 
 import fcntl
@@ -27,15 +27,15 @@ from rpf3d_core.alerts.site import site_digest, site_text
 from rpf3d_core.alerts.site_model import Thresholds
 
 LARGEST_BYTES = 16 * 1024 * 1024
-"""Bytes of a file from which on the next line begins another: some thousands of decisions, read in a second."""
+"""Size of a file (bytes) from which on the next line begins a new file: some thousand decisions, read in a second."""
 
 
 class DecisionLog:
     """The log in a folder, open for one writer.
 
-    head : hash (64 hex digits) of the last line: note it elsewhere, and nobody can take lines off the end unseen
-    last_alert : the last decision in the log, which a node that starts again must go on from; None if there is none
-    said : sentences about what was found on opening, such as a torn line; empty where all was well
+    head : hash (64 hex digits) of the last line; once it is noted elsewhere, removing lines from the end is noticed
+    last_alert : the last decision in the log, from which a restarted node must continue; None if there is none
+    said : sentences about problems found on opening, such as a torn line; empty if there were none
     """
 
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -65,37 +65,39 @@ class DecisionLog:
         self.close()
 
     def close(self) -> None:
-        """Let go of the files; every line has long been on disk."""
+        """Close the files; every line is already on disk."""
         for descriptor in (self._file, self._lock):
             if descriptor >= 0:
                 os.close(descriptor)
         self._file, self._lock = -1, -1
 
     def decided(self, decision: Decision, thresholds: Thresholds) -> str:
-        """Append a decision; the hash of its line. The thresholds are written where they are not yet in the file.
+        """Append a decision and return the hash of its line.
+
+        The thresholds are written in front of the decision unless they are already the last thresholds in the file.
 
         Raises
         ------
         NotLogged
-            It is not on disk. The next line that is tells how many are missing before it.
+            The decision is not on disk. The next decision that can be written states how many are missing before it.
         """
         lost = {"lost": self._lost} if self._lost else {}
         content = {"version": self.version, "site": site_digest(thresholds), **lost, **decision_content(decision)}
         try:
             self._append([("decision", content)], thresholds)
-        except (OSError, TypeError, ValueError) as error:  # the latter two of values that JSON cannot hold
+        except (OSError, TypeError, ValueError) as error:  # TypeError, ValueError: JSON cannot hold a value
             self._lost += 1
             raise _not_logged(self.folder, error) from error
         self._lost, self.last_alert = 0, decision.alert
         return self.head
 
     def refused(self, by: str, why: str, at_ns: int, because: str) -> str:
-        """Append an acknowledgement that no decision was asked about, because it was refused; the hash of its line.
+        """Append an acknowledgement that was refused before any decision, and return the hash of its line.
 
         Raises
         ------
         NotLogged
-            It is not on disk.
+            The line is not on disk.
         """
         try:
             self._append([("refused", {"by": by, "why": why, "at_ns": at_ns, "because": because})], None)
@@ -104,7 +106,10 @@ class DecisionLog:
         return self.head
 
     def _append(self, lines: list[tuple[str, dict[str, Any]]], thresholds: Thresholds | None) -> None:
-        """Put lines on disk, all or none, behind the thresholds if the file does not hold them; OSError if it fails."""
+        """Put lines on disk, all or none, after the thresholds if the file does not hold them.
+
+        Raises OSError if the lines are not on disk.
+        """
         begins = self._file < 0 or self._size >= self.largest_bytes
         number = self._number + 1 if begins else self._number
         if begins:
@@ -123,7 +128,7 @@ class DecisionLog:
         self._next, self.head, self._site = self._next + len(lines), head, site
 
     def _begin_file(self, number: int, data: bytes) -> None:
-        """Write the next file from its first line on; it is not there if that fails."""
+        """Begin the next file with the given lines; on failure the file does not exist."""
         path = self.folder / file_name(number)
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o644)
         try:
@@ -138,7 +143,7 @@ class DecisionLog:
         self._file, self._number = descriptor, number
 
     def _open(self) -> None:
-        """Lock the folder, find the end of the chain, and mend what an interrupted write left behind."""
+        """Lock the folder, find the end of the chain, and repair what an interrupted write left behind."""
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY)
         fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -156,7 +161,7 @@ class DecisionLog:
         self._resume(path, tail)
 
     def _go_on_from(self, tails: list[Tail]) -> None:
-        """Take number, hash and alert from the ends of files, the newest first."""
+        """Take the number, hash and alert from the ends of files, newest first."""
         last = next((tail.last for tail in tails if tail.last is not None), None)
         if last is not None:
             self._next, self.head = last["n"] + 1, last["sha256"]
@@ -167,11 +172,11 @@ class DecisionLog:
             self.said = (*self.said, f"{self.folder}: the last decision is not known: {error}")
 
     def _resume(self, path: Path, tail: Tail) -> None:
-        """Go on in the last file, less what is torn at its end."""
+        """Continue in the last file, without a torn line at its end."""
         torn, aside = b"", path
         if tail.size > tail.end:
             aside, torn = set_aside(path, tail.end, self._next)
-        if tail.last is None:  # nothing in it is whole, so its number is free
+        if tail.last is None:  # the file has no sound line, so its number is free
             path.unlink()
             self._number -= 1
         else:
@@ -187,7 +192,7 @@ class DecisionLog:
 
 
 def _ends(files: list[tuple[int, Path]]) -> list[tuple[Path, Tail]]:
-    """Ends of log files from the last one back to the one with the last decision."""
+    """Return the ends of the log files, from the last file back to the file with the last decision."""
     found: list[tuple[Path, Tail]] = []
     for _, path in reversed(files):
         found.append((path, tail_of(path)))

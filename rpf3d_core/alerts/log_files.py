@@ -1,4 +1,4 @@
-"""The files of a decision log: their names, what stands at their end, and how bytes get there for good."""
+"""The files of a decision log: their names, the contents of their ends, and safe writing to disk."""
 
 import os
 from pathlib import Path
@@ -10,15 +10,15 @@ STEM, ENDING = "decisions-", ".jsonl"
 
 
 class NotLogged(OSError):
-    """A decision is not in the log, and the sentence says why; it stands all the same and must be published."""
+    """A decision is not in the log; the message gives the reason. The decision counts and must be published anyway."""
 
 
 class Tail(NamedTuple):
-    """What a log file holds up to its last sound line.
+    """The contents of a log file up to its last sound line.
 
-    end : bytes up to there; size : of the file; last : that line, None if there is none
-    decision : the last sound line with a decision; site : digest of the thresholds that stand in the file last
-    broken : whether lines before the last sound one are not as they were written
+    end : position after that line (bytes); size : size of the file (bytes); last : that line, None if there is none
+    decision : the last sound line with a decision; site : digest of the last thresholds in the file
+    broken : True if lines before the last sound one were changed
     """
 
     end: int
@@ -30,12 +30,12 @@ class Tail(NamedTuple):
 
 
 def file_name(number: int) -> str:
-    """Name of the file of a number, from 1; names sort as numbers do."""
+    """Return the name of the file with a number, from 1; the names sort like the numbers."""
     return f"{STEM}{number:06d}{ENDING}"
 
 
 def files_in(folder: Path) -> list[tuple[int, Path]]:
-    """The log files of a folder with their numbers, in order."""
+    """Return the log files of a folder with their numbers, in order."""
     named = [(path.name.removeprefix(STEM).removesuffix(ENDING), path) for path in folder.glob(f"{STEM}*{ENDING}")]
     return sorted((int(digits), path) for digits, path in named if digits.isdecimal())
 
@@ -57,15 +57,15 @@ def tail_of(path: Path) -> Tail:
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:
-    """Append bytes to a file of a size (bytes) and wait until they are on disk; else leave it at that size.
+    """Append bytes to a file of a given size (bytes) and wait until they are on disk; on failure restore that size.
 
     Raises
     ------
     OSError
-        They are not there: the disk is full, or gone.
+        The bytes are not on disk: the disk is full or missing.
     """
     try:
-        if os.fstat(descriptor).st_size != size:  # what an earlier attempt could not take back
+        if os.fstat(descriptor).st_size != size:  # an earlier attempt could not restore the size
             os.ftruncate(descriptor, size)
         written = 0
         while written < len(data):
@@ -77,7 +77,7 @@ def write_whole(descriptor: int, data: bytes, size: int) -> None:
 
 
 def _take_back(descriptor: int, size: int) -> None:
-    """Cut a file to a size (bytes) if that can be done; the next attempt asks again."""
+    """Cut a file to a size (bytes) if possible; the next attempt to write checks the size again."""
     try:
         os.ftruncate(descriptor, size)
     except OSError:
@@ -85,7 +85,7 @@ def _take_back(descriptor: int, size: int) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on disk."""
+    """Wait until the file names of a folder are on disk."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(descriptor)
@@ -94,7 +94,10 @@ def sync_folder(folder: Path) -> None:
 
 
 def set_aside(path: Path, end: int, number: int) -> tuple[Path, bytes]:
-    """Move what stands in a file behind `end` (bytes) into a file of its own, named after the line it was to be."""
+    """Move the bytes of a file behind `end` (bytes) into a separate file, named after the line they were meant to be.
+
+    Return the path of that file and the bytes.
+    """
     with path.open("rb") as file:
         file.seek(end)
         torn = file.read()

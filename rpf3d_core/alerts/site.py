@@ -1,4 +1,4 @@
-"""Reading a site file: YAML in, `Thresholds` out, or one sentence for each thing that is wrong with it."""
+"""Read a site file: from YAML to `Thresholds`, or to one sentence for each error."""
 
 import hashlib
 import json
@@ -37,20 +37,20 @@ def read_site(path: str | Path) -> Thresholds:
 
 
 def site_text(thresholds: Thresholds) -> str:
-    """The thresholds as one line of JSON, from which `site_of` makes them again.
+    """Return the thresholds as one line of JSON, which `site_of` reads.
 
-    Areas keep their order: the first pattern that fits is the one that counts.
+    Areas keep their order, because the first pattern that matches counts.
     """
     return json.dumps(thresholds.model_dump(mode="json"), separators=(",", ":"), allow_nan=False)
 
 
 def site_of(text: str) -> Thresholds:
-    """The thresholds that `site_text` wrote.
+    """Return the thresholds that `site_text` wrote.
 
     Raises
     ------
     SceneError
-        The text is none that this version understands.
+        This version does not understand the text.
     """
     try:
         return Thresholds.model_validate(json.loads(text))
@@ -59,7 +59,7 @@ def site_of(text: str) -> Thresholds:
 
 
 def site_digest(thresholds: Thresholds) -> str:
-    """SHA-256 (64 hex digits) of `site_text`."""
+    """Return the SHA-256 (64 hex digits) of `site_text`."""
     return hashlib.sha256(site_text(thresholds).encode()).hexdigest()
 
 

@@ -1,7 +1,7 @@
-"""What a site file may say: which rocks in which area mean which level, how old evidence may be, who is alarmed.
+"""The contents of a site file: which rocks in which area mean which level, the age limits of evidence, and the alarm.
 
-Nothing here has a national or recommended value: thresholds are the mine's own (physics reference 7.6), so all keys
-that decide must be given, and a level that a site names no limits for is never reached.
+No key has a national or recommended default, because thresholds are the mine's own (physics reference 7.6). So every
+key that decides must be given. A level without limits is never reached.
 """
 
 import math
@@ -15,13 +15,13 @@ from rpf3d_core.ensemble.statistics import NORMAL_QUANTILE_95, wilson_interval
 from rpf3d_core.scene.values import Count, Name, Number, StrictModel, refuse
 
 LONGEST = 1e9
-"""Seconds (31 years) that a period may have at most: as whole nanoseconds it fits 64 bits with room to add."""
+"""Longest period (s; 31 years): in whole nanoseconds it fits 64 bits with room for additions."""
 
 PATTERN_MARKS = "*?["
-"""A name of an area with one of these is a pattern."""
+"""An area name with one of these characters is a pattern."""
 
 LEVELS = ("watch", "restrict", "evacuate")
-"""Of an area, from the lowest."""
+"""The levels that an area may have limits for, from the lowest."""
 
 Seconds = Annotated[Number, Field(ge=0, le=LONGEST)]
 Period = Annotated[Number, Field(gt=0, le=LONGEST)]
@@ -29,19 +29,19 @@ Share = Annotated[Number, Field(gt=0, le=1)]
 
 
 class EvacuationSpec(StrictModel):
-    """How soon a rock must not come: seconds to clear the area, and seconds to spare."""
+    """How early a rock's arrival is too early: time to clear the area (s) plus time to spare (s)."""
 
     evacuation: Seconds = Field(description="a number >= 0 (s), the time it takes to clear the area")
     margin: Seconds = Field(description="a number >= 0 (s), the time to spare")
 
     @property
     def seconds(self) -> float:
-        """A rock that comes as soon as this, or sooner, comes too soon (s)."""
+        """Latest arrival that is too early (s)."""
         return self.evacuation + self.margin
 
 
 class LimitsSpec(StrictModel):
-    """When a level is reached: any one of the limits given, at the limit or beyond."""
+    """The limits of a level: the level is reached if any one of them is reached or exceeded."""
 
     reach_probability: Share | None = Field(None, description="a share above 0 and up to 1 (-) of all rocks flown")
     p95_energy_j: Number | None = Field(None, gt=0, description="a number above 0 (J)")
@@ -57,7 +57,7 @@ class LimitsSpec(StrictModel):
 
 
 class AreaLimitsSpec(StrictModel):
-    """The limits of one area, or of all whose names fit a pattern."""
+    """The limits of one area, or of all areas whose names match a pattern."""
 
     watch: LimitsSpec | None = Field(None, description="a mapping of limits, or left out: this level is never reached")
     restrict: LimitsSpec | None = Field(
@@ -80,7 +80,7 @@ class AreaLimitsSpec(StrictModel):
 
 
 def _pairs(below: LimitsSpec, above: LimitsSpec) -> dict[str, tuple[float | None, float | None]]:
-    """Each limit of a lower and a higher level, signed so that it must not fall from one to the other."""
+    """Return each limit of a lower and a higher level, signed so that it must not fall from the first to the second."""
     early, late = below.first_arrival_s, above.first_arrival_s
     return {
         "reach_probability": (below.reach_probability, above.reach_probability),
@@ -95,7 +95,7 @@ def _disorder(key: str, lower: str, higher: str) -> str:
 
 
 class EvidenceSpec(StrictModel):
-    """What evidence must be like to be believed; anything else is a fault."""
+    """Conditions that evidence must meet to be believed; evidence that does not meet them is a fault."""
 
     sources_max_age_s: Period = Field(
         description="a number above 0 (s), the age at which what the monitoring said of sources is stale"
@@ -126,7 +126,7 @@ def _named_areas(areas: Mapping[str, AreaLimitsSpec]) -> Mapping[str, AreaLimits
 
 
 class Thresholds(StrictModel):
-    """Everything that `alerts.decide` takes from the site."""
+    """All settings of the site that `alerts.decide` uses."""
 
     site: Name = Field(description="the name of the site, as it stands in the log of decisions")
     evidence: EvidenceSpec = Field(description="a mapping: what evidence must be like to be believed")
@@ -140,19 +140,22 @@ class Thresholds(StrictModel):
 
     @property
     def named_in_full(self) -> tuple[str, ...]:
-        """Areas that must be in every answer: patterns fit areas that come and go."""
+        """Names of the areas that must be in every answer; no patterns, because they match areas that come and go."""
         return tuple(name for name in self.areas if not any(mark in name for mark in PATTERN_MARKS))
 
     @model_validator(mode="after")
     def _enough_rocks(self) -> Self:
-        """With too few rocks, none of which came, the interval alone would reach a limit, and its level be held."""
+        """Refuse so small a number of rocks that no rock reaching an area would already reach a limit.
+
+        The upper end of the interval alone would then reach the limit, and its level would be held.
+        """
         fewest, lowest = self.evidence.fewest_rocks, min(self._shares(), default=None)
         if lowest and self.evidence.reach_probability_is == "upper_end" and wilson_interval(0, fewest)[1] >= lowest[0]:
             raise refuse(_too_few(fewest, *lowest), "evidence", "fewest_rocks")
         return self
 
     def _shares(self) -> Iterator[tuple[float, str]]:
-        """Every limit of reach probability, and where it stands."""
+        """Yield every limit of the reach probability, and the key under which it is given."""
         for name, area in self.areas.items():
             for level in LEVELS:
                 limits: LimitsSpec | None = getattr(area, level)
@@ -161,7 +164,7 @@ class Thresholds(StrictModel):
 
 
 def _too_few(fewest: int, limit: float, where: str) -> str:
-    """Of n rocks none of which came, the upper end is z^2 / (n + z^2)."""
+    """Return the refusal; of n rocks none of which came, the upper end of the interval is z^2 / (n + z^2)."""
     needed = math.floor(NORMAL_QUANTILE_95**2 * (1.0 / limit - 1.0)) + 1
     return (
         f"is {fewest}, but where none of so few rocks comes up to {100 * wilson_interval(0, fewest)[1]:.3g} % might, "

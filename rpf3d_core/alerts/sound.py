@@ -1,6 +1,6 @@
-"""Whether evidence can be believed: each reason against it is a sentence.
+"""Check whether evidence can be believed: each reason against it is a sentence.
 
-Evidence may hold anything, for it came through other machines: every test here is one that no NaN passes.
+Evidence may hold anything, because it came through other machines: a NaN fails every test here.
 """
 
 import math
@@ -16,12 +16,15 @@ from rpf3d_core.alerts.times import ns_of, span
 def faults_of(
     previous: Alert | None, evidence: Evidence | None, thresholds: Thresholds, now_ns: int
 ) -> tuple[str, ...]:
-    """Why this evidence is not believed now, after what was decided before; empty where it is."""
+    """Return the reasons why this evidence is not believed at this time, after the previous decision.
+
+    The result is empty if the evidence is believed.
+    """
     return (*_clock_faults(previous, now_ns), *_evidence_faults(previous, evidence, thresholds, now_ns))
 
 
 def went_back(previous: Alert | None, now_ns: int) -> bool:
-    """Whether the clock is behind where it was at the decision before."""
+    """True if the clock is behind the time of the previous decision."""
     return previous is not None and now_ns < previous.at_ns
 
 
@@ -48,7 +51,7 @@ def _evidence_faults(
 
 
 def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> Iterator[str]:
-    """Stale and future stamps, and an answer from before the question."""
+    """Yield a fault for each stamp that is stale or in the future, and for an answer made before its sources' stamp."""
     limits = thresholds.evidence
     ahead = ns_of(limits.clock_tolerance_s)
     for what, stamp, longest in (
@@ -68,7 +71,7 @@ def _stamp_faults(evidence: Evidence, thresholds: Thresholds, now_ns: int) -> It
 
 
 def _ensemble_faults(evidence: Evidence, thresholds: Thresholds) -> Iterator[str]:
-    """Numbers of sources and rocks that contradict each other."""
+    """Yield a fault for numbers of sources and rocks that contradict each other."""
     most = max((area.flown for area in evidence.areas), default=0)
     if evidence.sources < 0:
         yield f"there are {evidence.sources} sources, which is no number of sources"
@@ -110,7 +113,7 @@ def _area_faults(area: AreaEvidence, sources: int) -> Iterator[str]:
 
 
 def _missing_faults(area: AreaEvidence) -> Iterator[str]:
-    """What rocks that came must have; a percentile, only where there is a largest that it does not exceed."""
+    """Yield a fault if rocks came without an energy or an arrival, or if the p95 energy exceeds the largest energy."""
     if area.reached > 0 and (area.largest_energy is None or area.first_arrival_s is None):
         yield "rocks came, but not all is known of their energy and arrival"
     both = (area.p95_energy, area.largest_energy)

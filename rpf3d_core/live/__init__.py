@@ -1,1 +1,1 @@
-"""Answers while a mine works: the ground changes, sources come in bursts, and the first answer cannot wait."""
+"""Live simulation while a mine works: the ground changes, sources come in bursts, and the first answer cannot wait."""

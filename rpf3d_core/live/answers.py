@@ -1,7 +1,7 @@
-"""From sources to answers: a small ensemble at once, then twice as many rocks each time until that is enough.
+"""Answer sources: fly a small ensemble at once, then double the number of rocks until the answer is good enough.
 
-An answer is a function of the trigger, the ground, the scene and the seed: what interrupts a refinement changes which
-answers there are, and no bit of any of them.
+An answer is a function of the trigger, the ground, the scene and the seed. An interrupted refinement changes which
+answers exist, and no bit of any answer.
 """
 
 import time
@@ -26,25 +26,33 @@ from rpf3d_core.live.triggers import Trigger
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
-"""Rocks that fly before a newer trigger is looked for: some tens of milliseconds. The first stage is flown whatever
-comes, in blocks as large as those of a run, for rocks that start close together share what they look at."""
+"""Rocks that fly before the next check for a newer trigger: some tens of milliseconds.
+
+The first stage is flown whatever arrives, in blocks as large as those of a run, because rocks that start close
+together look at the same facets.
+"""
 
 SHOWN = 1000
-"""Rocks of the first ensemble whose trajectories, impacts and deposits are kept to be shown."""
+"""Rocks of the first ensemble whose trajectories, impacts and deposits are kept for display."""
 
 Stop = Callable[[int], bool]
-"""Asked while the rocks of a stage fly whether to give it up; who says True of stage 0 leaves a trigger unanswered."""
+"""Return True to give up a stage while its rocks fly, given the stage's number.
+
+If the function returns True for stage 0, the trigger stays unanswered.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What is known after one stage.
+    """The result of one stage of an answer.
 
-    result : number of this answer; stage : from 0, each with twice the rocks of the one before
-    complete : whether the target is met, or `most_rocks` have flown; nothing better will come of this trigger
-    flights : of the rocks of the first stage that are shown; outcomes, maps : of all rocks
-    areas : outlines of the areas of interest that the maps tell of, local frame
-    seconds : since the trigger was taken up; left_out : which sources were not released, and why
+    result : number of this answer; stage : from 0, each with twice the rocks of the previous one
+    complete : True if the target is met, or `most_rocks` have flown; this trigger then gets no better answer
+    trigger, standing : the sources, and the prepared terrain that the rocks flew over
+    sources : number of sources that were released
+    flights : of the rocks of the first stage that are kept for display; outcomes, maps : of all rocks
+    areas : outlines of the areas of interest in the maps, local frame
+    seconds : s, since the work on the trigger began; left_out : which sources were not released, and why
     """
 
     result: int
@@ -62,7 +70,7 @@ class Answer:
 
     @property
     def rocks(self) -> int:
-        """How many have flown, pieces of those that broke among them."""
+        """Number of rocks flown, including the fragments of broken rocks."""
         return self.maps.flown
 
 
@@ -76,19 +84,21 @@ def answers(
     results: Iterator[int],
     least: int = 0,
 ) -> Iterator[Answer]:
-    """Answer a trigger: at once with about `first_rocks` rocks, then with twice as many again and again.
+    """Yield the answers to a trigger: the first with about `first_rocks` rocks, then each with twice as many.
 
     Parameters
     ----------
-    areas : live areas of interest, rings (P, 2) m, map frame; they come beside the scene's own
-    stop : given the number of the stage in flight; once it says True that is given up and nothing more is told
-    results : where the numbers of the answers come from
-    least : rocks that are flown whatever the target says: fewer clear nothing for the site
+    standing : the prepared terrain; around : how rocks are spread around each source
+    areas : live areas of interest, rings (P, 2) m, map frame, in addition to the scene's own
+    stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
+        answer is yielded
+    results : yields the numbers of the answers
+    least : number of rocks to fly even if the target is met earlier, because the site clears no level with fewer
 
     Raises
     ------
     InputError
-        No source can be released; says which and why.
+        No source can be released; the message says which and why.
     """
     began, scene = time.perf_counter(), standing.scene
     released = released_over(standing, trigger, around)
@@ -122,10 +132,11 @@ def answers(
 
 
 def rounds(first: Sequence[int], most: int, least: int = 0) -> list[tuple[Sequence[int], Sequence[int]]]:
-    """The rocks of each source, from a number to before another, of each stage: the first, then doublings up to `most`.
+    """Plan the stages: the rocks of each source, from one number up to and excluding another.
 
-    The first flies however many it has: fewer than a rock a source would be no answer. Where the last would have fewer
-    than `least`, another follows that has as many.
+    The first stage has the counts of `first`, the next stages double the counts while the sum is at most `most`. The
+    first stage is flown even if it is larger than that, because an answer needs at least one rock from each source. If
+    the last stage has fewer than `least` rocks, another stage with at least that many follows.
     """
     done, counts = [0] * len(first), list(first)
     plan: list[tuple[Sequence[int], Sequence[int]]] = [(done, counts)]
@@ -138,14 +149,14 @@ def rounds(first: Sequence[int], most: int, least: int = 0) -> list[tuple[Sequen
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:
-    """What flew of no rocks."""
+    """Return the flights of an ensemble without rocks."""
     none = np.empty(0, dtype=np.int64)
     releases = Releases(none, none, np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0))
     return flights_of([NOTHING], releases, standing.ground.engine.name)
 
 
 def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outcome], first: Sequence[int]) -> Stream:
-    """What flies the rocks; those shown are spread over the first stage."""
+    """Return the stream that flies the rocks; the rocks kept for display are spread over the first stage."""
     shown: Shown = shown_of(sum(first), SHOWN, SHOWN)
 
     def count(deposits: Deposits, impacts: Impacts) -> None:
@@ -156,9 +167,9 @@ def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outco
 
 
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
-    """Fly a small ensemble and throw it away, so that everything an answer calls is compiled; seconds it took.
+    """Fly a small ensemble and discard it, so that all code of an answer is compiled; return the seconds it took.
 
-    rocks : as many as make more cells than plain Python tells percentiles of
+    rocks : enough to reach more cells than the number whose percentiles NumPy computes (`hazard.layers.FEW`)
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

@@ -1,4 +1,4 @@
-"""Areas of interest that come while the simulator runs: outlines, and circles around what moves about."""
+"""Areas of interest that arrive while the simulator runs: outlines, and circles around moving objects."""
 
 from collections.abc import Sequence
 
@@ -9,24 +9,24 @@ from rpf3d_core.formats.polygons import polygon_of
 from rpf3d_core.terrain.frame import FloatArray
 
 CORNERS_A_QUARTER = 8
-"""Of a circle drawn as a polygon: it lies within 0.5 % of the radius of the true one."""
+"""Corners per quarter of a circle drawn as a polygon, which deviates by at most 0.5 % of the radius from the circle."""
 
 
 def outline_of(corners: Sequence[tuple[float, float]]) -> list[FloatArray]:
-    """The ring (P, 2) m of three or more corners in plan.
+    """Return the rings (P, 2) m of an area with three or more corners in plan.
 
     Raises
     ------
     InputError
-        They cross themselves or enclose no area.
+        The outline crosses itself or encloses no area.
     """
     return _rings(polygon_of(corners))
 
 
 def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
-    """The rings (P, 2) m around places (N, 2) m, holes among them; circles that overlap are one area.
+    """Return the rings (P, 2) m, holes included, of circles around places (N, 2) m; overlapping circles form one area.
 
-    Each circle is drawn around the true one, never inside it: a rock at its rim is counted.
+    Each polygon encloses its true circle, so a rock at the rim of the circle is counted.
     """
     drawn = radius / np.cos(np.pi / (4 * CORNERS_A_QUARTER))
     circles = shapely.buffer(shapely.points(places), drawn, quad_segs=CORNERS_A_QUARTER)

@@ -1,4 +1,4 @@
-"""Where a raster lies over ground, and how high that is there: what a map needs beside what rocks did."""
+"""Find where a raster lies over ground, and the height of the ground there, both needed to draw a map."""
 
 from typing import Any, NamedTuple
 
@@ -13,10 +13,10 @@ from rpf3d_core.terrain.facets import Terrain
 
 
 class TerrainCells(NamedTuple):
-    """The C cells of a raster over a terrain; worked out once for each ground.
+    """The C cells of a raster over a terrain, computed once for each ground.
 
-    covered : (C,) whether there is ground below the middle of the cell
-    height : (C,) m, local frame, of the highest ground there; beside it where the middle has none, NaN where no facet
+    covered : (C,) True if there is ground below the middle of the cell
+    height : (C,) m, local frame, of the highest ground there; of ground near it if the middle has none; NaN if no facet
         is near
     """
 
@@ -25,7 +25,7 @@ class TerrainCells(NamedTuple):
 
 
 def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
-    """The cells of a raster over a terrain."""
+    """Return the cells of a raster over a terrain."""
     covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
     cover(terrain.vertices, terrain.triangles, *raster, covered, height)
@@ -35,9 +35,9 @@ def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
 def cells_after(
     before: TerrainCells, terrain: Terrain, raster: Raster, locator: BucketLocator, low: Plan, high: Plan
 ) -> TerrainCells:
-    """The cells of a raster over a terrain that has changed between low and high (m, local, in plan) only.
+    """Return the cells of a raster over a terrain that has changed between low and high (m, local, in plan) only.
 
-    What it costs depends on how much has changed; `before` stays as it is.
+    The cost depends on the size of the change; `before` is not changed.
     """
     columns = _span(low[0], high[0], raster.x, raster.cell, raster.nx)
     rows = _span(low[1], high[1], raster.y, raster.cell, raster.ny)
@@ -54,7 +54,7 @@ def cells_after(
 
 
 def _span(low: float, high: float, origin: float, cell: float, count: int) -> slice:
-    """The columns, or rows, of squares of a side that lie between low and high (m)."""
+    """Return the columns, or rows, of squares of side `cell` that lie between low and high (m)."""
     first, last = (int(np.clip(np.floor((edge - origin) / cell), 0, count - 1)) for edge in (low, high))
     return slice(first, last + 1)
 
@@ -63,7 +63,7 @@ def _span(low: float, high: float, origin: float, cell: float, count: int) -> sl
 def cover(
     vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, covered: Any, height: Any
 ) -> None:
-    """Look at the middles of all cells within the box of each facet."""
+    """Write `covered` (C,) and `height` (C,) m for all cells within the box of each facet."""
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]

@@ -1,4 +1,4 @@
-"""What tells one survey from another: SHA-256 of what was surveyed."""
+"""Digests that identify surveys: SHA-256 of a survey's contents."""
 
 import hashlib
 from typing import Any
@@ -9,7 +9,10 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 
 
 def digest_of(survey: Survey, upon: str = "") -> str:
-    """SHA-256 (hex) of the survey's kind, sizes and bits, after the digest of what it is laid upon, if any."""
+    """Return the SHA-256 (hex) of a survey's kind, sizes and bits.
+
+    upon : digest of the ground that the survey is laid upon, which is hashed first; "" if there is none
+    """
     digest = hashlib.sha256(f"{upon} {type(survey).__name__}".encode())
     arrays = (survey.vertices, survey.triangles) if isinstance(survey, MeshSurvey) else (survey.points,)
     for array in arrays:

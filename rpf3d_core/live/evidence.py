@@ -1,4 +1,4 @@
-"""What several walls' answers say together: the worst of each, so that news from one wall never hides another's."""
+"""Combine the answers for several walls: the worst of each, so that news from one wall never hides another's."""
 
 import hashlib
 from collections.abc import Iterator, Sequence
@@ -8,11 +8,12 @@ from rpf3d_core.ensemble.statistics import wilson_interval
 
 
 def together(parts: Sequence[Evidence]) -> Evidence:
-    """One evidence of at least one, the newest last: the worst that any says of each area that is watched.
+    """Combine at least one evidence, the newest last: the worst result of any of them for each watched area.
 
-    Watched are the areas that the newest tells of, which has any: one without an answer hides none. It is as uncertain
-    as that of the fewest rocks, and as old as the oldest trigger and the oldest survey: shares are told as so many of
-    the fewest flown, rounded up. What else there is, is the newest's.
+    Watched are the areas of the newest evidence that has areas, so an evidence without areas hides no area. The result
+    is as uncertain as the evidence with the fewest rocks: numbers of rocks are scaled to the fewest flown and rounded
+    up. The result is as old as the oldest trigger and the oldest survey. All other values are those of the newest
+    evidence.
     """
     newest = parts[-1]
     if len(parts) == 1:
@@ -32,7 +33,7 @@ def together(parts: Sequence[Evidence]) -> Evidence:
 
 
 def _told(parts: Sequence[Evidence], name: str) -> Iterator[AreaEvidence]:
-    """What each tells of an area; one that was not watched for an answer is not in it."""
+    """Return what each evidence holds for an area; an answer that did not watch the area does not contribute."""
     return (area for part in parts for area in part.areas if area.name == name)
 
 
@@ -41,7 +42,7 @@ def _flown(part: Evidence) -> int:
 
 
 def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
-    """The worst of what several answers say of an area, of so many rocks."""
+    """Return the worst of what several answers found for an area, scaled to `flown` rocks."""
     reached = max(_scaled(area.reached, area.flown, flown) for area in said)
     low, high = wilson_interval(reached, max(flown, 1))
     p95 = [energy for area in said if (energy := _p95_or_largest(area)) is not None]
@@ -53,10 +54,10 @@ def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
 
 
 def _p95_or_largest(area: AreaEvidence) -> float | None:
-    """What is compared with a limit of energy: where too few rocks came for a percentile, the largest stands for it."""
+    """Return the energy compared with a limit: the p95, or the largest energy where too few rocks came for a p95."""
     return area.largest_energy if area.p95_energy is None else area.p95_energy
 
 
 def _scaled(count: int, of: int, to: int) -> int:
-    """A count out of some number as one out of another, rounded up."""
+    """Return a count out of `of` as a count out of `to`, rounded up."""
     return -(-count * to // of) if of else 0

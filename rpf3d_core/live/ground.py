@@ -1,7 +1,7 @@
-"""The ground that a live simulator flies over: made whole from a survey, or patched where a cloud replaces a part.
+"""The ground that a live simulator flies over: built whole from a survey, or patched where a survey replaces a part.
 
-A whole ground is laid out in memory that no ground in use lies in, so it can be made while another is flown over. A
-patch is sewn into the memory of the ground itself: that must not be flown over meanwhile, nor afterwards.
+A whole ground is laid out in memory that no ground in use occupies, so it can be built while another ground is flown
+over. A patch is sewn into the memory of the ground itself: no rock may fly over that ground meanwhile or afterwards.
 """
 
 import time
@@ -33,17 +33,18 @@ from rpf3d_core.terrain.mesh.border import border_after, border_of, net_sides
 from rpf3d_core.terrain.mesh.mesh_ready import ready_mesh
 
 ZONE = "terrain"
-"""The zone of every facet: surveys carry no zones."""
+"""The zone of every facet, because surveys have no zones."""
 WELD = 1e-4
-"""m; vertices of a mesh that are nearer than this are one, unless a user says otherwise."""
+"""Distance (m) below which vertices of a mesh are merged, unless the user sets another."""
 THREADS = 2
 """Threads that lay out a ground: the loops are cut into two halves."""
 
 
 class Changed(NamedTuple):
-    """Where a patch has changed something.
+    """Where the last patch changed the ground.
 
-    block : the buckets that facets went from or came into; low, high : corners in plan of these facets, m, local frame
+    block : the buckets that facets were removed from or added to
+    low, high : corners in plan of the box of these facets, m, local frame
     """
 
     block: Block
@@ -52,9 +53,9 @@ class Changed(NamedTuple):
 
 
 class Border(NamedTuple):
-    """Sides (B, 3, 3) m of facets without a neighbour, and the caps over the gaps that they enclose.
+    """Sides (B, 3, 3) m of facets without a neighbour, and the caps over the gaps that the sides enclose.
 
-    A ground has caps even without a gap: flights over it are then compiled once, whatever patches open and close.
+    A ground has caps even without a gap: flights over it are then compiled once, whichever gaps patches open and close.
     """
 
     sides: FloatArray
@@ -63,15 +64,15 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LiveTerrain:
-    """What a simulator flies over.
+    """The ground that a simulator flies over.
 
-    terrain, facets, engine : they share memory; the engine is compiled where numba is there
-    digest : SHA-256 (hex) of what was surveyed; that of a patch follows on the digest of what it was laid upon
-    stamp_ns, received_ns : of the survey, and when the ground was made, by the clock of the machine
-    patches : how many have been sewn in since it was made whole
-    locator, room : the buckets over the facets, and the memory that all of it lies in
-    border : where facets have no neighbour, and the caps over the gaps there
-    changed : where the last patch has changed something; None where it was made whole
+    terrain, facets, engine : share memory; the engine is compiled if numba is installed
+    digest : SHA-256 (hex) of the surveys; the digest of a patch includes the digest of the ground it is laid upon
+    stamp_ns, received_ns : stamp of the survey, and time when the ground was built, by the machine's clock
+    patches : number of patches sewn in since the ground was built whole
+    locator, room : the buckets over the facets, and the memory that all arrays lie in
+    border : the sides of facets without a neighbour, and the caps over the gaps there
+    changed : where the last patch changed the ground; None if the ground was built whole
     """
 
     terrain: Terrain
@@ -88,16 +89,17 @@ class LiveTerrain:
 
 
 class Workshop:
-    """Makes grounds. One thread may make a whole one while another patches its own, and a third flies over a third.
+    """Builds grounds. One thread may build a whole ground while another patches its own and a third flies over a third.
 
     Parameters
     ----------
     weld : float
-        m; vertices of a mesh that are nearer than this become one.
+        Distance (m) below which vertices of a mesh are merged.
     most_points : int
-        Points that a survey may have.
+        Largest number of points in a survey.
     longest_edge : float, optional
-        m; triangles of a scattered cloud with a longer side are left out. None for `terrain.cloud.GAP` times the usual.
+        m; triangles of a scattered cloud with a longer side are left out. None for `terrain.cloud.GAP` times the median
+        of the triangles' longest sides.
     reference : bool
         Fly with the reference engine, which is slow.
     """
@@ -112,9 +114,9 @@ class Workshop:
         self._rooms = Rooms()
 
     def whole(self, survey: Survey, stamp_ns: int = 0, digest: str = "") -> LiveTerrain:
-        """The ground of a survey. Raises TerrainError where that is too large, or no terrain.
+        """Return the ground of a survey. Raises TerrainError if the survey is too large or is not a terrain.
 
-        digest : where it is known already
+        digest : the digest of the survey if it is known; "" to compute it
         """
         check_points(points_of(survey), self._most)
         told = self._aside.submit(lambda: digest or digest_of(survey))
@@ -127,18 +129,18 @@ class Workshop:
             return self._ground(terrain, facets, locator, room, border, told.result(), stamp_ns, 0)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
-        """The ground with a patch sewn in, in the same memory: `ground` must not be used any more.
+        """Return the ground with a patch sewn in, in the same memory: `ground` must not be used any more.
 
-        The footprint of a patch is what its triangles cover in plan; see `live.patching`. Where nothing of the ground
-        stays, it is the patch made whole, and `ground` lies where it did.
+        The footprint of a patch is the area that its triangles cover in plan; see `live.patching`. If nothing of the
+        ground stays, the result is the patch built whole in other memory, and `ground` is unchanged.
 
         Raises
         ------
         TerrainError
-            The patch is too large, no terrain, folds in plan, touches no ground, reaches far beyond it, or cannot be
-            sewn to it. The ground is then as it was.
+            The patch is too large, is not a terrain, folds in plan, touches no ground, reaches far beyond the ground,
+            or cannot be sewn to it. The ground is then unchanged.
         ValueError
-            The ground has been patched already: only its successor is whole.
+            The ground has been patched already: only its successor is valid.
         """
         check_points(points_of(patch), self._most)
         if ground.room.patches != ground.patches:
@@ -150,7 +152,7 @@ class Workshop:
             if change is not None:
                 return self._changed(ground, change, digest_of(patch, ground.digest), stamp_ns)
         finally:
-            ground.room.memory.longer("marks", len(marks))[:] = STAYS  # which have moved if the arrays have grown
+            ground.room.memory.longer("marks", len(marks))[:] = STAYS  # the array may have moved if it has grown
         return self.whole(patch, stamp_ns)
 
     @property
@@ -195,7 +197,7 @@ class Workshop:
 
 
 def _kept(mesh: Mesh, room: Room) -> Mesh:
-    """The mesh in the memory of the room, where patches can reach it."""
+    """Return the mesh copied into the memory of the room, where patches can change it."""
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles
@@ -203,7 +205,7 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
-    """The facets of a terrain, in the memory of the room."""
+    """Return the facets of a terrain, laid out in the memory of the room."""
     count = len(terrain.triangles)
     geometry = room.memory("geometry", 12 * count, np.float64).reshape(-1, 12)
     room.memory("marks", count, np.uint8)[:] = STAYS
@@ -219,12 +221,12 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """The border of a ground, and its caps; tolerance : of contacts (m)."""
+    """Return the border of a ground with its caps; tolerance : of contacts (m)."""
     return Border(sides, caps_within(sides, tolerance))
 
 
 def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
-    """The border after a patch; most patches leave it as it was, and then its caps too."""
+    """Return the border after a patch; most patches leave the border and so the caps unchanged."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:
         return ground.border

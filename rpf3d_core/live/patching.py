@@ -1,8 +1,9 @@
-"""A patch sewn into the ground: what goes, what comes, and the ring between, found before anything is changed.
+"""Plan how a patch is sewn into the ground, before anything is changed: facets to remove, facets to add, and the ring.
 
-The footprint of a patch are its own facets in plan. Every facet of the ground that touches them goes as a whole, all
-other facets keep every bit. The ring from the corners of what stays to the rim of the patch is cut into triangles; so
-are holes of the patch too small for ground to have stayed in. In larger ones the ground stays as it was.
+The footprint of a patch is the area of its own facets in plan. Every facet of the ground that touches the footprint is
+removed as a whole; all other facets keep every bit. The ring from the corners of what stays to the rim of the patch is
+cut into triangles. So are holes of the patch that are too small for ground to have stayed in them. In larger holes the
+ground stays unchanged.
 """
 
 from typing import Any, NamedTuple
@@ -25,11 +26,12 @@ FOLDED = "the patch folds over itself or stands upright in plan: only what looks
 
 
 class PatchChange(NamedTuple):
-    """What a patch changes; F facets and V vertices before.
+    """The changes that a patch makes to a ground with F facets and V vertices.
 
-    gone : (G,) facets; freed : (U,) vertices that no facet has any more
-    vertices : (N, 3) m, that come; triangles : (S, 3) that come, numbers from V on being those of `vertices`
-    block, entries : where they stand in the buckets; low, high : corners in plan of all that goes and comes, m
+    gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses any more
+    vertices : (N, 3) m, that are added; triangles : (S, 3) that are added, numbers from V on refer to `vertices`
+    block, entries : buckets of all changed facets, and entries of the added facets in them
+    low, high : corners of the box in plan of all removed and added facets, m
     """
 
     gone: NDArray[np.int32]
@@ -45,10 +47,10 @@ class PatchChange(NamedTuple):
 def change_of(
     patch: Mesh, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> PatchChange | None:
-    """What a patch in the ground's frame changes; None where nothing of the ground stays.
+    """Return the changes that a patch in the ground's frame makes; None if nothing of the ground stays.
 
-    marks : (F,) STAYS everywhere, and of what goes GOES afterwards. Raises TerrainError where the patch touches no
-    ground, is no sheet in plan, or cannot be sewn to what stays.
+    marks : (F,) all STAYS at first; the function sets GOES for removed facets
+    Raises TerrainError if the patch touches no ground, is not a sheet in plan, or cannot be sewn to what stays.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
     _check_sheet(corners)
@@ -72,7 +74,7 @@ def change_of(
 
 
 class _Found:
-    """What of the ground a patch touches."""
+    """The facets of the ground that a patch touches, and queries about the patch's footprint."""
 
     def __init__(
         self, terrain: Terrain, facets: Facets, locator: BucketLocator, marks: NDArray[np.uint8], patch: FloatArray,
@@ -85,11 +87,11 @@ class _Found:
         self.gone = touched(facets.corners, locator, *self._patch, marks)
 
     def near(self, thin: FloatArray) -> NDArray[np.bool_]:
-        """(N,) whether triangles (N, 9) m touch the patch."""
+        """Return (N,), True for each of the triangles (N, 9) m that touches the patch."""
         return near_patch(thin, self._locator, *self._patch)
 
     def between(self, points: FloatArray) -> NDArray[np.bool_]:
-        """(N,) whether places (N, 2) m lie over what goes, and not over the patch."""
+        """Return (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
         over = over_what_goes(points, self._ground, self._locator, self._marks)
         flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
         patch, block, entries, _ = self._patch
@@ -97,14 +99,14 @@ class _Found:
 
 
 def _check_sheet(corners: FloatArray) -> None:
-    """Raise TerrainError where a facet of the patch does not look up."""
+    """Raise TerrainError if a facet of the patch does not face upwards."""
     u, w = corners[:, 3:5] - corners[:, 0:2], corners[:, 6:8] - corners[:, 0:2]
     if not bool((u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] > 0.0).all()):
         raise TerrainError(FOLDED)
 
 
 def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
-    """Whether a facet with an area stays."""
+    """True if a facet with an area stays."""
     stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
     return bool(facets.normals[stays].any())
 
@@ -112,7 +114,7 @@ def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
 def _ring(
     patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
 ) -> NDArray[np.int64]:
-    """The triangles (T, 3) between the ground's edges and the patch's rim; numbers from V on are the patch's."""
+    """Return the triangles (T, 3) between the ground's edges and the patch's rim; numbers from V on are the patch's."""
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
     ids = np.unique(edges)
@@ -125,7 +127,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError where an edge of what stays has no triangle of the ring beside it, wound alike."""
+    """Raise TerrainError if an edge of what stays has no triangle of the ring beside it with the same winding."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
@@ -133,13 +135,13 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """The triangles over `some` of the ground's vertices, followed by those of the patch."""
+    """Return the triangles renumbered to the vertices `some` of the ground, followed by those of the patch."""
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
 
 
 def _extent(corners: FloatArray) -> tuple[Plan, Plan]:
-    """The corners (m) of the box in plan of facets (N, 9) m."""
+    """Return the corners (m) of the box in plan of facets (N, 9) m."""
     x, y = (np.ascontiguousarray(corners[:, k::3]) for k in range(2))  # a minimum along rows takes ten times as long
     return (float(x.min()), float(y.min())), (float(x.max()), float(y.max()))
 
@@ -149,5 +151,5 @@ def _corners(vertices: FloatArray, triangles: Any) -> FloatArray:
 
 
 def _lines(vertices: FloatArray, edges: IntArray | NDArray[np.int64]) -> FloatArray:
-    """Edges (E, 2) as triangles without area (E, 9) m."""
+    """Return edges (E, 2) as triangles without area (E, 9) m."""
     return _corners(vertices, edges[:, [0, 1, 1]])

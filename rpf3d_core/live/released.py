@@ -1,7 +1,7 @@
-"""Rocks that are released for the sources of a trigger, over a ground.
+"""Release rocks for the sources of a trigger, over a ground.
 
-Each source becomes a cloud of rocks around it: monitoring tells a place to metres and a speed roughly, and how far
-that matters is part of the answer.
+Each source becomes a cloud of rocks around it. Monitoring gives a place to within metres and a rough speed, and the
+answer shows how much this uncertainty matters.
 """
 
 from collections.abc import Sequence
@@ -22,10 +22,10 @@ from rpf3d_core.terrain.frame import FloatArray
 Flags = NDArray[np.bool_]
 
 SAME_GROUND = 1e-6
-"""m; a source's height above the ground below it and above the highest ground there are the same up to rounding."""
+"""m; a source's heights above the ground below it and above the highest ground there may differ by so much rounding."""
 
 MOST_NAMED = 3
-"""Sources that a sentence names one by one."""
+"""Largest number of sources that a sentence names one by one."""
 
 IN_PLAN = (Purpose.POSITION_X, Purpose.POSITION_Y)
 IN_SPEED = (Purpose.VELOCITY_X, Purpose.VELOCITY_Y, Purpose.VELOCITY_Z)
@@ -36,7 +36,7 @@ class ReleaseSpread:
     """How rocks are spread around a source.
 
     position, velocity : half-widths of a uniform spread, m in plan and m/s in each direction
-    above_ground : height of each source above the ground (m); None for the height that it was seen at
+    above_ground : height of each source above the ground (m); None for the height at which the source was seen
     """
 
     position: float = 0.0
@@ -46,11 +46,14 @@ class ReleaseSpread:
 
 @dataclass(frozen=True, eq=False)
 class Released:
-    """What rocks fall from: S sources in the trigger's order, so that draws stay as they are whoever is left out.
+    """The S sources that rocks fall from, in the trigger's order.
+
+    The order keeps the draws independent of which sources are left out.
 
     places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
-    heights : (S,) m above the highest ground there, that rocks keep where they are spread; NaN where nothing is spread
-    sound : (S,) which are released; left_out : a sentence on the others, "" if there are none
+    heights : (S,) m above the highest ground there, kept by rocks that are spread; NaN where rocks are not spread
+    sound : (S,) True for released sources; left_out : a sentence on the other sources, "" if there are none
+    around : how rocks are spread around each source
     """
 
     places: FloatArray
@@ -62,29 +65,29 @@ class Released:
     around: ReleaseSpread
 
     def first_round(self, rocks: int) -> list[int]:
-        """How many rocks each source has in a first round of at least so many."""
+        """Return the number of rocks of each source in a first round of at least `rocks` rocks."""
         each = -(-rocks // max(int(self.sound.sum()), 1))
         return [each if sound else 0 for sound in self.sound.tolist()]
 
     @property
     def highest(self) -> float:
-        """No rock is released higher than this (m, local), if it is spread on ground that is no higher."""
+        """Upper bound of the height of release (m, local), provided the ground under spread rocks is no higher."""
         return float(np.nanmax(self.places[:, 2] + np.nan_to_num(self.heights), initial=-np.inf))
 
     @property
     def fastest(self) -> float:
-        """No rock is released faster than this (m/s)."""
+        """Upper bound of the speed of release (m/s)."""
         spread = self.around.velocity * len(IN_SPEED) ** 0.5
         return float(np.linalg.norm(self.velocities, axis=1).max(initial=0.0) + spread)
 
 
 def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread) -> Released:
-    """The sources of a trigger over a ground.
+    """Return the sources of a trigger, placed over a ground.
 
     Raises
     ------
     InputError
-        None of them can be released: all lie off the terrain or under the ground. (Of no sources none has to be.)
+        There are sources, but none can be released: all lie off the terrain or under the ground.
     """
     places = standing.ground.terrain.frame.points_to_local(np.asarray(trigger.positions, dtype=float).reshape(-1, 3))
     velocities = np.asarray(trigger.velocities, dtype=float).reshape(-1, 3)
@@ -101,10 +104,10 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
 
 
 def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int) -> Releases:
-    """Some rocks of each source, the same bits whatever is asked for together.
+    """Return the rocks of each source in the given ranges of rock numbers; each rock has the same bits in any ranges.
 
-    A rock that is spread keeps its source's height above the ground, so that none starts in the wall behind it; where
-    there is no ground it starts at its source. Draws are those of `ensemble.releases`.
+    A rock that is spread keeps its source's height above the ground, so no rock starts in the wall behind the source.
+    Where there is no ground, the rock starts at its source. Draws are those of `ensemble.releases`.
     """
     numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
     source = np.repeat(np.arange(len(ranges)), [len(some) for some in numbers])
@@ -118,7 +121,7 @@ def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[
 
 
 def _placed(standing: PreparedTerrain, released: Released, seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Where rocks (R,) of sources (R,) start: (R, 3) m."""
+    """Return the start points (R, 3) m of rocks (R,) of sources (R,)."""
     places, heights = released.places[source], released.heights[source]
     spread = np.isfinite(heights)
     if not spread.any():
@@ -130,21 +133,23 @@ def _placed(standing: PreparedTerrain, released: Released, seed: int, source: In
 
 
 def _spread(half: float, purposes: Sequence[Purpose], seed: int, source: IntArray, rock: IntArray) -> FloatArray:
-    """Uniform deviations (R, K) of a half-width, one column a purpose; where it is 0 nothing is drawn."""
+    """Return uniform deviations (R, K) within a half-width, one column for each purpose; zeros if `half` is 0."""
     if half == 0.0:
         return np.zeros((len(rock), len(purposes)))
     return half * (2.0 * np.stack([uniform(seed, source, rock, purpose) for purpose in purposes], axis=1) - 1.0)
 
 
 def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: float) -> tuple[FloatArray, FloatArray]:
-    """Masses (R,) kg and radii (R,) m with those of diameters (R,) m; NaN leaves a rock as it is."""
+    """Return masses (R,) kg and radii (R,) m for diameters (R,) m; a rock with diameter NaN keeps its own."""
     known = np.isfinite(diameter)
     return np.where(known, mass_of(diameter, density), mass), np.where(known, 0.5 * diameter, radius)
 
 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
-    """How far points (S, 3) are under the ground (m; 0 where they are not), their height above the highest ground
-    there (NaN where another ground hangs over them), and which are off the terrain.
+    """Measure points (S, 3) against the ground, in three arrays (S,).
+
+    They are: depth under the ground (m; 0 above it), height above the highest ground there (m; NaN where other ground
+    hangs over the point), and True for points off the terrain.
     """
     over = _over_top(standing, x)
     off = over[:, 1] < 0
@@ -158,21 +163,22 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """`Engine.ground_below` of points above everything, at places (S, 3)."""
+    """Return `Engine.ground_below` of points above everything, at places (S, 3) m."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)
 
 
 def _tops(standing: PreparedTerrain, x: FloatArray, over: FloatArray) -> FloatArray:
-    """Height (S,) m, local, of the highest ground at places (S, 3); NaN where there is none."""
+    """Return the height (S,) m, local, of the highest ground at places (S, 3) m; NaN where there is none."""
     tops = standing.ground.facets.high[2] + ABOVE_EVERYTHING - over[:, 0]
     return np.where(over[:, 1] < 0, np.nan, tops)
 
 
 def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> FloatArray:
-    """Points (N, 3) put at heights (N,) m above the highest ground there, NaN where there is none; those whose height
-    is NaN stay where they are.
+    """Return points (N, 3) m moved to heights (N,) m above the highest ground there; z is NaN where there is no ground.
+
+    Points whose height is NaN are not moved.
     """
     moved, known = np.array(x), np.isfinite(heights)
     some = moved[known]
@@ -181,7 +187,7 @@ def _raised(standing: PreparedTerrain, x: FloatArray, heights: FloatArray) -> Fl
 
 
 def _sentence(positions: FloatArray, off: Flags, depth: FloatArray) -> str:
-    """Which sources are left out and why."""
+    """Return a sentence on the sources that are left out and the reasons; "" if there are none."""
     parts = []
     for which, why in ((off, "off the terrain"), (depth > 0.0, "under the ground")):
         bad = np.flatnonzero(which)

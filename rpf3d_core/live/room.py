@@ -1,4 +1,4 @@
-"""Sets of memory for grounds: one is given out again only when nothing uses the ground that lay in it any more."""
+"""Sets of memory for grounds: a set is used again only when nothing uses the ground in it any more."""
 
 import weakref
 from collections.abc import Iterator
@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from rpf3d_core.jit.memory import Kept
 
 SETS = 2
-"""Sets that are kept while nobody uses them: the running ground's and the one that the next is made in."""
+"""Unused sets that are kept: one for the running ground and one in which the next ground is built."""
 
 
 class Room:
-    """A set of memory, and who uses it.
+    """A set of memory, and the objects that use it.
 
-    claimed : a ground is being made here
-    patches : sewn into the ground here; free_rows, free_vertices : of facets and vertices that are there no more
+    claimed : True while a ground is being built here
+    patches : number of patches sewn into the ground here
+    free_rows, free_vertices : rows of facets and of vertices that are no longer used
     """
 
     def __init__(self) -> None:
@@ -30,31 +31,31 @@ class Room:
         self.begin()
 
     def begin(self) -> None:
-        """A ground has been laid out whole: every row is taken."""
+        """Reset the room for a ground that is laid out whole: every row is in use."""
         self.patches = 0
         self.free_rows = np.empty(0, np.int32)
         self.free_vertices = np.empty(0, np.int64)
 
     def patched(self, free_rows: NDArray[np.int32]) -> None:
-        """Another patch has been sewn in; some rows of facets hold none now."""
+        """Record that another patch was sewn in; `free_rows` (U,) are the rows that hold no facet any more."""
         self.patches += 1
         self.free_rows = free_rows
 
     def used_by(self, *users: Any) -> None:
-        """Tell of objects whose arrays lie here."""
-        with self._lock:  # another thread may be looking for a free room just now
+        """Register objects whose arrays lie here."""
+        with self._lock:  # another thread may be searching for a free room
             self._users += [weakref.ref(user) for user in users]
 
     @property
     def free(self) -> bool:
-        """Whether all of them are gone, and no ground is being made here."""
+        """True if no registered object exists any more and no ground is being built here."""
         with self._lock:
             self._users = [user for user in self._users if user() is not None]
             return not (self._users or self.claimed)
 
 
 class Rooms:
-    """The sets of a workshop: as many as grounds are in use, and no more than SETS of them idle."""
+    """The sets of a workshop: as many as there are grounds in use, and at most SETS unused ones."""
 
     def __init__(self) -> None:
         self._rooms: list[Room] = []
@@ -62,7 +63,7 @@ class Rooms:
 
     @contextmanager
     def free_one(self) -> Iterator[Room]:
-        """A set that nobody uses, to make a ground in; a new one where all are in use."""
+        """Give an unused set to build a ground in; a new set if all are in use."""
         with self._lock:
             free = [room for room in self._rooms if room.free]
             self._rooms = [room for room in self._rooms if room not in free[SETS:]]

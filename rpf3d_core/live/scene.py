@@ -1,7 +1,7 @@
-"""The scene that is flown live: from a scene file, or from single values under the names that it has there.
+"""The scene that is flown live: from a scene file, or from single values under the names of the scene file's keys.
 
-A live scene is the same `Scene` as that of a run. Its terrain and its sources come in messages, so stand-ins are in
-their places; nothing else is invented but the default material (thesis table 5-1).
+A live scene is the same `Scene` as the scene of a run. Its terrain and sources come in messages, so stand-ins take
+their places. Nothing else is made up but the default material (thesis table 5-1).
 """
 
 from collections.abc import Iterable, Mapping
@@ -17,10 +17,10 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_of_values
 
 SCENE = "scene"
-"""The name under which a scene file is given."""
+"""Name of the parameter that gives a scene file."""
 
 WRITTEN_NOWHERE = Path("parameters")
-"""Stands for the scene file in sentences about a scene that has none."""
+"""Replaces the path of the scene file in messages about a scene without a file."""
 
 LISTED = "is a list, a file or a mapping, which no parameter can hold"
 FROM_MESSAGES = "comes in messages"
@@ -56,7 +56,7 @@ EXCLUDED: Mapping[str, str] = {
     "observed": "is for comparison with what was seen in the field",
     "data_hint": "speaks of files that are missing",
 }
-"""Fields of a scene, with all below them, that are no live parameters, and why; a scene file may give them."""
+"""Fields of a scene, with all fields below them, that are not live parameters, and why; a scene file may give them."""
 
 STAND_INS: Mapping[str, Any] = {
     "terrain": {"pit": {}},
@@ -67,10 +67,10 @@ STAND_INS: Mapping[str, Any] = {
 
 @cache
 def live_parameters() -> tuple[SceneField, ...]:
-    """The fields of a scene that may be given one by one, in the model's order.
+    """Return the fields of a scene that may be given one by one, in the model's order.
 
-    `default` is what they are where nothing is given, None for what is then left out. Those `within` a model or an
-    effect have it only where that is named.
+    `default` is the value of a field that is not given, None for a field that is then left out. Fields `within` a model
+    or an effect have their default only where the model or the effect is named.
     """
     standard = live_scene({})
     offered = (field for field in scene_fields() if why_excluded(field.key) is None)
@@ -78,15 +78,15 @@ def live_parameters() -> tuple[SceneField, ...]:
 
 
 def live_scene(values: Mapping[str, Any]) -> Scene:
-    """The scene of values by dotted name, such as `rock.diameter`, or of the scene file that `scene` names.
+    """Return the scene of values by dotted name, such as `rock.diameter`, or of the scene file that `scene` names.
 
-    Naming a model's or an effect's parameter names it, as in a scene file; `effects.<name>: true` names it with all
-    its defaults.
+    A value for a parameter of a model or an effect names the model or effect, as in a scene file; `effects.<name>:
+    true` names an effect with all its defaults.
 
     Raises
     ------
     SceneError
-        One line for each value that is refused, in the words of a scene file's refusals; or values beside `scene`.
+        One line for each value that is refused, worded as for a scene file; or there are values in addition to `scene`.
     """
     given = {name: value for name, value in values.items() if name != SCENE}
     if values.get(SCENE):
@@ -98,7 +98,7 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
 
 
 def why_excluded(key: str) -> str | None:
-    """Why a field of a scene is no live parameter; None where it is one."""
+    """Return why a field of a scene is not a live parameter; None if it is one."""
     return next((why for at, why in EXCLUDED.items() if key == at or key.startswith(f"{at}.")), None)
 
 
@@ -112,7 +112,10 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """What is wrong with a name, or with the name of a model; everything else is the model's to judge."""
+    """Return the error in a name, or in the name of a model; None if there is none.
+
+    Everything else is checked by the scene's model.
+    """
     known = {field.key: field for field in live_parameters()} if name else {}
     if name not in known:
         return f"parameter `{name}` {_no_parameter(name, known)}"
@@ -135,7 +138,7 @@ def _no_parameter(name: str, known: Iterable[str]) -> str:
 
 
 def _written(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by dotted name as a scene file has them, with the stand-ins."""
+    """Return values by dotted name nested as in a scene file, with the stand-ins."""
     scene: dict[str, Any] = {key: _copied(value) for key, value in STAND_INS.items()}
     naming = {field.key for field in live_parameters() if field.names} if given else set()
     for name in sorted(given, key=lambda key: key not in naming):  # models and effects before their parameters
@@ -166,7 +169,7 @@ def _copied(value: Any) -> Any:
 
 
 def _default(field: SceneField, standard: Scene) -> Any:
-    """What a field is in a scene that says nothing; what the model says for one of a model or effect."""
+    """Return the value of a field in a scene that gives nothing; for a field of a model or effect, its own default."""
     if field.within or field.names:
         return field.default
     value: Any = standard

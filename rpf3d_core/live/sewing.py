@@ -1,7 +1,7 @@
-"""A patch brought into the arrays of a ground: rows of what goes are taken by what comes.
+"""Write a patch into the arrays of a ground: added facets take the rows of removed facets.
 
-Rows that nothing takes hold a facet without area, which no rock can touch and no bucket holds. Where more comes than
-goes, the arrays grow into the room behind them.
+Unused rows hold a facet without area, which no rock can touch and no bucket holds. If more facets are added than
+removed, the arrays grow into the spare memory behind them.
 """
 
 import math
@@ -27,14 +27,19 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Vec
 
 WIDER = 1.25
-"""How much longer the terrain's diagonal may become than the one that its tolerance was made for; that has a factor of
-200 in hand (`RELATIVE_TOLERANCE`)."""
+"""Largest growth of the terrain's diagonal, as a factor, since its tolerance was set.
+
+The tolerance has a factor of 200 in hand (`RELATIVE_TOLERANCE`).
+"""
 
 
 def sewn(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
 ) -> tuple[Terrain, Facets, BucketLocator]:
-    """The ground after a change, in the same memory. Raises TerrainError, with nothing changed, if it is too wide."""
+    """Return the ground after a change, in the same memory.
+
+    Raises TerrainError, with nothing changed, if the ground would become too wide.
+    """
     low, high = _box(facets, change, room.memory.longer("marks", len(facets.zone)), share)
     numbers, vertices = _vertices(terrain, change, room)
     rows, empty, count = _rows(len(facets.zone), change, room)
@@ -52,7 +57,7 @@ def sewn(
 
 
 def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:
-    """The triangles (S, 3) that come, in the numbers that their vertices have then, and all vertices."""
+    """Return the added triangles (S, 3), renumbered to their vertices' new numbers, and all vertices (V, 3) m."""
     before, coming = len(terrain.vertices), len(change.vertices)
     free = np.concatenate([room.free_vertices, change.freed])
     places = np.concatenate([free[:coming], np.arange(before, before + max(coming - len(free), 0))])
@@ -64,7 +69,7 @@ def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArra
 
 
 def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int32], NDArray[np.int32], int]:
-    """Rows (S,) of what comes, rows that are left empty, and how many rows there are then."""
+    """Return the rows (S,) of added facets, the rows that stay empty, and the new number of rows."""
     coming = len(change.triangles)
     free = np.concatenate([change.gone, room.free_rows]).astype(np.int32)
     more = np.arange(before, before + max(coming - len(free), 0), dtype=np.int32)
@@ -72,7 +77,7 @@ def _rows(before: int, change: PatchChange, room: Room) -> tuple[NDArray[np.int3
 
 
 def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: Share) -> tuple[Vec, Vec]:
-    """The corners of the box of the facets after the change. Raises TerrainError where it grows too much."""
+    """Return the corners (m) of the box of the facets after the change. Raises TerrainError if it grows too much."""
     going = facets.corners[change.gone].reshape(-1, 3)
     box = np.array([facets.low, facets.high])
     if bool((going == box[0]).any() or (going == box[1]).any()):
@@ -85,7 +90,7 @@ def _box(facets: Facets, change: PatchChange, marks: NDArray[np.uint8], share: S
 
 
 def _box_of_what_stays(facets: Facets, marks: NDArray[np.uint8], share: Share) -> FloatArray:
-    """The box (2, 3) of the facets that stay."""
+    """Return the box (2, 3) m of the facets that stay."""
     boxes = np.array([[[np.inf] * 3, [-np.inf] * 3]] * 2)
     share([
         lambda k=k, a=a, b=b: widen_to_corners(facets.corners, marks, a, b, boxes[k])  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""Areas of interest as they are shown: their outlines in plan, laid on the ground."""
+"""Prepare areas of interest for display: their outlines in plan, laid on the ground."""
 
 from collections.abc import Mapping
 
@@ -10,14 +10,15 @@ from rpf3d_core.live.standing import Outlines
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 MOST_STEPS = 2000
-"""Of a ring: one that is longer than so many cells is laid on the ground more coarsely."""
+"""Largest number of steps along a ring: a ring longer than this number of cells is laid on the ground more coarsely."""
 
 
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:
-    """Name -> each ring of the area as a closed line (T, 3) m, map frame, as high as the cells that it goes through.
+    """Return name -> each ring of the area as a closed line (T, 3) m, map frame, at the height of the cells it crosses.
 
-    areas : rings (P, 2) m, local frame, first corner repeated or not; what of them has no ground below it is as high as
-    the line is beside it. A ring that nowhere crosses the raster's cells is left out, be it beside or all around it.
+    areas : rings (P, 2) m, local frame, with or without the first corner repeated. Parts of a ring without ground below
+    them have the height of the line next to them. A ring that crosses no cell of the raster is left out, whether it
+    lies beside the raster or encloses it.
     """
     return {
         name: [frame.points_to_input(line) for ring in rings if len(line := _laid_on(ring, cells, raster))]
@@ -26,7 +27,7 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 
 
 def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """A ring as a closed line (T, 3) m, local frame, with a point in each cell; none of a ring off the raster."""
+    """Return a ring as a closed line (T, 3) m, local frame, with a point in each cell; empty off the raster."""
     corners = np.vstack([ring, ring[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
     step = max(raster.cell, along[-1] / MOST_STEPS)
@@ -40,7 +41,7 @@ def _laid_on(ring: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArra
 
 
 def _height(x: FloatArray, y: FloatArray, cells: TerrainCells, raster: Raster) -> FloatArray:
-    """The ground (N,) m at places; NaN off the raster and where no ground is near."""
+    """Return the height (N,) m of the ground at places; NaN off the raster and where no ground is near."""
     column, row = np.floor((x - raster.x) / raster.cell), np.floor((y - raster.y) / raster.cell)
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     cell = np.where(inside, row * raster.nx + column, 0).astype(np.int64)

@@ -1,6 +1,6 @@
-"""What is worked out once for a ground and kept while sources come and go, so that an answer costs what its rocks do.
+"""Prepare a ground once and keep the result while sources come and go, so an answer costs only what its rocks cost.
 
-Nothing here takes longer the larger the terrain is, but for `stand_on`, which is called once a ground.
+Only `stand_on`, called once for each ground, takes longer for a larger terrain.
 """
 
 import math
@@ -33,11 +33,11 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.values import Rock
 
 Outlines = Mapping[str, Sequence[FloatArray]]
-"""Name of an area of interest -> its rings (P, 2) m in plan, holes among them."""
+"""Name of an area of interest -> its rings (P, 2) m in plan, holes included."""
 
 
 class Surveyed(Protocol):
-    """What is asked of a ground (`live.ground.Ground`)."""
+    """The attributes of a ground that are needed here (`live.ground.LiveTerrain`)."""
 
     @property
     def terrain(self) -> Terrain:
@@ -45,31 +45,32 @@ class Surveyed(Protocol):
 
     @property
     def facets(self) -> Facets:
-        """Its facets as arrays."""
+        """The terrain's facets as arrays."""
 
     @property
     def engine(self) -> Engine:
-        """An engine over them."""
+        """An engine over the facets."""
 
     @property
     def digest(self) -> str:
-        """Of all that was surveyed."""
+        """Digest of all surveys."""
 
     @property
     def stamp_ns(self) -> int:
-        """When it was surveyed."""
+        """Time of the survey (ns)."""
 
     @property
     def changed(self) -> Changed | None:
-        """Where the last patch has changed something; None where it was made whole."""
+        """Where the last patch changed the ground; None if the ground was built whole."""
 
 
 @dataclass(eq=False)
 class PreparedTerrain:
-    """A ground with all that answers over it share; for one thread at a time, which throws what it answers away first.
+    """A ground with everything that answers over it share; for one thread and one answer at a time.
 
     areas : rings of the scene's own areas of interest, local frame
-    before : the cells of the ground that this one was patched from
+    tallies : memory of the current answer, emptied for the next one
+    before : the cells of the ground from which this ground was patched
     """
 
     ground: Surveyed
@@ -81,7 +82,10 @@ class PreparedTerrain:
     before: TerrainCells | None = None
 
     def areas_with(self, live_areas: Outlines) -> Outlines:
-        """All areas of interest, local frame: the scene's own, then those with rings (P, 2) m in the map frame."""
+        """Return all areas of interest, rings (P, 2) m in the local frame: the scene's own, then the live ones.
+
+        live_areas : rings (P, 2) m, map frame
+        """
         shift = np.array(self.ground.terrain.frame.origin[:2])
         live = {name: [np.asarray(ring) - shift for ring in rings] for name, rings in live_areas.items()}
         return {**self.areas, **live}
@@ -89,11 +93,11 @@ class PreparedTerrain:
     def empty_tallies(
         self, outlines: Outlines, fastest: float, highest: float, diameters: FloatArray | None
     ) -> Tallies:
-        """Tallies in the memory of the last ones.
+        """Return empty tallies in the memory of the previous ones.
 
-        outlines : of all areas of interest, as `areas_with`
-        fastest, highest : bounds of what is released, m/s and m, local
-        diameters : (S,) m, of rocks beside the scene's own; None for none
+        outlines : of all areas of interest, as from `areas_with`
+        fastest, highest : upper bounds of speed (m/s) and height (m, local) of release
+        diameters : (S,) m, of rocks in addition to the scene's own, NaN for the scene's own; None if there are none
         """
         facets, scene = self.ground.facets, self.scene
         areas, masses, old = areas_of(outlines), _masses(self.rock, diameters), self.tallies
@@ -117,7 +121,7 @@ class PreparedTerrain:
 
     @cached_property
     def cells(self) -> TerrainCells:
-        """Where the raster of the maps lies over ground, and how high; worked out when it is first asked for."""
+        """Where the raster of the maps lies over ground, and the height of the ground; computed on first use."""
         terrain, walked = self.ground.terrain, self.tallies.ground
         known, self.before = self.before, None
         changed = self.ground.changed
@@ -127,17 +131,17 @@ class PreparedTerrain:
 
     @property
     def compiled(self) -> bool:
-        """Whether numba flies and counts."""
+        """True if the compiled engine is in use."""
         return isinstance(self.ground.engine, Compiled)
 
 
 def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
-    """Work out what a scene's answers over a ground share.
+    """Prepare a ground: compute what all answers of a scene over it share.
 
     Raises
     ------
     InputError
-        The ground's zones have no material, an area of interest lies off it, or its maps need too much memory.
+        A zone of the ground has no material, an area of interest lies off it, or its maps need too much memory.
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     flight, raster = scene_flight(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
@@ -155,9 +159,9 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
 
 
 def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
-    """As `stand_on`, of a ground that a patch made of that of `before`, which must not be used any more.
+    """Prepare a ground that was patched from the ground of `before`, as `stand_on` does for a whole ground.
 
-    What was known of the rest of the ground is still known, and lies in the same memory.
+    Data on the rest of the ground are kept in the same memory, so `before` must not be used any more.
     """
     terrain, facets, engine, changed = ground.terrain, ground.facets, ground.engine, ground.changed
     scene, raster = before.scene, before.tallies.ground.raster
@@ -170,20 +174,20 @@ def stand_after(before: PreparedTerrain, ground: Surveyed) -> PreparedTerrain:
 
 
 def mass_of(diameter: FloatArray, density: float) -> FloatArray:
-    """Masses (R,) kg of spheres of diameters (R,) m and a density (kg/m^3)."""
+    """Return the masses (R,) kg of spheres with diameters (R,) m and a density (kg/m^3)."""
     radius = 0.5 * diameter
     return np.asarray(density * UNIT_SPHERE_VOLUME * (radius * radius * radius))
 
 
 def density_of(rock: Rock | DrawnRock) -> float:
-    """The density (kg/m^3) of a scene's rocks."""
+    """Return the density (kg/m^3) of a scene's rocks."""
     if isinstance(rock, DrawnRock):
         return rock.density
     return rock.mass / (UNIT_SPHERE_VOLUME * rock.radius**3)
 
 
 def _masses(rock: Rock | DrawnRock, diameters: FloatArray | None) -> tuple[float, float]:
-    """The least and the greatest mass (kg) among the scene's rocks and those of some diameters (NaN: the scene's)."""
+    """Return the smallest and largest mass (kg) of the scene's rocks and of rocks with diameters (NaN: the scene's)."""
     low, high = mass_range(rock)
     if diameters is None or not np.isfinite(diameters).any():
         return low, high

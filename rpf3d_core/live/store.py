@@ -1,9 +1,9 @@
-"""The last good terrain on disk, so that a simulator that was killed comes back with it and says how old it is.
+"""Keep the last good terrain on disk, so that a restarted simulator has it again and reports its age.
 
-A folder holds the last whole survey, and the patches that were sewn in since, each naming the digest of the ground that
-it was laid upon. Whatever moment the process dies at, the folder holds a ground that was flown over: a whole survey
-replaces the one before in one step, and patches that do not follow on from it are not of it. One store at a time keeps
-its ground in a folder: two would take each other's patches away.
+A folder holds the last whole survey and the patches sewn in since. Each patch names the digest of the ground that it
+was laid upon. Whenever the process dies, the folder holds a ground that was flown over: a whole survey replaces the
+previous one in one step, and patches that do not continue from it are ignored. Only one store at a time may use a
+folder: two stores would remove each other's patches.
 """
 
 import fcntl
@@ -21,25 +21,28 @@ from rpf3d_core.live.survey import MeshSurvey, Survey
 
 WHOLE = f"whole{SUFFIX}"
 MOST_PATCHES = 64
-"""Patches after which the ground is written whole: each takes some hundredths of a second on the way back."""
+"""Number of patches after which the ground is written whole: restoring a patch takes some hundredths of a second."""
 
 LOCK = "in_use.lock"
-"""An empty file, locked while a store is open; it stays, and the lock ends with its process, whatever that dies of."""
+"""An empty file, locked while a store is open; the file stays, and the lock ends with its process however that dies."""
 
 
 class StoredSurveys(NamedTuple):
-    """What was kept: the pieces in order, the first of them whole, and sentences about what could not be read."""
+    """The stored surveys of a ground.
+
+    pieces : the whole survey, then its patches in order; faults : sentences about patches that could not be read
+    """
 
     pieces: tuple[StoredSurvey, ...]
     faults: tuple[str, ...]
 
     def age_s(self, now_ns: int | None = None) -> float:
-        """Seconds since the last piece became ground, by the clock of the machine; never below 0."""
+        """Return the time (s) since the last survey became ground, by the machine's clock; never below 0."""
         now = time.time_ns() if now_ns is None else now_ns
         return max(now - self.pieces[-1].received_ns, 0) / 1e9
 
     def ground(self, workshop: Workshop) -> LiveTerrain:
-        """The ground that the pieces make. Raises TerrainError."""
+        """Return the ground built from the surveys. Raises TerrainError."""
         first, *patches = self.pieces
         ground = workshop.whole(first.survey, first.stamp_ns, first.digest)
         for piece in patches:
@@ -49,10 +52,10 @@ class StoredSurveys(NamedTuple):
 
 
 def read_last(folder: Path) -> StoredSurveys | None:
-    """The last ground that was kept in a folder; None where there is none.
+    """Return the last ground that was kept in a folder; None if there is none.
 
-    A patch that is damaged ends the list, with a sentence. Raises TerrainError where the whole survey is damaged, and
-    OSError where it cannot be read.
+    A damaged patch ends the list, with a sentence. Raises TerrainError if the whole survey is damaged, and OSError if
+    it cannot be read.
     """
     if not (folder / WHOLE).exists():
         return None
@@ -68,17 +71,17 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Keeps grounds in a folder, on a thread of its own; the newest wins where they come faster than it writes."""
+    """Keeps grounds in a folder, on a thread of its own; if grounds come faster than it writes, the newest wins."""
 
     def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
-        """Open the store in a folder, which is made where it is missing.
+        """Open the store in a folder, which is created if it is missing.
 
         Raises
         ------
         InputError
             Another store is open there.
         OSError
-            The folder cannot be made.
+            The folder cannot be created.
         """
         self.folder, self._most = folder, most_patches
         folder.mkdir(parents=True, exist_ok=True)
@@ -86,13 +89,13 @@ class Store:
         self._waiting: deque[StoredSurvey] = deque()
         self._changed = threading.Condition()
         self._last, self._patches, self._busy, self._closed = "", 0, False, False
-        self._gap = False  # a piece is missing on the disk, so patches do not follow on what is there
+        self._gap = False  # a survey is missing on the disk, so patches cannot continue from the disk
         self.fault = self._unlocked
         self._thread = threading.Thread(target=self._run, name="store", daemon=True)
         self._thread.start()
 
     def keep(self, ground: LiveTerrain, survey: Survey) -> None:
-        """Keep a ground and the survey that made it, or was sewn in last; returns at once.
+        """Keep a ground, and the survey that it was built from or that was sewn in last; returns at once.
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
@@ -103,24 +106,24 @@ class Store:
         piece = StoredSurvey(survey, ground.digest, upon, ground.stamp_ns, ground.received_ns)
         with self._changed:
             if not upon:
-                self._waiting.clear()  # what it replaces need not be written any more
+                self._waiting.clear()  # the whole ground replaces all waiting surveys
             self._last, self._patches = ground.digest, self._patches + 1 if upon else 0
             self._waiting.append(piece)
             self._changed.notify_all()
 
     def follow(self, last: StoredSurveys) -> None:
-        """Patches that come are laid upon what was read from this folder."""
+        """Continue from surveys that were read from this folder: patches that follow are laid upon them."""
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
-        """Wait until all is on the disk, no longer than the timeout (s); whether it is."""
+        """Wait until everything is on disk, at most `timeout` (s); return True if it is."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
     def close(self, timeout: float | None = None) -> bool:
-        """Write what waits, and end; wait at most timeout (s) for that. True where it has ended.
+        """Write the waiting surveys and end; wait for that at most `timeout` (s). Return True if the store has ended.
 
-        The folder is free as soon as all is written, which may be after that.
+        The folder is free once everything is written, which may be after the timeout.
         """
         with self._changed:
             self._closed = True
@@ -149,16 +152,16 @@ class Store:
                 self._changed.notify_all()
 
     def _try_to_write(self, piece: StoredSurvey) -> None:
-        """Write a piece; where that fails, no patch is written, and the fault stands, until a whole ground is there."""
+        """Write a survey. If that fails, set the fault and write no patch until a whole ground is written."""
         try:
             self._write(piece)
-        except Exception as error:  # whatever it is, the thread goes on
+        except Exception as error:  # the thread must survive any error
             self.fault, self._gap = f"the terrain could not be kept in {self.folder}: {error}", True
         else:
             self.fault, self._gap = self._unlocked, False
 
     def _write(self, piece: StoredSurvey) -> None:
-        """A patch goes behind those that are there; a whole survey takes the place of all."""
+        """Write a survey: a patch after the patches already there, a whole survey in place of all."""
         old = sorted(self.folder.glob(f"patch-*{SUFFIX}"))
         if piece.upon:
             number = int(old[-1].stem.partition("-")[2]) + 1 if old else 1
@@ -171,9 +174,9 @@ class Store:
 
 
 def _locked(folder: Path) -> tuple[int, str | None]:
-    """A descriptor that holds the lock of a folder; or -1 and why there is none: a bad disk keeps nobody from flying.
+    """Lock a folder and return a descriptor that holds the lock, or -1 and why the folder could not be locked.
 
-    Raises InputError where another has it.
+    A bad disk must not keep the simulator from flying. Raises InputError if another store holds the lock.
     """
     handle = -1
     try:
@@ -189,7 +192,7 @@ def _locked(folder: Path) -> tuple[int, str | None]:
 
 
 def mesh_of(ground: LiveTerrain) -> MeshSurvey:
-    """A copy of a ground as a mesh in the map frame, without the rows that patches have left empty."""
+    """Return a copy of a ground as a mesh in the map frame, without the rows that patches have left empty."""
     triangles = ground.terrain.triangles
     return MeshSurvey(
         ground.terrain.frame.points_to_input(ground.terrain.vertices), triangles[triangles[:, 0] != triangles[:, 1]]

@@ -1,7 +1,7 @@
-"""One survey in one file: never half-written, never half-read.
+"""Write and read one survey in one file, which is never half-written and never half-read.
 
-A line that names the kind of file, the length of a header and the header (JSON), the arrays, and the SHA-256 of all
-that. It is written beside its place, flushed to the disk, and put there in one step.
+The file consists of a line that names the kind of file, the length of a header, the header (JSON), the arrays, and the
+SHA-256 of all that. It is written under another name, flushed to the disk, and renamed in one step.
 """
 
 import hashlib
@@ -19,19 +19,19 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 
 MAGIC = b"rpf3d survey 1\n"
 CHECK = 32
-"""Bytes of a SHA-256."""
+"""Length of a SHA-256 (bytes)."""
 LONGEST_HEADER = 65_536
-"""Bytes; a header has some hundred."""
+"""Largest length of a header (bytes); a header has a few hundred."""
 SUFFIX = ".survey"
 KINDS: dict[str, Any] = {kind.__name__: kind for kind in (GridSurvey, MeshSurvey, CloudSurvey)}
 LENGTH = struct.Struct("<Q")
 
 
 class StoredSurvey(NamedTuple):
-    """A survey that was made ground, or sewn into one.
+    """A survey that was built into a ground, or sewn into one.
 
-    digest : of the ground that came of it; upon : of the ground that it was sewn into, "" for a whole one
-    stamp_ns, received_ns : as of `ground.Ground`
+    digest : of the resulting ground; upon : of the ground that the survey was sewn into, "" for a whole survey
+    stamp_ns, received_ns : as in `ground.LiveTerrain`
     """
 
     survey: Survey
@@ -42,7 +42,7 @@ class StoredSurvey(NamedTuple):
 
 
 def write_piece(path: Path, piece: StoredSurvey) -> None:
-    """Write a piece, in place of what is there, in one step. Raises OSError."""
+    """Write a survey to a file in one step, replacing the file if it exists. Raises OSError."""
     beside = path.with_suffix(".part")
     arrays = _arrays(piece.survey)
     parts = [{"type": array.dtype.str, "shape": array.shape} for array in arrays]
@@ -60,7 +60,7 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
 
 
 def read_piece(path: Path) -> StoredSurvey:
-    """Read a piece. Raises TerrainError, in one sentence, where anything is missing or changed, and OSError."""
+    """Read a survey. Raises TerrainError, in one sentence, if anything is missing or changed; raises OSError."""
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
     if bytes(body[: len(MAGIC)]) != MAGIC:
@@ -71,7 +71,7 @@ def read_piece(path: Path) -> StoredSurvey:
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the disk know of names that were made, replaced or taken away in a folder."""
+    """Wait until file names created, replaced or removed in a folder are on disk."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -94,7 +94,7 @@ def _bytes_of(array: Any) -> Any:
 
 
 def _piece(body: memoryview) -> StoredSurvey:
-    """What a body whose checksum is right holds."""
+    """Return the survey in a body whose checksum is right."""
     begin = len(MAGIC) + LENGTH.size
     (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
     header = json.loads(bytes(body[begin : begin + min(length, LONGEST_HEADER)]))

@@ -1,4 +1,4 @@
-"""What a survey brings: points in rows, triangles over points, or points alone. Values, map frame, float64."""
+"""Surveys as values: points in rows, triangles over points, or points alone; map frame, float64."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,25 @@ from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_POINTS = 5_000_000
-"""Points that a survey may have, unless a user says otherwise: 10 million facets, of which two grounds take 4.5 GB."""
+"""Largest number of points in a survey, unless the user sets another: 10 million facets; two grounds take 4.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)
 class GridSurvey:
-    """points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole."""
+    """A survey of points in rows.
+
+    points : (H, W, 3) m, map frame, H, W >= 2; NaN where there is a hole
+    """
 
     points: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
 class MeshSurvey:
-    """vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices."""
+    """A survey of triangles over points.
+
+    vertices : (V, 3) m, map frame; triangles : (F, 3) indices into vertices
+    """
 
     vertices: FloatArray
     triangles: IntArray
@@ -27,7 +33,10 @@ class MeshSurvey:
 
 @dataclass(frozen=True, eq=False)
 class CloudSurvey:
-    """points : (N, 3) m, map frame, in no order; a point with a NaN is none."""
+    """A survey of scattered points.
+
+    points : (N, 3) m, map frame, in no order; a point with a NaN does not count
+    """
 
     points: FloatArray
 
@@ -36,7 +45,7 @@ Survey = GridSurvey | MeshSurvey | CloudSurvey
 
 
 def points_of(survey: Survey) -> int:
-    """How many points a survey has; of a mesh its vertices, or half its triangles where those are more."""
+    """Return the number of points in a survey; for a mesh its vertices, or half its triangles if that is more."""
     if isinstance(survey, MeshSurvey):
         return max(len(survey.vertices), len(survey.triangles) // 2)
     if isinstance(survey, GridSurvey):
@@ -45,7 +54,7 @@ def points_of(survey: Survey) -> int:
 
 
 def check_points(points: int, most: int = MOST_POINTS) -> None:
-    """Refuse a survey of more points than may be: call it with what a message announces, before anything is made.
+    """Refuse a survey of too many points, given the number that a message announces, before memory is used.
 
     Raises TerrainError, naming the limit.
     """

@@ -1,4 +1,4 @@
-"""What sets an answer off: sources as they were seen in one message."""
+"""Triggers: the sources of one message, which cause an answer."""
 
 import hashlib
 from dataclasses import dataclass
@@ -10,10 +10,11 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Trigger:
-    """S sources of one message; none of them means that the walls were watched and nothing was seen.
+    """The S sources of one message; S = 0 means that the walls were watched and nothing was seen.
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
-    digest : sha256 (hex) of all that, as `digest_of`; topic : where the message came from
+    stamp_ns : stamp of the message
+    digest : SHA-256 (hex) of all that, as from `digest_of`; topic : the topic of the message
     """
 
     positions: FloatArray
@@ -27,13 +28,13 @@ class Trigger:
 def trigger_of(
     positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int, topic: str = ""
 ) -> Trigger:
-    """A trigger of positions (S, 3) m, velocities (S, 3) m/s and diameters (S,) m or None, with its digest."""
+    """Return a trigger of positions (S, 3) m, velocities (S, 3) m/s and diameters (S,) m or None, with its digest."""
     digest = digest_of(positions, velocities, diameters, stamp_ns)
     return Trigger(positions, velocities, diameters, stamp_ns, digest, topic)
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """sha256 (hex) of sources, given as to `trigger_of`: the same for the same numbers, whatever they came in."""
+    """Return the SHA-256 (hex) of sources, given as to `trigger_of`; the same for equal numbers of any data type."""
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):
         found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())

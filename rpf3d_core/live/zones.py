@@ -1,4 +1,4 @@
-"""Hazard zones as they are shown: facets of each level of reach probability, as they lie, and their outlines."""
+"""Hazard zones for display: the facets of each level of reach probability, and the outlines of the zones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,10 @@ from rpf3d_core.terrain.frame import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class ShownZone:
-    """name : of the level; corners : (F, 3, 3) m of its facets; outline : (E, 2, 3) m, edges; map frame."""
+    """A hazard zone, map frame.
+
+    name : of the level; corners : (F, 3, 3) m of the zone's facets; outline : (E, 2, 3) m, edges
+    """
 
     name: str
     corners: FloatArray
@@ -20,10 +23,10 @@ class ShownZone:
 
 
 def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> list[ShownZone]:
-    """A zone for each level (-, ascending) of reach probability.
+    """Return a zone for each level (-, ascending) of reach probability.
 
-    Its facets are those of at least this level and below the next one, so that no two zones lie upon each other; its
-    outline goes around all of at least this level.
+    The facets of a zone have at least its level and less than the next level, so no two zones overlap. The outline of a
+    zone encloses all facets of at least its level.
     """
     share = reach_probability(maps.facets, maps.flown)
     band = np.searchsorted(levels, share, side="right")
@@ -37,7 +40,7 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
 
 
 def outer_edges(triangles: IntArray) -> IntArray:
-    """The edges (E, 2), by their vertices, that only one of some triangles (F, 3) has."""
+    """Return the edges (E, 2), by their vertices, that belong to only one of the triangles (F, 3)."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     one, other = sides.T
     edges = np.sort(np.minimum(one, other) << 32 | np.maximum(one, other))

@@ -1,1 +1,1 @@
-"""The threads of the simulator: what waits, what builds ground, what flies, what decides."""
+"""The threads of the simulator: they take in messages, build ground, fly rocks and decide on alerts."""

@@ -1,7 +1,7 @@
-"""Decides on alerts and publishes them, on a thread of its own: each decision is on disk before anybody is told.
+"""Decide on alerts and publish them, on a thread of its own: each decision is on disk before it is published.
 
-Where the log cannot be written the alert is published all the same, and the fault of the log with it. A disk that does
-neither, and hangs, keeps the alert back; that is told, and the alarm sounded, after a second.
+If the log cannot be written, the alert is published anyway, together with the fault of the log. A disk that hangs
+without an error delays the alert; after a second the delay is reported and the alarm sounds.
 """
 
 import queue
@@ -28,47 +28,51 @@ from rpf3d_ros.messages.refusals import report_error
 Reply = Callable[[tuple[bool, str]], None]
 
 FORGOTTEN = "a decision failed: what was heard before is not used"
-"""Why nothing is known after an error."""
+"""Why the state is unknown after an error."""
 
 NO_CLOCK = "no /clock yet, or it stands at 0: nothing is decided before it runs"
-"""Why there is no decision: it would be stamped 0, and say that a level is held since 1970."""
+"""Why there is no decision: it would have the stamp 0, and state that a level is held since 1970."""
 
 RENEWED_BEFORE = SECOND
-"""ns before a decision ends in which the next is made, or half of the time for which it is valid, if that is less."""
+"""How long (ns) before the end of a decision the next is made; half of the decision's validity if that is less."""
 
 LONGEST_WRITE = 1.0
-"""Seconds that a decision may take to be on disk before the alarm is sounded without it."""
+"""Time (s) that a decision may take to reach the disk before the alarm sounds without it."""
 
 CLOSING = None
-"""What ends the thread, where a piece of work is expected."""
+"""Put in the place of a request, it ends the thread."""
 
 
 class DecisionListener(Protocol):
-    """Who is told of decisions, on the desk's thread."""
+    """Receives decisions and their problems, on the desk's thread."""
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """An alert is to be published."""
+        """Publish an alert."""
 
     def logged(self, fault: str) -> None:
-        """The last decision is on disk ("") or why it is not."""
+        """Report why the last decision is not on disk; "" if it is on disk."""
 
     def held_up(self, why: str) -> None:
-        """No decision can be made, and why; for who is to be warned that is a fault. Empty once one can."""
+        """Report why no decision can be made; "" once it can be made.
+
+        For those who must be warned, a missing decision is a fault.
+        """
 
     def unwritten(self) -> None:
-        """A decision has been waiting for long to be written, and is not told before it is; once for each."""
+        """Report, once for each decision, that a decision has long been waiting for the disk and is unpublished."""
 
     def undecided(self, error: BaseException) -> None:
-        """A decision failed in a way that nobody has foreseen; the next tick decides again, without evidence."""
+        """Report that a decision failed with an unforeseen error; the next tick decides again, without evidence."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What makes the desk decide.
+    """A request to the desk to decide.
 
-    evidence : of a region, or None; topic : that it was heard on
-    faults : why nothing is known any more: all evidence is forgotten; deaf : and so is which topics have spoken
-    acknowledged : who, why, and when (ns); reply : called with whether the level was lowered, or why not
+    evidence : of a region, or None; topic : the topic of its sources
+    faults : why the state is unknown: all evidence is forgotten; deaf : if True, the topics received are forgotten too
+    acknowledged : who, why, and when (ns)
+    reply : called with True and a sentence if the request was met, or False and the reason
     """
 
     region: Hashable = None
@@ -81,34 +85,37 @@ class Request:
 
 
 class TopicEvidence(NamedTuple):
-    """Evidence, and the topic whose sources it is of."""
+    """Evidence, and the topic of its sources."""
 
     topic: str
     evidence: Evidence
 
     @property
     def stamp_ns(self) -> int:
-        """When its sources were seen."""
+        """Stamp of the sources (ns)."""
         return self.evidence.trigger_stamp_ns
 
     def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """This, and what is wrong by something else that is not kept, such as patches that are not in the terrain."""
+        """Return this evidence with the faults of other evidence that is not kept.
+
+        Such a fault may be that patches are missing in the terrain.
+        """
         faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
         return self._replace(evidence=self.evidence._replace(faults=faults))
 
     def clears(self, other: "TopicEvidence") -> bool:
-        """Whether this, that nothing is seen, takes the place of something else that was told."""
+        """True if this evidence, of a message without sources, replaces other evidence."""
         return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
 
 
 TICK = Request()
-"""Nothing new: time has gone by."""
+"""A request without news: only time has passed."""
 
 
 class AlertDesk:
-    """One thread that decides on evidence as it comes, and again before a decision ends.
+    """One thread that decides on evidence when it arrives, and again before a decision ends.
 
-    thresholds : the site's; log : of decisions, None where it could not be opened; now : the node's clock, ns
+    thresholds : the site's; log : the decision log, None if it could not be opened; now : the node's clock, ns
     """
 
     def __init__(
@@ -127,41 +134,41 @@ class AlertDesk:
         self._thread.start()
 
     def report_error(self, region: Hashable, evidence: Evidence, topic: str) -> None:
-        """Decide on new evidence of a region; that of no sources stands for all of them that its topic has told of."""
+        """Decide on new evidence of a region; evidence without sources applies to all regions of its topic."""
         self._requests.put(Request(region, evidence, topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
-        """Nothing is known any more: decide on that, and say why, until there is new evidence.
+        """Forget all evidence and topics: until there is new evidence, the state is unknown for the given reason.
 
-        reply : called, on the desk's thread, once that has been told
+        reply : called, on the desk's thread, once the decision on that has been published
         """
         self._requests.put(Request(faults=why, deaf=True, reply=reply))
 
     def lose(self, why: str) -> None:
-        """What was heard is not known any more: as `forget`, but topics that fall silent are still told of."""
+        """Forget all evidence, as `forget` does, but still report topics that fall silent."""
         self._requests.put(Request(faults=why))
 
     def acknowledge(self, by: str, why: str, reply: Reply) -> None:
-        """Decide with an acknowledgement; `reply` is called, on the desk's thread, with what became of it."""
+        """Decide with an acknowledgement; `reply` is called with the result, on the desk's thread."""
         self._requests.put(Request(acknowledged=(by, why, self._now()), reply=reply))
 
     def tick(self) -> None:
-        """Decide again if the last decision is about to end, or failed; nothing where work waits already.
+        """Decide again if the last decision is about to end or failed; do nothing if a request is waiting.
 
-        Tells where a decision has been waiting for its log for long: a disk that hangs raises no error.
+        Also report a decision that has long been waiting for its log, because a disk that hangs raises no error.
         """
         since = self._writing_since
         if since is not None and since != self._hanging_since and time.monotonic() - since > LONGEST_WRITE:
             self._hanging_since = since
-            if self._writing_since == since:  # still
+            if self._writing_since == since:  # still the same decision
                 self._listener.unwritten()
         if self._requests.empty() and (self._failed or self._is_over(self._now())):
             self._requests.put(Request(faults=FORGOTTEN) if self._failed else TICK)
 
     def close(self, timeout: float) -> bool:
-        """Decide nothing further; wait at most timeout (s). True where the thread has ended, and the log is closed.
+        """Stop deciding; wait at most `timeout` (s). Return True if the thread has ended and the log is closed.
 
-        The log is closed as soon as the thread ends, which may be after that.
+        The log is closed as soon as the thread ends, which may be after the timeout.
         """
         self._closed = True
         self._requests.put(CLOSING)
@@ -194,7 +201,7 @@ class AlertDesk:
         if request.evidence is not None:
             self._topics.note(request.topic, request.evidence.trigger_stamp_ns, request.evidence.sources)
             self._take(request.region, TopicEvidence(request.topic, request.evidence))
-        self._clock_ran = self._clock_ran or now > 0  # a clock that has gone back to 0 tells a time like any other
+        self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running
         if not self._clock_ran:
             self._wait_for_clock(request)
         elif request.acknowledged is not None:
@@ -205,7 +212,7 @@ class AlertDesk:
                 request.reply((True, request.faults))
 
     def _wait_for_clock(self, request: Request) -> None:
-        """Keep what is told, and decide on it as soon as there is a time that a decision can be stamped with."""
+        """Keep the evidence, and decide on it as soon as there is a time that a decision can be stamped with."""
         if not self._owed or request != TICK:
             self._listener.held_up(NO_CLOCK)
         self._owed = True
@@ -213,7 +220,7 @@ class AlertDesk:
             request.reply((request.acknowledged is None, NO_CLOCK))
 
     def _acknowledge(self, request: Request, now: int) -> None:
-        """Decide with an acknowledgement; one that names nobody, or no reason, is only logged."""
+        """Decide with an acknowledgement; an acknowledgement without a name or a reason is only logged."""
         by, why, at = request.acknowledged or ("", "", now)
         try:
             given = acknowledgement(by, why, at)
@@ -244,7 +251,7 @@ class AlertDesk:
         self._writing_since = time.monotonic()
         try:
             write()
-        except Exception as fault:  # whatever it is, the alert goes out
+        except Exception as fault:  # the alert is published whatever the error is
             said = str(fault) if isinstance(fault, NotLogged) else f"{type(fault).__name__}: {fault}"
             self._listener.logged(said)
         else:
@@ -253,9 +260,9 @@ class AlertDesk:
             self._writing_since = None
 
     def _is_over(self, now: int) -> bool:
-        """Whether it is time for another decision: it must be told before the last one says nothing any more.
+        """True if it is time for another decision, which must be published before the last one ends.
 
-        Where the evidence itself ends, so does every decision on it, and the fault that follows comes a tick later.
+        If the evidence itself ends, every decision on it ends at the same time, and the fault follows one tick later.
         """
         if self._owed or self.alert is None:
             return True
@@ -263,13 +270,13 @@ class AlertDesk:
         return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
 
     def _take(self, region: Hashable, told: TopicEvidence) -> None:
-        """Keep what is known of a region; who sees nothing clears what its topic told before, and nothing newer.
+        """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
 
-        Where others have told of sources, that nothing is seen is no evidence beside theirs, but for its faults.
+        While there is evidence with sources that is not cleared, evidence without sources counts only with its faults.
         """
         known = self._evidence.get(region)
         if known is not None and told.stamp_ns < known.stamp_ns:
-            return  # an answer to what the wall has said since is on its way, or there is none
+            return  # newer sources of the wall are being answered, or have no answer
         self._newest_at_ns = max(self._newest_at_ns, told.evidence.at_ns)
         seen = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
         if told.evidence.sources:
@@ -279,10 +286,10 @@ class AlertDesk:
             self._evidence = seen or {region: told}
 
     def _fresh(self, now: int) -> Evidence | None:
-        """The evidence of all regions that is not stale; where none is fresh, that of the newest sources.
+        """Return the combined evidence of all regions that is not stale; if none is fresh, that of the newest sources.
 
-        What is stale is left out, for the radar may have said since that rocks are elsewhere; where it has said nothing
-        since, that is a fault.
+        Stale evidence is left out, because the radar may have reported since that the rocks are elsewhere. If the radar
+        has reported nothing since, that is a fault.
         """
         if not self._evidence:
             return None
@@ -291,5 +298,5 @@ class AlertDesk:
         self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
         known = together([one.evidence for one in self._evidence.values()])
         faults = (*known.faults, *self._topics.silent(oldest, now))
-        # What is newest may have gone since, cleared or stale: what remains is as new as the last that was heard.
+        # The newest evidence may be gone, cleared or stale: the rest is as new as the last evidence received.
         return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)

@@ -1,4 +1,4 @@
-"""What the answers in force rest on: the last trigger of each region, until it is too old to be believed."""
+"""Keep the sources on which the valid answers rest: the last trigger of each region, until it is too old."""
 
 from collections.abc import Hashable
 
@@ -8,15 +8,21 @@ from rpf3d_ros.engine.intake import SECOND
 
 
 class AnsweredSources:
-    """The last trigger of each region: a change of ground, or of areas, makes all their answers out of date."""
+    """The last trigger of each region; a change of the ground or of the areas makes all their answers out of date."""
 
     def __init__(self, age_s: float = 0.0, most: int = 0) -> None:
-        """age_s : seconds behind the newest after which a trigger is not answered anew; most : that are kept."""
+        """Keep at most `most` triggers.
+
+        age_s : age (s) relative to the newest trigger up to which a trigger is answered again
+        """
         self._age, self._most = round(age_s * SECOND), most
         self._last: dict[Hashable, Trigger] = {}
 
     def note(self, region: Hashable, trigger: Trigger) -> None:
-        """A trigger is answered; one of no sources takes the place of all of its topic that are not newer."""
+        """Note a trigger that is answered.
+
+        A trigger without sources removes the triggers that it clears (`is_cleared_by`) and that are not newer.
+        """
         if not len(trigger.positions):
             self._last = {
                 each: one for each, one in self._last.items()
@@ -29,13 +35,13 @@ class AnsweredSources:
             del self._last[next(iter(self._last))]
 
     def beside(self, latest: Trigger) -> list[Trigger]:
-        """The triggers beside the newest that must be answered anew with it, the oldest first."""
+        """Return the triggers other than the newest that must be answered again with it, the oldest first."""
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 
     def holds(self, trigger: Trigger) -> bool:
-        """Whether a trigger is still the last of its region."""
+        """True if a trigger is still the last one of its region."""
         return any(one is trigger for one in self._last.values())
 
     def clear(self) -> None:
-        """Forget them all."""
+        """Forget all triggers."""
         self._last.clear()

@@ -1,4 +1,4 @@
-"""The thread that makes ground of surveys, beside the one that is flown over, and keeps the last good one on disk."""
+"""The thread that builds ground from surveys while other ground is flown over, and keeps the last good one on disk."""
 
 import threading
 from collections.abc import Callable
@@ -19,9 +19,9 @@ from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 
 @dataclass(frozen=True, eq=False)
 class Arrival:
-    """A message of terrain: what makes a survey of it, when it was surveyed, and the bytes that it came in.
+    """A message of terrain: a function that converts it to a survey, its time (ns), and its bytes.
 
-    data : of a mesh, so that its repetition is known; empty of anything else
+    data : bytes of a mesh, which identify a repetition of the mesh; empty for other messages
     """
 
     convert: Callable[[], Survey]
@@ -30,20 +30,20 @@ class Arrival:
 
 
 class TerrainListener(Protocol):
-    """Who is told what came of terrain, on the builder's thread."""
+    """Receives the results of terrain messages, on the builder's thread."""
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """A ground is in use."""
+        """Report that a ground is in use."""
 
     def terrain_refused(self, why: str) -> None:
-        """A message of terrain cannot be used; the ground is what it was."""
+        """Report that a message of terrain cannot be used; the ground is unchanged."""
 
     def failed(self, error: BaseException) -> None:
-        """Something went wrong that nobody has foreseen."""
+        """Report an unforeseen error."""
 
 
 class Builder:
-    """Takes terrain as it comes, in order, and hands ground to the flyer."""
+    """Takes terrain in the order of `WaitingTerrain` and hands ground to the flyer."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class Builder:
         self._thread.start()
 
     def close(self, timeout: float) -> bool:
-        """Build nothing further; wait at most timeout (s). True where the thread has ended."""
+        """Stop building; wait at most `timeout` (s). Return True if the thread has ended."""
         self._waiting.close()
         self._thread.join(timeout)
         return not self._thread.is_alive()
@@ -90,7 +90,7 @@ class Builder:
             self._store.keep(ground, survey)
 
     def _refuse(self, kind: str, why: str) -> None:
-        """Let go of what is refused; a patch that is not in the terrain is lost."""
+        """Release a refused message and report it; a refused patch counts as missing in the terrain."""
         if kind == "whole":
             self._waiting.refused()
         else:
@@ -98,26 +98,26 @@ class Builder:
         self._listener.terrain_refused(why)
 
     def _whole(self, arrival: Arrival) -> tuple[LiveTerrain, Survey | None]:
-        """The ground that a whole survey makes, handed over; no survey where it is that of the ground in use."""
+        """Build the ground of a whole survey and hand it over; no survey is returned if the ground in use stays."""
         standing = self._flyer.standing
         known = standing.ground if standing is not None else None
-        # A mesh has no stamp: one that is the terrain already is no younger than it, unless its age means nothing.
+        # A mesh has no stamp: a repetition of the terrain in use keeps its age, unless that age means nothing.
         keeps = len(arrival.data) and isinstance(known, LiveTerrain) and 0 < known.stamp_ns <= arrival.stamp_ns
         if keeps and same_bytes(arrival.data, self._mesh):
             return known, None
         survey = arrival.convert()
         ground = self._workshop.whole(survey, arrival.stamp_ns)
-        if keeps and known.digest == ground.digest:  # as after a restart that has taken it from the store
+        if keeps and known.digest == ground.digest:  # as after a restart with the ground from the store
             self._mesh = arrival.data
             return known, None
         standing = stand_on(ground, self._scene)
-        _ = standing.cells  # here, so that the first answer need not wait for them
+        _ = standing.cells  # computed here, so that the first answer need not wait
         self._flyer.hand_over(ready=standing)
         self._mesh = arrival.data
         return ground, survey
 
     def _patched(self, arrival: Arrival) -> tuple[LiveTerrain, Survey]:
-        """The ground in use with a patch sewn in, handed over."""
+        """Sew a patch into the ground in use and hand the ground over."""
         patch = arrival.convert()
         if not isinstance(patch, CloudSurvey | GridSurvey):
             raise MessageRefused("a patch must be a cloud of points")
@@ -127,7 +127,7 @@ class Builder:
             cells = standing.cells
             assert (
                 isinstance(standing.ground, LiveTerrain) and cells is standing.cells
-            )  # known before the ground changes
+            )  # computed before the ground changes
             grounds.append(self._workshop.patched(standing.ground, patch, arrival.stamp_ns))
             return _stood_on(standing, grounds[0])
 
@@ -137,7 +137,7 @@ class Builder:
 
 
 def _stood_on(before: PreparedTerrain, ground: LiveTerrain) -> PreparedTerrain:
-    """As `stand_after`; a TerrainError would say that nothing has changed, which is no longer so."""
+    """Return `stand_after`, with its TerrainError replaced, because that would mean that nothing has changed."""
     try:
         return stand_after(before, ground)
     except TerrainError as error:

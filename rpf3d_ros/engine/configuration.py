@@ -1,4 +1,4 @@
-"""What configuring makes ready: scene, thresholds, log, workshop, the last good terrain, and everything compiled."""
+"""Prepare a simulator: scene, thresholds, log, workshop, the last good terrain, and all compiled code."""
 
 import importlib.metadata
 import time
@@ -30,25 +30,28 @@ from rpf3d_ros.messages.area_messages import EQUIPMENT, LIVE_AREA
 from rpf3d_ros.messages.stamps import SECOND
 
 WARM_SIDE, WARM_STEP = 60, 2.0
-"""Points and their distance (m) of the slope that everything is compiled over: more cells than NumPy deals with."""
+"""Points along a side, and their distance (m), of the slope that everything is compiled over.
+
+The slope has more cells than the number up to which NumPy is used.
+"""
 
 WARM_ROCKS = 300
-"""As many as come to more cells than NumPy tells percentiles of; the reference engine needs none to be compiled."""
+"""Enough rocks to reach more cells than NumPy computes percentiles of; the reference engine needs no compiling."""
 
 LIVE_AREAS = (LIVE_AREA, EQUIPMENT)
 """Areas whose outlines come as messages."""
 
 DECISIONS = "decisions"
-"""Folder of the log of decisions, beside the site file, where no other is named."""
+"""Folder of the decision log, next to the site file, unless another is named."""
 
 
 @dataclass(frozen=True, eq=False)
 class Equipment:
-    """Everything that a station works with.
+    """Everything that a station needs.
 
-    standing : on the last good terrain, None where there is none; said : how old it is, or why it is not there
-    thresholds : of the site, None where there are no alerts; log_fault : why decisions cannot be logged, or empty
-    compile_s : wall seconds that compiling took
+    standing : the last good terrain, prepared, None if there is none; said : its age, or why it is missing
+    thresholds : of the site, None if there are no alerts; log_fault : why decisions cannot be logged, or empty
+    compile_s : wall time of compiling (s)
     """
 
     parameters: SimulatorParameters
@@ -64,9 +67,9 @@ class Equipment:
 
 
 def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> Equipment:
-    """Make everything ready that parameters and a scene's values ask for; called on a thread, for it takes seconds.
+    """Prepare everything that parameters and a scene's values ask for; call it on a thread, because it takes seconds.
 
-    Raises InputError for a scene, a site file or a store that is refused; the store is then free again.
+    Raises InputError if the scene, the site file or the store is refused; the store is then free again.
     """
     scene = live_scene(given)
     _check_names(scene)
@@ -82,13 +85,13 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
         log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
     except BaseException:
         if store is not None:
-            store.close()  # nobody else would, and its folder would be in use for who configures again
+            store.close()  # otherwise its folder would be in use at the next attempt to configure
         raise
     return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError where no answer could ever clear anything."""
+    """Raise InputError if no answer could ever have enough rocks to clear a level."""
     fewest, most = thresholds.evidence.fewest_rocks, scene.target.most_rocks
     if most < fewest:
         raise InputError(
@@ -98,7 +101,7 @@ def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
 
 
 def _check_names(scene: Scene) -> None:
-    """Raise InputError where an area of the scene has a name that topics use: they would take its place."""
+    """Raise InputError if an area of the scene has the name of an area on a topic, which would replace it."""
     for area in scene.areas_of_interest:
         if area.name in LIVE_AREAS:
             raise InputError(
@@ -108,7 +111,7 @@ def _check_names(scene: Scene) -> None:
 
 
 def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
-    """Raise InputError where the site watches an area by its name that nothing could ever tell the outline of."""
+    """Raise InputError if the site names an area in full that neither the scene nor a topic has an outline of."""
     outlined = [area.name for area in scene.areas_of_interest]
     for name in thresholds.named_in_full:
         if name not in (*outlined, *LIVE_AREAS):
@@ -119,13 +122,13 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
 
 
 def around_of(parameters: SimulatorParameters) -> ReleaseSpread:
-    """How rocks are spread around a source."""
+    """Return how rocks are spread around a source."""
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
     return ReleaseSpread(parameters.position_spread, parameters.velocity_spread, above)
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:
-    """Compile everything that an answer calls, by answering once on a slope that nobody sees; seconds it took."""
+    """Compile everything that an answer calls, by answering once on a made-up slope; return the seconds it took."""
     began = time.perf_counter()
     y, x = np.mgrid[0:WARM_SIDE, 0:WARM_SIDE] * WARM_STEP
     slope = GridSurvey(np.stack([x, y, 0.8 * x + np.sin(y)], axis=-1))
@@ -149,7 +152,7 @@ def _workshop_of(scene: Scene, parameters: SimulatorParameters) -> Workshop:
 
 
 def _store_of(parameters: SimulatorParameters) -> Store | None:
-    """The store, None where none is named. Raises InputError where it cannot be had."""
+    """Return the store, None if no store is named. Raises InputError if the store cannot be opened."""
     if not parameters.store:
         return None
     try:
@@ -159,7 +162,10 @@ def _store_of(parameters: SimulatorParameters) -> Store | None:
 
 
 def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int) -> tuple[PreparedTerrain | None, str]:
-    """The last good terrain in a store, with how old it is; what cannot be read is told and lives on."""
+    """Return the last good terrain in a store, prepared, and a sentence on its age or on why it cannot be read.
+
+    A terrain that cannot be read is reported and stops nothing.
+    """
     if store is None:
         return None, ""
     try:
@@ -176,7 +182,7 @@ def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
-    """The log of decisions, or why there is none: alerts go on without it."""
+    """Return the decision log and what it found, or None and why there is none: alerts work without a log."""
     folder = parameters.decision_log or str(Path(parameters.site_file).parent / DECISIONS)
     try:
         log = DecisionLog(folder, version())
@@ -186,7 +192,7 @@ def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
 
 
 def version() -> str:
-    """The version of rpf3d that is installed, as decisions tell it."""
+    """Return the installed version of rpf3d, as written in decisions."""
     try:
         return importlib.metadata.version("rpf3d")
     except importlib.metadata.PackageNotFoundError:
@@ -194,7 +200,7 @@ def version() -> str:
 
 
 def age_of(stamp_ns: int, now_ns: int) -> str:
-    """How old something is, in words."""
+    """Format the age of something."""
     seconds = (now_ns - stamp_ns) / SECOND
     for size, unit in ((86_400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * size:

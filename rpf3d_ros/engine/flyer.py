@@ -19,30 +19,31 @@ from rpf3d_ros.engine.intake import WaitingSources
 from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
-"""Makes what is stood on after a change of the ground; the former must not be flown over any more."""
+"""Change the ground of a prepared terrain and return the new one; the old one must not be flown over any more."""
 
 
 class FlightListener(Protocol):
-    """Who is told what comes of it, on the flyer's thread."""
+    """Receives the results of flights, on the flyer's thread."""
 
     def answered(self, answer: Answer) -> None:
-        """An answer is there; who returns has published it."""
+        """Publish an answer before returning."""
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """A trigger has no answer."""
+        """Report that a trigger has no answer, and why."""
 
     def groundless(self, trigger: Trigger) -> None:
-        """There is nothing to fly a trigger over."""
+        """Report that there is no ground to fly a trigger over."""
 
     def failed(self, error: BaseException) -> None:
-        """Something went wrong that nobody has foreseen."""
+        """Report an unforeseen error."""
 
 
 @dataclass(eq=False)
 class Handover:
-    """A change of ground on its way to the flyer; `done` is set when it has been made, or refused: then `error` says.
+    """A change of ground for the flyer; `done` is set when the change has been made or refused.
 
-    ready : a ground to stand on; None where the one stood on is changed
+    ready : a prepared terrain; None if the present one is changed by `change`
+    error : why the change was refused, None if it was made; standing : the prepared terrain after the change
     """
 
     ready: PreparedTerrain | None
@@ -53,7 +54,7 @@ class Handover:
 
 
 class AnsweredTrigger(NamedTuple):
-    """What was told of a trigger over the ground of the moment: for which areas, and of how many rocks."""
+    """What has been published for a trigger over the present ground: for which areas, and of how many rocks."""
 
     trigger: Trigger
     areas: Mapping[str, Outlines]
@@ -61,18 +62,21 @@ class AnsweredTrigger(NamedTuple):
 
 
 class Flyer:
-    """Answers triggers over the ground of the moment, one thread's work.
+    """Answers triggers over the present ground, on one thread.
 
-    A trigger that comes ends the refinement of the last one; so does a change of ground or of areas, after which the
-    last trigger of each region is answered anew, the newest last. What another wall's trigger has interrupted is
-    answered to its end afterwards.
+    A new trigger ends the refinement of the last one. So does a change of ground or of areas, after which the last
+    trigger of each region is answered again, the newest last. A refinement that another wall's trigger has interrupted
+    is completed afterwards.
     """
 
     def __init__(
         self, scene: Scene, around: ReleaseSpread, first_rocks: int, sources: WaitingSources, results: Iterator[int],
         listener: FlightListener, answered: AnsweredSources | None = None, least_rocks: int = 0,
     ) -> None:  # fmt: skip
-        """first_rocks : of the first stage; least_rocks : that are flown in all, whatever the target says."""
+        """Start the thread; nothing is answered before `activate`.
+
+        first_rocks : rocks of the first stage; least_rocks : rocks to fly in all, even if the target is met earlier
+        """
         self._scene, self._around, self._first, self._least = scene, around, first_rocks, least_rocks
         self._sources, self._results, self._listener = sources, results, listener
         self._handovers: list[Handover] = []
@@ -94,9 +98,9 @@ class Flyer:
         self._thread.start()
 
     def submit(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; the one of another wall that finds no room any more, or None.
+        """Put a trigger in line; return the trigger of another wall that is pushed out for lack of room, or None.
 
-        It is answered after all that wait.
+        A trigger that is pushed out is answered after all waiting triggers.
         """
         with self._changed:
             self._changed.notify()
@@ -107,10 +111,10 @@ class Flyer:
             return pushed_out
 
     def hand_over(self, ready: PreparedTerrain | None = None, change: Change | None = None) -> Handover:
-        """Give the flyer new ground, or a change of the one it stands on, and wait until it has taken it over.
+        """Give the flyer new ground, or a change of its present ground, and wait until the flyer has taken it over.
 
-        Raises whatever the change raises; the ground is then what it was. InputError where it is closed, or there is
-        no ground to change.
+        Raises whatever the change raises; the ground is then unchanged. Raises InputError if the flyer is closed, or if
+        there is no ground to change.
         """
         handover = Handover(ready, change, threading.Event())
         with self._changed:
@@ -124,7 +128,7 @@ class Flyer:
         return handover
 
     def set_areas(self, topic: str, outlines: Outlines) -> None:
-        """Replace the live areas of a topic, map frame, and answer the last trigger anew."""
+        """Replace the live areas of a topic, map frame, and answer the last triggers again."""
         with self._changed:
             self._areas = {**self._areas, topic: outlines}
             self._anew = self._outdated = True
@@ -132,24 +136,24 @@ class Flyer:
 
     @property
     def has_trigger(self) -> bool:
-        """Whether anything has been heard of sources."""
+        """True if any sources have been received, including a message without sources."""
         return self._latest is not None or len(self._sources) > 0
 
     def activate(self) -> None:
-        """From now on answer."""
+        """Start to answer."""
         with self._changed:
             self._active = True
             self._changed.notify()
 
     def deactivate(self) -> None:
-        """Answer nothing any more, and forget what waits."""
+        """Stop answering, and forget all waiting triggers."""
         with self._changed:
             self._active, self._anew = False, False
             self._forget()
             self._changed.notify()
 
     def forget(self) -> None:
-        """Forget the last triggers: their stamps mean nothing any more."""
+        """Forget the last triggers, because their stamps are no longer valid."""
         with self._changed:
             self._forget()
 
@@ -160,7 +164,7 @@ class Flyer:
         self._stages = self._trigger = self._unfinished = self._latest = None
 
     def close(self, timeout: float) -> bool:
-        """End; wait at most timeout (s) for the thread. True where it has ended."""
+        """Stop; wait at most `timeout` (s) for the thread. Return True if the thread has ended."""
         with self._changed:
             self._closed = True
             self._changed.notify()
@@ -176,7 +180,7 @@ class Flyer:
                 report_error(self._listener.failed, error)
 
     def _step(self) -> None:
-        """Wait for something to do and do one piece of it: changes of ground come before triggers, those before all."""
+        """Wait for work and do one piece of it: changes of ground first, then triggers, then refinements."""
         with self._changed:
             self._changed.wait_for(self._has_work)
             if self._closed:
@@ -196,12 +200,15 @@ class Flyer:
         return bool(self._closed or self._handovers or (self._active and busy))
 
     def _wants_anew(self) -> bool:
-        """Whether the newest must be answered, again or at last: it is what is shown in the end."""
+        """True if the newest trigger must be answered, again or finally, because it is the one shown in the end."""
         ends_another = self._finishing and (self._unfinished is not None or self._to_be_finished() is not None)
         return self._latest is not None and (self._anew or (self._trigger is not self._latest and not ends_another))
 
     def _next_trigger(self) -> Trigger | None:
-        """The next to begin; the latest again where something of it has changed, or another was answered since."""
+        """Return the trigger to begin with, None if there is none.
+
+        The latest trigger comes again if the ground or the areas have changed, or another trigger was answered since.
+        """
         if not self._active:
             return None
         if self._outdated and self._latest is not None:
@@ -222,19 +229,19 @@ class Flyer:
         return trigger
 
     def _set_aside(self, trigger: Trigger) -> None:
-        """Keep in mind what a trigger interrupts: without an end it would stay as uncertain as it is."""
+        """Keep the trigger that another trigger interrupts, so that its answer can be completed."""
         left = self._left if self._unfinished is None else [*self._left, self._unfinished]
         self._left = [each for each in left if each is not trigger and self._answered.holds(each)]
 
     def _to_be_finished(self) -> Trigger | None:
-        """What was left unfinished for other walls and is not too old, once nothing else is to do."""
+        """Return an interrupted trigger of another wall that is not too old, None if there is none."""
         if self._unfinished is not None or self._latest is None:
             return None
         beside = self._answered.beside(self._latest)
         return next((each for each in self._left if any(each is one for one in beside)), None)
 
     def _answered_before(self) -> Trigger | None:
-        """The next of what must be answered anew beside the latest; what has been overtaken since is not."""
+        """Return the next trigger to answer again in addition to the latest; replaced triggers are skipped."""
         self._again = [trigger for trigger in self._again if self._answered.holds(trigger)]
         return self._again.pop(0) if self._again else None
 
@@ -252,20 +259,20 @@ class Flyer:
             handover.done.set()
 
     def _changed_by(self, change: Change) -> PreparedTerrain:
-        """What it stands on after a change of the ground; nothing where that turns out to be no ground to answer on."""
+        """Return the prepared terrain after a change of the ground; none remains if the change fails halfway."""
         if self.standing is None:
             raise InputError("there is no terrain yet that it could change")
         try:
             return change(self.standing)
         except TerrainError:
-            raise  # refused before anything was changed
+            raise  # refused before any change
         except Exception:
-            self.standing = self._stages = None  # its arrays may have changed: nothing is flown over them
+            self.standing = self._stages = None  # the arrays may have changed, so no rock may fly over them
             self._anew = self._outdated = True
             raise
 
     def _begin(self, trigger: Trigger) -> None:
-        """Answer a trigger, unless it has been forgotten since it was taken."""
+        """Answer a trigger, unless the trigger has been forgotten since it was taken."""
         with self._changed:
             if self._trigger is not trigger:
                 return
@@ -282,7 +289,7 @@ class Flyer:
         self._refine()
 
     def _refine(self) -> None:
-        """Fly the next stage of the trigger at hand."""
+        """Fly the next stage of the current trigger."""
         stages, trigger = self._stages, self._trigger
         if stages is None or trigger is None:
             return
@@ -301,7 +308,10 @@ class Flyer:
                 self._listener.answered(answer)
 
     def _is_news(self, trigger: Trigger, answer: Answer) -> bool:
-        """Whether nothing surer has been told of the same sources, ground and areas: who begins again begins small."""
+        """True unless an answer with more rocks was published for the same trigger, ground and areas.
+
+        An answer that begins again begins with few rocks.
+        """
         areas = self._areas_flown
         if any(each.trigger is trigger and each.areas is areas and each.rocks > answer.rocks for each in self._told):
             return False
@@ -310,7 +320,7 @@ class Flyer:
         return True
 
     def _goes_on(self, stages: Iterator[Answer], ended: bool) -> bool:
-        """Whether what has just been flown still means anything: the trigger has not been forgotten meanwhile."""
+        """True if the stage just flown still counts, because its trigger has not been forgotten meanwhile."""
         with self._changed:
             if self._stages is not stages:
                 return False
@@ -319,7 +329,10 @@ class Flyer:
             return self._active and not self._closed
 
     def _is_overtaken(self, stage: int) -> bool:
-        """Whether to give up a stage: the first is flown whatever comes, or a flood would never be answered."""
+        """True if a stage must be given up.
+
+        The first stage is flown whatever else waits, or a flood of triggers would never be answered.
+        """
         if self._closed or not self._active:
             return True
         return stage > 0 and bool(self._handovers or len(self._sources) or self._anew)

@@ -1,13 +1,13 @@
-"""Which topics have told of sources: one that then says nothing more must not go unseen because others speak."""
+"""Track which topics have reported sources: a topic that falls silent must be noticed while other topics publish."""
 
 from rpf3d_core.alerts.times import span
 
 BY_HAND = "/clicked_point"
-"""Who clicks a source watches no wall, and has no more to say of it."""
+"""Topic of clicked sources: a click watches no wall, so the topic is not expected to publish again."""
 
 
 def is_cleared_by(empty: str, told: str) -> bool:
-    """Whether "nothing seen" on one topic says anything of what another has told: of its own, and of what was clicked.
+    """True if a message without sources on one topic clears a report of another: of the same topic, or of a click.
 
     >>> is_cleared_by("sources", "sources"), is_cleared_by("sources", "source_cloud"), is_cleared_by("sources", BY_HAND)
     (True, False, True)
@@ -16,18 +16,21 @@ def is_cleared_by(empty: str, told: str) -> bool:
 
 
 class HeardTopics:
-    """What each topic of sources has said last."""
+    """The last report of each topic of sources."""
 
     def __init__(self) -> None:
         self._last: dict[str, tuple[int, bool]] = {}
 
     def note(self, topic: str, stamp_ns: int, sources: int) -> None:
-        """A message of a stamp (ns) with so many sources is decided on; one answered anew is no news of its topic."""
+        """Note the stamp (ns) and number of sources of a message.
+
+        A message that is answered again is not newer than the last message of its topic, so it changes nothing.
+        """
         if topic != BY_HAND and stamp_ns >= self._last.get(topic, (stamp_ns, False))[0]:
             self._last[topic] = stamp_ns, sources > 0
 
     def silent(self, oldest_ns: int, now_ns: int) -> tuple[str, ...]:
-        """A sentence for each topic that told of sources before a time (ns), and of nothing since."""
+        """Return a sentence for each topic whose last report had sources and is older than a time (ns)."""
         return tuple(
             f"nothing has been heard of sources on {topic} for {span(max(now_ns - stamp, 0))}"
             for topic, (stamp, had_sources) in self._last.items()
@@ -35,5 +38,5 @@ class HeardTopics:
         )
 
     def clear(self) -> None:
-        """Forget them all: stamps mean nothing any more, or nobody has listened meanwhile."""
+        """Forget all topics, because the stamps are invalid or the node was not subscribed meanwhile."""
         self._last.clear()

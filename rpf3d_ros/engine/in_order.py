@@ -1,4 +1,4 @@
-"""Messages of several queues, in the order in which they were published."""
+"""Merge messages of several queues in the order in which they were published."""
 
 from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
@@ -7,7 +7,10 @@ T = TypeVar("T")
 
 
 class Published(NamedTuple, Generic[T]):
-    """at_ns : when; queue : which of the queues it came from; content : what is in it."""
+    """A published message.
+
+    at_ns : time of publication; queue : number of the queue it came from; content : its content
+    """
 
     at_ns: int
     queue: int
@@ -15,17 +18,18 @@ class Published(NamedTuple, Generic[T]):
 
 
 class InOrder(Generic[T]):
-    """Looks at one queue after the other and brings what it found into order.
+    """Takes messages from one queue after the other and puts them in order.
 
-    While it looks, messages go on to come: one that is found at the end of a look may be younger than one that came
-    into a queue already left behind. So what was found is handed on after a second look, which finds all that came
-    before any of it; what the second look finds beyond that waits for the next.
+    Messages keep arriving during a look at the queues: a message found late in a look may be younger than a message
+    that arrived in a queue already passed. So messages are handed on after a second look, which finds all messages that
+    arrived before any of them. Later messages found by the second look wait for the next call.
 
-    The order is that of what comes: a message that was published before others and comes after them is handed on after
-    them. Times are those of the publishers' clocks: where these differ, so does the order of what comes at once.
+    Only messages that have arrived are put in order: a message that was published before others and arrives after they
+    were handed on comes after them. Times are by the publishers' clocks: if the clocks differ, so does the order of
+    messages that arrive together.
 
-    takes : of each queue, the next message's time of publication (ns) and content, or None where there is none
-    errors : what was raised by queues when they were last looked at; it keeps back nothing of other queues
+    takes : for each queue, a function that returns the next message's time of publication (ns) and content, or None
+    errors : errors raised by queues in the last look; an error in one queue does not delay the others
     """
 
     def __init__(self, takes: Sequence[Callable[[], tuple[int, T] | None]]) -> None:
@@ -34,7 +38,7 @@ class InOrder(Generic[T]):
         self.errors: list[Exception] = []
 
     def come(self) -> list[Published[T]]:
-        """What can be handed on, in order."""
+        """Return the messages that can be handed on, in order."""
         self.errors = []
         self._look()
         if not self._waiting:

@@ -1,6 +1,6 @@
-"""What waits to be dealt with: bounded, the newest first, and every message that is dropped is counted.
+"""Queues of messages to process: bounded, newest first, and every dropped message is counted.
 
-A message is looked at here no longer than it takes to put it in line; threads of their own take it from there.
+Putting a message in line is quick; threads of their own take messages from there.
 """
 
 import threading
@@ -19,33 +19,36 @@ from rpf3d_ros.messages.stamps import SECOND
 M = TypeVar("M")
 
 UNTRIED = 3
-"""Surveys that may wait to be tried as terrain: a bad one must not push out a good one, nor many fill the memory."""
+"""Surveys that may wait to be tried as terrain: a bad survey must not push out a good one, nor many fill the memory."""
 
 LATE = 10.0
-"""Seconds that a whole survey may be on its way while patches that were published after it are heard before it."""
+"""Time (s) that a whole survey may be late while patches published after it arrive before it."""
 
 REMEMBERED = 10_000
-"""Patches of which it is kept in mind when they were published."""
+"""Number of patches whose time of publication is kept."""
 
 NOBODY = "nobody"
-"""In the place of a square: a message without sources speaks of all walls that its topic watches."""
+"""Replaces the square of a region: a message without sources reports on all walls that its topic watches."""
 
 
 class StampGuards:
-    """The last stamp of each topic: what comes with an older one is refused, and what comes from the future.
+    """The last stamp of each topic: messages with an older stamp, or with a stamp from the future, are refused.
 
-    Without the second, one damaged stamp would shut a topic for all that follows.
+    Without the second check, one damaged stamp would block a topic for all messages that follow.
     """
 
     def __init__(self, most_ahead: float) -> None:
-        """most_ahead : seconds that a stamp may be ahead of the clock."""
+        """Begin without stamps.
+
+        most_ahead : time (s) that a stamp may be ahead of the clock
+        """
         self._last: dict[str, int] = {}
         self._most_ahead = most_ahead
 
     def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
         """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
 
-        now_ns : 0 where the clock has not begun yet, so that nothing is ahead of it
+        now_ns : 0 if the clock has not begun, so that no stamp is ahead of it
         """
         ahead = (stamp_ns - now_ns) / SECOND
         if now_ns > 0 and ahead > self._most_ahead:
@@ -59,22 +62,25 @@ class StampGuards:
             raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
 
     def note(self, topic: str, stamp_ns: int) -> None:
-        """A message with this stamp (ns) has been taken."""
+        """Note the stamp (ns) of a message that was taken."""
         self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
 
     def reset(self) -> None:
-        """Forget all stamps: the clock has been set back."""
+        """Forget all stamps, because the clock went back."""
         self._last.clear()
 
 
 class WaitingSources:
-    """Triggers in line, one for each region: a newer one takes the place of one that nobody has looked at yet.
+    """Triggers in line, one for each region: a newer trigger replaces a waiting one of its region.
 
     So a flood from one wall is answered with its newest message, and never pushes out another wall's.
     """
 
     def __init__(self, region_size: float, most: int) -> None:
-        """region_size : side of the squares that regions are (m); most : triggers that may wait."""
+        """Begin with an empty line.
+
+        region_size : side of the squares that regions are (m); most : largest number of triggers that may wait
+        """
         self._size, self._most = region_size, most
         self._waiting: dict[Hashable, Trigger] = {}
         self._served: dict[Hashable, int] = {}
@@ -82,7 +88,7 @@ class WaitingSources:
         self.dropped = 0
 
     def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; where too many wait, that of the oldest region is dropped, and returned."""
+        """Put a trigger in line; if too many wait, drop and return the trigger of the oldest region."""
         region = self.region_of(trigger)
         if self._waiting.pop(region, None) is not None:
             self.dropped += 1
@@ -93,7 +99,7 @@ class WaitingSources:
         return self._waiting.pop(next(iter(self._waiting)))
 
     def take(self) -> Trigger | None:
-        """The newest trigger of the region that has not been served for longest; None where nothing waits."""
+        """Return the newest trigger of the region that has not been served for longest; None if nothing waits."""
         if not self._waiting:
             return None
         newest_first = reversed(self._waiting)
@@ -105,14 +111,17 @@ class WaitingSources:
         return self._waiting.pop(region)
 
     def clear(self) -> None:
-        """Nothing waits any more; what did is not counted as dropped."""
+        """Remove all waiting triggers without counting them as dropped."""
         self._waiting.clear()
 
     def __len__(self) -> int:
         return len(self._waiting)
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """The topic, for a click hides no radar's sources, and the square that the middle of the sources lies in."""
+        """Return the topic of a trigger and the square in which the middle of its sources lies.
+
+        The topic is part of the region, because a click must not hide a radar's sources.
+        """
         if not len(trigger.positions):
             return trigger.topic, NOBODY
         column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
@@ -120,23 +129,29 @@ class WaitingSources:
 
 
 class Moment(NamedTuple):
-    """When a message of terrain was published, by the clock of who published it, and its stamp; None: it has none.
+    """When a message of terrain was published, by the publisher's clock, and its stamp; None if it has no stamp.
 
-    published_ns : 0 where the middleware does not tell
+    published_ns : 0 if the middleware does not give it
     """
 
     published_ns: int
     stamp_ns: int | None = None
 
     def follows(self, whole: "Moment") -> bool:
-        """Whether a patch of this moment is news to a whole survey of that one; an older stamp would be refused."""
+        """True if a patch of this moment was published after a whole survey of moment `whole` and has no older stamp.
+
+        A patch with an older stamp would be refused.
+        """
         older = whole.stamp_ns is not None and self.stamp_ns is not None and self.stamp_ns < whole.stamp_ns
         return self.published_ns > whole.published_ns and not older
 
 
 @dataclass
 class HeardPatch(Generic[M]):
-    """A patch that was heard, when, and the time (s) of that; patch : None once it is too old to be kept."""
+    """A received patch, its moment, and the time (s) of its arrival.
+
+    patch : None once the patch is too old to be kept
+    """
 
     patch: M | None
     moment: Moment
@@ -147,7 +162,7 @@ class HeardPatch(Generic[M]):
 class Chapter(Generic[M]):
     """A whole survey (None: the one in use), the patches that followed it, and how many of those were lost.
 
-    early : patches that follow it as well, but were heard before it; missing : how many more of them are kept no longer
+    early : patches that follow the survey but were received before it; missing : number of early patches no longer kept
     """
 
     whole: M | None
@@ -158,20 +173,20 @@ class Chapter(Generic[M]):
     lost: int = 0
 
     def take_over(self, later: "Chapter[M]") -> None:
-        """What followed a survey that is not used followed this one."""
+        """Take over the patches of the next chapter, whose survey is not used."""
         self.patches += later.patches
         self.lost += later.lost
 
 
 class WaitingTerrain(Generic[M]):
-    """Surveys in line for one thread: the latest whole one first, its patches after it in their order.
+    """Surveys in line for one thread: the latest whole survey first, then its patches in order.
 
-    Of whole surveys that were overtaken a few are kept until a newer one has turned out to be terrain. The first
-    chapter is that of the survey in use.
+    A few overtaken whole surveys are kept until a newer one has turned out to be a terrain. The first chapter belongs
+    to the survey in use.
 
-    A mesh of many fragments may be heard after a patch that was published later. So patches are kept for a while, and
-    laid again upon a whole survey that they follow, wherever they are by then; of older ones it is known that such a
-    survey lacks them.
+    A mesh of many fragments may be received after a patch that was published later. So patches are kept for a while,
+    and laid again upon a whole survey that they follow, even if they have been taken already. Older patches are not
+    kept, but counted as missing in such a survey.
     """
 
     def __init__(self, most_patches: int) -> None:
@@ -187,14 +202,15 @@ class WaitingTerrain(Generic[M]):
 
     @property
     def lost_patches(self) -> int:
-        """Patches that were heard and are not in the terrain, nor in a whole survey since."""
+        """Number of patches that were received and are neither in the terrain nor in a later whole survey."""
         with self._changed:
             return sum(chapter.lost for chapter in self._chapters)
 
     def put_whole(self, survey: M, moment: Moment | None = None) -> None:
-        """Put a whole survey in line; the oldest that nobody has tried is dropped where too many wait.
+        """Put a whole survey in line; if too many wait, drop the oldest one that has not been tried.
 
-        One that is in use already, and comes again because it is latched, is none: patches have been laid upon it.
+        A survey that is in use already, and comes again because it is latched, is ignored: patches have been laid upon
+        it.
         """
         with self._changed:
             if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
@@ -210,7 +226,7 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def put_patch(self, patch: M, moment: Moment | None = None) -> None:
-        """Put a patch in line. Raises MessageRefused where too many wait: the terrain then lacks it."""
+        """Put a patch in line. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
                 self._heard.append(heard := HeardPatch(patch, moment, time.monotonic()))
@@ -223,9 +239,9 @@ class WaitingTerrain(Generic[M]):
             self._changed.notify()
 
     def take(self) -> tuple[str, M] | None:
-        """Wait for something: ("whole", survey) or ("patch", survey); None once it is closed.
+        """Wait for a survey and return ("whole", survey) or ("patch", survey); None once the queue is closed.
 
-        After a whole survey `accepted` or `refused` must be called, after a patch `lost` where it is not used.
+        After a whole survey `accepted` or `refused` must be called, after a patch `lost` if it is not used.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._length() > 0)
@@ -239,7 +255,7 @@ class WaitingTerrain(Generic[M]):
             return "patch", newest.patches.pop(0)
 
     def accepted(self) -> None:
-        """The survey taken last is the terrain: what came before it is history."""
+        """Note that the survey taken last is the terrain; all earlier surveys are dropped."""
         with self._changed:
             tried = self._tried
             assert tried is not None
@@ -249,7 +265,7 @@ class WaitingTerrain(Generic[M]):
             tried.whole, tried.early, tried.missing, self._tried = None, (), 0, None
 
     def refused(self) -> None:
-        """The survey taken last is no terrain: the one before it is next, and patches that followed either stay."""
+        """Note that the survey taken last is not a terrain; the previous one is next, and the patches of both stay."""
         with self._changed:
             tried = self._tried
             assert tried is not None
@@ -257,12 +273,12 @@ class WaitingTerrain(Generic[M]):
             self._tried = None
 
     def lost(self) -> None:
-        """The patch taken last is not in the terrain."""
+        """Note that the patch taken last is not in the terrain."""
         with self._changed:
             self._patched.lost += 1
 
     def close(self) -> None:
-        """Let the thread that waits go."""
+        """Release the waiting thread."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -272,13 +288,13 @@ class WaitingTerrain(Generic[M]):
             return self._length()
 
     def forget_heard(self) -> None:
-        """No patch is laid again: the clock went back, or nobody listens any more."""
+        """Lay no earlier patch again, because the clock went back or the node stops listening."""
         with self._changed:
             self._heard.clear()
             self._kept.clear()
 
     def let_go_of_old_patches(self) -> None:
-        """Free the memory of patches that are kept for a late survey no longer; to be called once in a while."""
+        """Free the memory of patches that are too old for a late survey; to be called regularly."""
         with self._changed:
             self._let_go_of_old_patches()
 

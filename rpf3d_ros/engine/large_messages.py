@@ -1,10 +1,10 @@
-"""Large messages and those whose order with them matters, taken on one thread and without the interpreter's lock.
+"""Take large messages, and those whose order with them matters, on one thread and without the interpreter's lock.
 
-rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into pages that nobody has touched before,
-keeps every thread of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which lets go of the
-lock, and the bytes stay where rcl has put them. Messages of several topics that have come are handed on in the order
-in which they were published. A large one may still come after a small one that was published later: its fragments take
-their time. Who takes them is told when each was published.
+rclpy holds that lock while it takes a message: a mesh of 56 MB, copied twice into untouched pages, blocks every thread
+of a node for 0.1 s and more. Here rcl's own function is called through ctypes, which releases the lock, and the bytes
+stay where rcl has put them. Messages of several topics that have arrived are handed on in the order in which they were
+published. A large message may still arrive after a small one that was published later, because its fragments take
+time. So the time of publication is passed on with each message.
 """
 
 import ctypes
@@ -27,13 +27,13 @@ from rpf3d_ros.interface.qos import OVERRIDABLE
 from rpf3d_ros.messages.terrain_messages import Buffer
 
 PAUSE = 0.01
-"""Seconds between looks whether a message has come; to look takes some microseconds."""
+"""Time (s) between checks for messages; a check takes some microseconds."""
 
 AFTER_ERROR = 1.0
-"""As PAUSE, where rcl has just said that it cannot tell."""
+"""Time (s) until the next check after rcl has reported an error."""
 
 MOST_SAID = 100
-"""Sentences of errors that are not told again while they go on."""
+"""Number of error messages that are remembered, so that they are not reported again while the errors go on."""
 
 OK, NOTHING_THERE = 0, 401
 """RCL_RET_OK, RCL_RET_SUBSCRIPTION_TAKE_FAILED (rcl/types.h)."""
@@ -57,7 +57,7 @@ class _Serialized(ctypes.Structure):
 
 
 class _Info(ctypes.Structure):
-    """rmw_message_info_t: what comes first in it, and room for the rest."""
+    """rmw_message_info_t: the fields up to the time of publication, and room for the rest."""
 
     _fields_ = (("published_ns", ctypes.c_int64), ("rest", ctypes.c_int64 * 31))
 
@@ -69,10 +69,10 @@ class _Sentence(ctypes.Structure):
 
 
 class _Rcl:
-    """The functions that are called, of the libraries that rclpy has loaded."""
+    """The functions used from the libraries that rclpy has loaded."""
 
     def __init__(self) -> None:
-        """Raises OSError or AttributeError where they are not to be had under their usual names."""
+        """Load the functions. Raises OSError or AttributeError if they do not exist under their usual names."""
         rcl, rcutils = ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so")
         self.take: Any = rcl.rcl_take_serialized_message
         self.take.argtypes = [ctypes.c_void_p, ctypes.POINTER(_Serialized), ctypes.POINTER(_Info), ctypes.c_void_p]
@@ -94,22 +94,28 @@ def _rcl() -> _Rcl | None:
 
 
 class NotByTheExecutor(CallbackGroup):
-    """A group whose subscriptions no executor looks at; their events, such as a QoS that does not fit, it does."""
+    """A callback group whose subscriptions the executor ignores.
+
+    The executor still handles the events of the subscriptions, such as an incompatible QoS.
+    """
 
     def can_execute(self, entity: object) -> bool:
-        """Whether it is no subscription."""
+        """True if the entity is not a subscription."""
         return not isinstance(entity, Subscription)
 
     def beginning_execution(self, entity: object) -> bool:
-        """As `can_execute`."""
+        """Return `can_execute`."""
         return self.can_execute(entity)
 
     def ending_execution(self, entity: object) -> None:
-        """Nothing is kept of what goes on."""
+        """Do nothing."""
 
 
 class LargeTopic(NamedTuple):
-    """kind : a message class; take : given the CDR bytes of each message and when it was published (ns)."""
+    """A topic of large messages.
+
+    kind : a message class; take : called with the CDR bytes of each message and its time of publication (ns)
+    """
 
     kind: Any
     name: str
@@ -117,16 +123,17 @@ class LargeTopic(NamedTuple):
     qos: QoSProfile
 
     def take_from_rclpy(self, data: bytes, info: Mapping[str, int]) -> None:
-        """Take a message from the executor, with what rclpy tells of it."""
+        """Take a message from the executor, with the message information of rclpy."""
         self.take(data, info["source_timestamp"])
 
 
 class LargeMessages:
-    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of its own, as `InOrder` says.
+    """Subscriptions whose messages are handed on as CDR, in a memoryview, on a thread of their own.
 
-    failed : called with a sentence where rcl cannot tell whether there are messages, and where something is raised by
-        who takes one; once for each sentence until all is well. Where rcl's functions are not to be had, the executor
-        hands on `bytes`, of one topic after the other.
+    The order is that of `InOrder`.
+
+    failed : called with a sentence if rcl cannot check for messages, or if a callback raises an error; once for each
+        sentence until all is well. If rcl's functions are missing, the executor hands on `bytes`, topic by topic.
     """
 
     def __init__(
@@ -152,7 +159,7 @@ class LargeMessages:
             self._thread.start()
 
     def close(self) -> None:
-        """Take nothing any more; a message that is being taken is taken to its end first."""
+        """Take no more messages; a message that is being taken is completed first."""
         self._closed.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
@@ -173,7 +180,7 @@ class LargeMessages:
             pause = AFTER_ERROR if self._order.errors else self._pause
 
     def _hand_on(self, message: Published[Buffer]) -> bool:
-        """Whether it has been taken; what is raised over one message keeps no other back."""
+        """Hand on a message; return True if its callback raised no error. An error does not stop other messages."""
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:
@@ -182,20 +189,20 @@ class LargeMessages:
         return True
 
     def _say(self, error: Exception) -> None:
-        """Tell of an error, once until all is well; what a context says that a signal has shut down is none."""
+        """Report an error, once until all is well; errors of a context that a signal has shut down are ignored."""
         sentence = f"{type(error).__name__}: {error}"
         if sentence not in self._said and self._node.context.ok():
             self._said.append(sentence)
             self._failed(sentence)
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:
-        """When the next message was published (ns), and it; None where there is none, or nobody wants it any more."""
+        """Return the publication time (ns) and bytes of the next message; None if there is none or after closing."""
         if self._closed.is_set():
             return None
         rcl = self._rcl
         assert rcl is not None
         message, info, handle = _Serialized(allocator=rcl.allocator()), _Info(), subscription.handle
-        with handle:  # so that it is not destroyed meanwhile
+        with handle:  # prevents its destruction meanwhile
             code = rcl.take(handle.pointer, ctypes.byref(message), ctypes.byref(info), None)
         if code == OK:
             return info.published_ns, _viewed(message, rcl)
@@ -208,7 +215,7 @@ class LargeMessages:
 
 
 def _viewed(message: _Serialized, rcl: _Rcl) -> memoryview:
-    """The bytes of a message where they lie; they are freed with the last that looks at them."""
+    """Return the bytes of a message where they lie; they are freed with their last user."""
     owner = (ctypes.c_ubyte * message.length).from_address(message.buffer or 0)
     weakref.finalize(owner, rcl.free, ctypes.byref(message)).atexit = False
     return memoryview(np.ctypeslib.as_array(owner))

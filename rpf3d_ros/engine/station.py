@@ -1,4 +1,4 @@
-"""Everything that is there between configuring and cleaning up: the threads, and what each of them is told."""
+"""The station: everything that exists between configuring and cleaning up, namely the threads and their connections."""
 
 import itertools
 import queue
@@ -32,28 +32,28 @@ from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.messages.stamps import stamp_of
 
 ANSWER_WITHIN = 0.04
-"""Seconds that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
+"""Time (s) that a service's callback waits for a decision and its log: no callback may take longer than 50 ms."""
 
 REMEMBERED = 4
-"""Times as many walls as may wait whose last sources are kept in mind, to be answered anew or at last."""
+"""Walls whose last sources are kept to be answered again or completed, as a multiple of the walls that may wait."""
 
 COMPUTING = 0.5
-"""Seconds that flying and building may go on when the station is closed.
+"""Time (s) that the threads that fly and build may continue when the station is closed.
 
-Ground that is not in use yet is lost with them, as by a `kill -9`; two of them may compute meanwhile, while somebody
-waits for the node to end.
+Both may compute for that long while someone waits for the node to end. Ground that is not yet in use is then lost, as
+by a `kill -9`.
 """
 
 WRITING = 1.0
-"""Seconds that decisions which are made, and terrain which is in use, may take to be on disk after that."""
+"""Time (s) that decisions already made, and terrain in use, may take to reach the disk after that."""
 
 LAST_WORD = 0.5
-"""Seconds that a transition waits for the fault that is the last to be told; after that only the alarm is sounded."""
+"""Time (s) that a transition waits for the last fault to be published; after that only the alarm sounds."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outlets:
-    """Where everything goes: the node's publishers, diagnostics and log; now : the node's clock, ns."""
+    """The outputs of the station: the node's publishers, diagnostics and log; now : the node's clock, ns."""
 
     answers: AnswerPublishers
     alerts: AlertPublishers
@@ -63,38 +63,38 @@ class Outlets:
 
 
 class NoOutlets:
-    """In the place of whoever is told something: listens to nothing."""
+    """Replaces an output and ignores all calls."""
 
     def __getattr__(self, name: str) -> "NoOutlets":
-        """Whatever it is asked to do."""
+        """Return this object for any attribute."""
         return self
 
     def __call__(self, *args: object, **named: object) -> "NoOutlets":
-        """Nothing is done."""
+        """Do nothing."""
         return self
 
 
 _NOBODY: Any = NoOutlets()
 SILENCE = Outlets(_NOBODY, _NOBODY, _NOBODY, _NOBODY, _NOBODY)
-"""Where nothing is heard of threads that were abandoned: another station may speak there by then."""
+"""Outputs that discard everything from abandoned threads, because another station may use the real outputs by then."""
 
 
 class Ending(Protocol):
-    """What has a thread that can be told to end."""
+    """An object with a thread that can be ended."""
 
     def close(self, timeout: float) -> bool:
-        """Wait at most timeout (s); whether it has ended."""
+        """Wait at most `timeout` (s); return True if the thread has ended."""
 
 
 def _all_end(each: Iterable[Ending], timeout: float) -> bool:
-    """Let all of them end within a time (s) in all; whether they have."""
+    """End all of them within `timeout` (s) in total; return True if all have ended."""
     until = time.monotonic() + timeout
     ended = [one.close(max(until - time.monotonic(), 0.0)) for one in each]
     return all(ended)
 
 
 class Station:
-    """The threads of a configured simulator, and what they tell each other."""
+    """The threads of a configured simulator, and the connections between them."""
 
     def __init__(self, equipment: Equipment, outlets: Outlets) -> None:
         """Start the threads; nothing is answered before `activate`."""
@@ -122,7 +122,7 @@ class Station:
             outlets.health.set("terrain", WARN, equipment.said or "no terrain yet")
 
     def activate(self) -> None:
-        """From now on answer and decide."""
+        """Start to answer and decide."""
         self._is_silent = False
         self.flyer.activate()
         if self.desk is not None:
@@ -130,9 +130,9 @@ class Station:
         self.say_waiting()
 
     def deactivate(self) -> None:
-        """Answer nothing any more, and forget sources that wait; terrain that was heard is still taken in.
+        """Stop answering, and forget waiting sources; terrain that was received is still processed.
 
-        The last that is told is a fault, for who hears the latched alarm must not take silence for safety.
+        The last alert published is a fault, because a subscriber of the latched alarm must not take silence for safety.
         """
         self.flyer.deactivate()
         self.terrain.forget_heard()
@@ -141,14 +141,14 @@ class Station:
             self.desk.forget("the node is not active: it hears and decides nothing", replies.put)
             try:
                 replies.get(timeout=LAST_WORD)
-            except queue.Empty:  # the disk of the log is slow: nothing that comes of it now is the last word
+            except queue.Empty:  # the log's disk is slow: the alarm alone is published last
                 self._is_silent = True
                 self._outlets.alerts.sound_alarm()
 
     def close(self) -> bool:
-        """End all threads, in COMPUTING and WRITING at most; True where all have ended.
+        """End all threads, within COMPUTING and WRITING; return True if all have ended.
 
-        Those that have not are abandoned: nothing that they say is told any more.
+        Threads that have not ended are abandoned: nothing that they report is published any more.
         """
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
@@ -157,7 +157,10 @@ class Station:
         return ended
 
     def submit(self, trigger: Trigger) -> None:
-        """Put a trigger in line; the one that it pushes out is a fault of its wall until it is answered, after all."""
+        """Put a trigger in line.
+
+        A trigger that is pushed out counts as a fault of its wall until it is answered, after all others.
+        """
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
             most = self._equipment.parameters.waiting_sources
@@ -165,21 +168,21 @@ class Station:
         self.say_waiting()
 
     def say_waiting(self) -> None:
-        """Tell what is still missing."""
+        """Report the missing input."""
         if self.flyer.standing is None:
             self.waiting("terrain")
         elif not self.flyer.has_trigger:
             self.waiting("sources")
 
     def forget(self, why: str) -> None:
-        """The clock went back: what was heard of sources means nothing any more, nor when patches were."""
+        """Forget sources and the times at which patches were published, because the clock went back."""
         self.terrain.forget_heard()
         self.flyer.forget()
         if self.desk is not None:
             self.desk.forget(why)
 
     def beat(self) -> None:
-        """Once in a while: decide again where a decision is over, free what is too old, and tell what waits."""
+        """Do regular work: decide again if a decision is over, free old patches, and report the queues."""
         if self.desk is not None:
             self.desk.tick()
         self.terrain.let_go_of_old_patches()
@@ -202,7 +205,7 @@ class Station:
         self._outlets.health.set("store", WARN if store.fault else OK, store.fault or said)
 
     def acknowledged(self, said: str) -> tuple[bool, str]:
-        """Whether an acknowledgement ("NAME: REASON") lowered the level, or why it did not."""
+        """Return True if an acknowledgement ("NAME: REASON") lowered the level, else False; and a sentence about it."""
         if self.desk is None:
             return False, "no site_file is set, so there are no alerts"
         by, _, why = said.partition(":")
@@ -217,7 +220,7 @@ class Station:
         except queue.Empty:
             return False, TAKEN_UP
 
-    # --- what the flyer tells
+    # --- reports of the flyer
 
     def answered(self, answer: Answer) -> None:
         """Decide on an answer and publish it."""
@@ -231,33 +234,33 @@ class Station:
         self._outlets.health.set("run", level, sentence, figures_of(answer))
 
     def unanswerable(self, trigger: Trigger, why: str) -> None:
-        """Tell why a trigger has no answer; for alerts that is a fault."""
+        """Report why a trigger has no answer; for alerts that is a fault."""
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         if self.desk is not None:
             self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why), trigger.topic)
 
     def groundless(self, trigger: Trigger) -> None:
-        """Tell that there is no terrain to answer on; for alerts that is a fault."""
+        """Report that there is no terrain to answer on; for alerts that is a fault."""
         self.waiting("terrain")
         if self.desk is not None:
             evidence = self._no_evidence(trigger, "there is no terrain to fly over")
             self.desk.tell(self.region_of(trigger), evidence, trigger.topic)
 
     def waiting(self, what: str) -> None:
-        """Tell that something is still missing."""
+        """Report that an input is still missing."""
         self._outlets.health.set("run", WARN if what == "terrain" else OK, f"waiting for {what}")
 
     def failed(self, error: BaseException) -> None:
-        """Tell of an error that nobody has foreseen; for alerts it is a fault."""
+        """Report an unforeseen error; for alerts it is a fault."""
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"{type(error).__name__}: {error}")
         if self.desk is not None:
             self.desk.lose(f"an answer failed: {type(error).__name__}")
 
-    # --- what the builder tells
+    # --- reports of the builder
 
     def stands(self, ground: LiveTerrain, what: str) -> None:
-        """Tell which ground is in use."""
+        """Report which ground is in use."""
         age = (self._outlets.now() - ground.stamp_ns) / SECOND
         values = {
             "triangles": str(len(ground.terrain.triangles)), "digest": ground.digest,
@@ -267,13 +270,13 @@ class Station:
         self.say_waiting()
 
     def terrain_refused(self, why: str) -> None:
-        """Tell why a survey is not used."""
+        """Report why a survey is not used."""
         self._outlets.health.set("terrain", WARN, f"message refused: {why}")
 
-    # --- what the desk tells
+    # --- reports of the desk
 
     def decided(self, alert: Alert, evidence: Evidence | None) -> None:
-        """Publish an alert, and log it where the level is another than before."""
+        """Publish an alert, and log it if the level has changed."""
         if self._is_silent:
             return
         told = self._outlets.alerts.publish(alert, evidence, self._equipment.parameters.map_frame)
@@ -282,28 +285,28 @@ class Station:
             self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
 
     def held_up(self, why: str) -> None:
-        """Tell why nothing can be decided, and sound the alarm: who hears no alert must not take that for safety."""
+        """Report why nothing can be decided, and sound the alarm: a missing alert must not be taken for safety."""
         self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
         if why:
             self._outlets.alerts.sound_alarm()
 
     def unwritten(self) -> None:
-        """Tell that a decision waits for the disk, and sound the alarm: nobody knows what it would say."""
+        """Report that a decision waits for the disk, and sound the alarm, because the decision is unknown."""
         why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s, and is not told before it is"
         self._outlets.health.set("decision log", ERROR, why)
         self._outlets.alerts.sound_alarm()
 
     def undecided(self, error: BaseException) -> None:
-        """Tell of a decision that failed."""
+        """Report a decision that failed."""
         self._outlets.logger.error("".join(traceback.format_exception(error)))
         self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
 
     def logged(self, fault: str) -> None:
-        """Tell whether decisions are on disk."""
+        """Report whether decisions are on disk."""
         self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")
 
     def region_of(self, trigger: Trigger) -> Hashable:
-        """The wall that a trigger tells of."""
+        """Return the wall that a trigger belongs to."""
         return self.sources.region_of(trigger)
 
     def _evidence(self, answer: Answer) -> Evidence:

@@ -1,8 +1,8 @@
-"""Acknowledge the alert of a running simulator, so that its level may fall; who and why go into the log of decisions.
+"""Acknowledge the alert of a running simulator, so that its level may fall; the decision log records who and why.
 
-`rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 where the level was lowered, 1
-where the simulator refuses and says why, 2 where there is none, 3 where it cannot tell yet. ROS's own arguments (an
-enclave, say) stand after --ros-args.
+`rpf3d_acknowledge "J. Meyer" "no movement since 14:10, ramp inspected"` ends with 0 if the level was lowered, 1 if the
+simulator refuses and gives the reason, 2 if there is no simulator, 3 if the result is not yet known. ROS's own
+arguments (an enclave, for example) come after --ros-args.
 """
 
 import argparse
@@ -23,18 +23,21 @@ if TYPE_CHECKING:
 
 
 NOT_YET = 3
-"""Exit code for that."""
+"""Exit code if the result is not yet known."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Acknowledge; 0, 1 where it is refused, 2 for bad input, 3 where taken up, 128 + its number after a signal."""
+    """Acknowledge; return 0, 1 if refused, 2 for bad input, 3 if not yet decided, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(beside_ros(words))
     return unless_signalled(lambda: _acknowledged(options, words))
 
 
 def who_acknowledges(said: str) -> "SetParameters.Request":
-    """The request to the simulator's `set_parameters` that comes before `~/acknowledge`; said : "NAME: REASON"."""
+    """Return the request to the simulator's `set_parameters` that must precede `~/acknowledge`.
+
+    said : "NAME: REASON"
+    """
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
 
@@ -80,7 +83,7 @@ def _acknowledged(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _ask(options: argparse.Namespace) -> tuple[bool, str]:
-    """Whether the level was lowered, and what the simulator says. Raises InputError where it does not answer."""
+    """Return whether the level was lowered, and the simulator's message. Raises InputError if it does not answer."""
     from rcl_interfaces.srv import SetParameters
     from rclpy.node import Node
     from std_srvs.srv import Trigger
@@ -100,7 +103,7 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
 
 
 def _answer(node: "Node", asked: "Future", options: argparse.Namespace) -> Any:
-    """What a service answers. Raises InputError where it does not in time."""
+    """Return the answer of a service. Raises InputError if the service does not answer in time."""
     import rclpy
 
     rclpy.spin_until_future_complete(node, asked, timeout_sec=options.patience)

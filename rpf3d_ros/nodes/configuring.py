@@ -1,4 +1,4 @@
-"""What rclpy leaves to a lifecycle node: long transitions that signals end, and transitions that are not possible."""
+"""What rclpy lacks for a lifecycle node: long transitions that signals end, and refusal of impossible transitions."""
 
 import functools
 import threading
@@ -15,23 +15,24 @@ from rclpy.lifecycle import LifecycleNode
 T = TypeVar("T")
 
 LOOK = 0.05
-"""Seconds between looks for a signal while a transition waits."""
+"""Time (s) between checks for a signal while a transition waits."""
 
 REPEAT = 1.0
-"""Seconds between repetitions of what a node says of itself meanwhile."""
+"""Time (s) between repeated reports of the node's state meanwhile."""
 
 BACKWARDS = Duration(nanoseconds=-1)
-"""The least that the clock goes back to be noticed."""
+"""Smallest step back of the clock that is noticed."""
 
 
 class ContextEnded(Exception):
-    """A signal has ended the context; what was under way is abandoned."""
+    """A signal has ended the context; the work in progress is abandoned."""
 
 
 def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[[], None]) -> T:
-    """Do something long while signals are listened to; `meanwhile` is called now and then.
+    """Do long work on a thread while signals are handled, and return its result.
 
-    Raises whatever the work raises; Interrupted where the context has ended.
+    `meanwhile` is called every REPEAT seconds. Raises whatever the work raises, and ContextEnded if the context has
+    ended.
     """
     found: list[T] = []
     raised: list[BaseException] = []
@@ -58,7 +59,7 @@ def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[
 
 
 def refuse_impossible_transitions(node: LifecycleNode) -> None:
-    """Answer a request for a transition that the state does not allow, instead of ending the node by an exception."""
+    """Refuse a request for a transition that the state does not allow, instead of ending the node with an exception."""
     service: Any = node._service_change_state
     change = service.callback
 
@@ -74,7 +75,7 @@ def refuse_impossible_transitions(node: LifecycleNode) -> None:
 
 
 def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T]:
-    """A transition of a node that notes in `node.broken` what it raises, for rclpy drops it."""
+    """Wrap a transition of a node so that its exceptions are noted in `node.broken`, because rclpy drops them."""
 
     @functools.wraps(transition)
     def noted(node: Any, state: Any) -> T:
@@ -82,7 +83,7 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
             return transition(node, state)
         except Exception as error:
             node.broken = f"{type(error).__name__}: {error}"
-            if node.context.ok():  # a signal in the middle of it is no error
+            if node.context.ok():  # an exception caused by a signal is not an error
                 node.get_logger().error(traceback.format_exc())
             raise
 
@@ -90,7 +91,7 @@ def noting_errors(transition: Callable[[Any, Any], T]) -> Callable[[Any, Any], T
 
 
 def watch_clock(node: LifecycleNode, went_back: Callable[[float], None]) -> None:
-    """Call `went_back` with the seconds by which the node's clock went back, whenever it does."""
+    """Call `went_back` with the seconds by which the node's clock went back, each time it does."""
 
     def after(jump: TimeJump) -> None:
         if jump.delta is not None and jump.delta.nanoseconds < 0:

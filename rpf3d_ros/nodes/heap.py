@@ -1,4 +1,4 @@
-"""Memory of a node that runs for weeks: what goes back to the system, and what the collector need not look at."""
+"""Memory of a node that runs for weeks: return freed arrays to the system and spare the garbage collector work."""
 
 import ctypes
 import gc
@@ -8,17 +8,19 @@ MMAP_THRESHOLD = -3
 """M_MMAP_THRESHOLD of glibc's mallopt(3)."""
 
 LARGE = 4_000_000
-"""Bytes from which an array has pages of its own, which go back to the system when it is freed. Smaller ones are those
-of rocks in flight, which come and go thousands of times: to touch their pages anew took a fifth of a flight.
+"""Size (bytes) from which an array has pages of its own, which go back to the system when the array is freed.
 
-Left alone, glibc raises its threshold to the largest that was freed, at most 32 MB, and the arrays of a survey go into
-the heap, which they leave in pieces: a node that took a terrain of 2.33 million triangles again and again grew by
-3.8 MB each time; with this it stays where it is (docs/live.md).
+Smaller arrays are those of rocks in flight, which are made and freed thousands of times: touching their pages again
+took a fifth of a flight.
+
+By default, glibc raises its threshold to the largest block freed, at most 32 MB. Then the arrays of a survey go into
+the heap and leave it fragmented: a node that received a terrain of 2.33 million triangles again and again grew by
+3.8 MB each time. With this setting its memory stays constant (docs/live.md).
 """
 
 
 def give_large_arrays_back() -> None:
-    """Let large arrays go back to the system when they are freed; nothing where the C library is another one."""
+    """Return large arrays to the system when they are freed; do nothing if the C library is not glibc."""
     if sys.platform != "linux":
         return
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
@@ -27,16 +29,16 @@ def give_large_arrays_back() -> None:
 
 
 def leave_what_stays_to_itself() -> None:
-    """Take everything that is alive now, the libraries above all, out of Python's search for garbage.
+    """Exclude all objects that exist at this time, mostly those of libraries, from Python's garbage collection.
 
-    A search through their 120,000 objects stops every thread for 35 to 65 ms, the executor among them, and each patch
-    of the terrain makes enough objects to begin one. What is made afterwards is searched as ever.
+    A collection over their 120,000 objects stops every thread for 35 to 65 ms, including the executor, and each patch
+    of the terrain makes enough objects to start one. Objects made afterwards are collected as usual.
     """
     gc.collect()
     gc.freeze()
 
 
 def free_what_is_gone() -> None:
-    """Free what refers to itself in circles and nobody uses any more, whenever it was made."""
+    """Free unused objects that refer to each other in cycles, including the excluded ones."""
     gc.unfreeze()
     gc.collect()

@@ -1,4 +1,4 @@
-"""How long the executor was busy with something else: a timer that notes how late it comes."""
+"""Measure how long the executor was busy with other work: a timer that notes how late it is called."""
 
 import time
 
@@ -9,16 +9,16 @@ from rpf3d_ros.interface.health_report import HealthReport
 from rpf3d_ros.messages.health import OK, WARN
 
 BEAT = 0.01
-"""Seconds between beats."""
+"""Time (s) between beats."""
 
 LONGEST = 0.05
-"""Seconds that no callback may take; a longer gap is told as a warning."""
+"""Time (s) that no callback may exceed; a longer gap is reported as a warning."""
 
 
 class Heartbeat:
-    """Beats on the executor and tells the longest time between two beats, beyond the beat itself, in /diagnostics.
+    """Beats on the executor and reports the longest delay of a beat in /diagnostics.
 
-    Each second tells the longest gap of that second, so a report can be made of all that were published.
+    Each second reports the longest delay of that second, so a summary can be made from all published reports.
     """
 
     def __init__(self, node: Node, health: HealthReport) -> None:
@@ -30,7 +30,7 @@ class Heartbeat:
         node.create_timer(BEAT, self.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
-        """Begin anew: what came before, such as compiling, was meant to take long."""
+        """Start again: earlier delays, such as compiling, were expected."""
         self._last = self._told = time.monotonic()
         self._gap = self.longest = 0.0
 

@@ -1,4 +1,4 @@
-"""What an active simulator listens to: each message is checked, converted where that is quick, and put in line."""
+"""The inputs of an active simulator: each message is checked, converted if that is quick, and put in line."""
 
 import threading
 from collections.abc import Callable
@@ -56,7 +56,7 @@ class Inputs:
         self._surveys = LargeMessages(node, surveys, lambda why: health.set("terrain", ERROR, why))
 
     def close(self) -> None:
-        """Listen to nothing any more."""
+        """End all subscriptions."""
         self._surveys.close()
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
@@ -69,7 +69,7 @@ class Inputs:
         self._survey("terrain/points", data, lambda cloud: self._whole(cloud, published_ns))
 
     def on_mesh(self, data: Buffer, published_ns: int) -> None:
-        """Take a mesh, as CDR, as the terrain; it has no stamp of its own, so it was surveyed now."""
+        """Take a mesh, as CDR, as the terrain; it has no stamp, so its time of survey is the time of its arrival."""
         now = self._now()
 
         def take() -> None:
@@ -82,7 +82,7 @@ class Inputs:
         self._try("terrain", take)
 
     def on_update(self, data: Buffer, published_ns: int) -> None:
-        """Take a cloud, as CDR, in the place of what lies in its footprint."""
+        """Take a cloud, as CDR, as a patch that replaces the terrain in its footprint."""
 
         def take(cloud: PointCloud2) -> None:
             arrival = self._arrival(cloud)
@@ -93,16 +93,16 @@ class Inputs:
     # --- on the executor's thread
 
     def on_poses(self, poses: PoseArray) -> None:
-        """Answer one source a pose; none says that the walls are watched and nothing is seen."""
+        """Answer one source for each pose; no pose means that the walls are watched and nothing is seen."""
         speed = self._parameters.release_speed
         self._sources("sources", poses.header, lambda: sources_of_poses(poses, self._frame, speed))
 
     def on_point(self, point: PointStamped) -> None:
-        """Answer a source that somebody has clicked."""
+        """Answer a source that someone has clicked."""
         self._sources("/clicked_point", point.header, lambda: sources_of_point(point, self._frame))
 
     def on_cloud(self, cloud: PointCloud2) -> None:
-        """Answer one source a point, with its size and velocity where they are told."""
+        """Answer one source for each point, with its size and velocity if the cloud gives them."""
         self._sources("source_cloud", cloud.header, lambda: sources_of_cloud(cloud, self._frame))
 
     def on_polygon(self, polygon: PolygonStamped) -> None:
@@ -123,10 +123,10 @@ class Inputs:
     def _whole(self, cloud: PointCloud2, published_ns: int) -> None:
         arrival = self._arrival(cloud)
         self._station.terrain.put_whole(arrival, Moment(published_ns, arrival.stamp_ns))
-        self.guards.note("terrain/update", arrival.stamp_ns)  # a patch of what was surveyed before is out of date
+        self.guards.note("terrain/update", arrival.stamp_ns)  # a patch with an older stamp is out of date
 
     def _survey(self, topic: str, data: Buffer, take: Callable[[PointCloud2], None]) -> None:
-        """Take a cloud that may be none: what rclpy reads itself it drops without a word where it cannot be read."""
+        """Take a cloud that may be unreadable; if rclpy reads messages itself, it drops unreadable ones silently."""
         try:
             cloud = deserialize_message(bytes(data), PointCloud2)
         except RMWError as error:

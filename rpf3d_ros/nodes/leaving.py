@@ -1,4 +1,4 @@
-"""How a program that is no node ends on a signal: through every `finally`, and with the exit code a shell expects."""
+"""End a program that is not a node on a signal: through every `finally`, with the exit code that a shell expects."""
 
 import signal
 import sys
@@ -6,13 +6,14 @@ import time
 from collections.abc import Callable
 
 CLEANING_UP = 5.0
-"""Seconds in which further signals do not disturb what ends; one that comes later is heard again."""
+"""Time (s) in which further signals are ignored while the program ends; a later one counts again."""
 
 
 def unless_signalled(work: Callable[[], int]) -> int:
-    """Do something: its exit code, or 128 + its number after SIGINT or SIGTERM; a second one does not disturb that.
+    """Do work and return its exit code, or 128 + the signal's number after SIGINT or SIGTERM.
 
-    rclpy must leave signals alone: in a context that it has shut down the next call fails for no clear reason.
+    A second signal does not disturb the ending. rclpy must not handle signals: in a context that it has shut down the
+    next call fails for no clear reason.
     """
     ended_by: list[int] = []
     until = 0.0
@@ -28,9 +29,9 @@ def unless_signalled(work: Callable[[], int]) -> int:
     before = {number: signal.signal(number, leave) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         code = work()
-        return 128 + ended_by[0] if ended_by else code  # where it strikes in a finalizer, the exception is dropped
+        return 128 + ended_by[0] if ended_by else code  # Python drops an exception raised in a finalizer
     except BaseException:
-        if ended_by:  # one that strikes inside the import of a C++ module comes out of it as an ImportError
+        if ended_by:  # a signal during the import of a C++ module raises ImportError
             return 128 + ended_by[0]
         raise
     finally:

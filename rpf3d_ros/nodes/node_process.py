@@ -1,7 +1,7 @@
-"""One node, one process: start, spin until a signal, end clean.
+"""Run one node in one process: start, spin until a signal, end cleanly.
 
-Nothing that takes long is imported before signals are listened to: Python's own KeyboardInterrupt could strike inside
-an import or a C++ call.
+Nothing that takes long is imported before signals are handled: Python's own KeyboardInterrupt could occur inside an
+import or a C++ call.
 """
 
 import os
@@ -18,16 +18,19 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 BAD_INPUT = 2
-"""Exit code where a parameter or a file is refused, as of the command line."""
+"""Exit code if a parameter or a file is refused, as on the command line."""
 
 USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/operations.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
-"""Where in its C sources rcl noticed an error."""
+"""The place in rcl's C sources in an error message."""
 
 
 def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> int:
-    """Spin the node that `make_node` returns; 0 after SIGINT or SIGTERM, 2 where it refuses arguments or parameters."""
+    """Spin a node; return 0 after SIGINT or SIGTERM, 2 if the arguments or the node's parameters are refused.
+
+    make_node : returns the node
+    """
     listening = _leave_on_signals()
     unknown = beside_ros(sys.argv[1:] if args is None else args)
     if {"-h", "--help"} & set(unknown):
@@ -41,7 +44,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
 
     try:
         rclpy.init(args=list(args) if args is not None else None)
-        executor = SingleThreadedExecutor()  # its construction fails where a signal has shut the context down
+        executor = SingleThreadedExecutor()  # raises an error if a signal has shut the context down
     except RuntimeError as error:  # RCLError, which has no public name
         return _refused(SOURCE_PLACE.sub("", " ".join(str(error).split())))
     listening.append(True)
@@ -49,7 +52,7 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
 
 
 def beside_ros(args: Sequence[str]) -> list[str]:
-    """The arguments that are not ROS's: those outside of --ros-args ... --."""
+    """Return the arguments that are not ROS's: those outside of --ros-args ... --."""
     beside, ros = [], False
     for word in args:
         if word == "--ros-args" or (ros and word == "--"):
@@ -60,7 +63,7 @@ def beside_ros(args: Sequence[str]) -> list[str]:
 
 
 def _leave_on_signals() -> list[bool]:
-    """End the process on a signal until the returned list is filled; rclpy then shuts its context down by itself."""
+    """End the process on a signal until the returned list is filled; then rclpy shuts its context down by itself."""
     listening: list[bool] = []
 
     def leave(number: int, frame: object) -> None:
@@ -89,7 +92,7 @@ def _spin(make_node: "Callable[[], Node]", executor: "Executor") -> int:
     except (ExternalShutdownException, ROSInterruptException):
         pass
     except Exception:
-        if rclpy.ok():  # what a call into a context that a signal has just shut down raises is no error
+        if rclpy.ok():  # an exception after a signal has shut the context down is not an error
             raise
     finally:
         if node is not None:
@@ -106,7 +109,7 @@ def _refused(sentence: str) -> int:
 
 
 def _leave_at_once() -> None:
-    """End the process although a run or an import goes on: Python's own way out waits for the threads of its pool."""
+    """End the process while a run or an import goes on, because Python's own exit waits for the threads of its pool."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)

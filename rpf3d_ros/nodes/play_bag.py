@@ -1,8 +1,8 @@
-"""Play a bag into the running nodes: its input topics as CDR, at the pace they came, optionally with /clock.
+"""Play a bag into the running nodes: its input topics as CDR, at the recorded pace, optionally with /clock.
 
-`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is out, 2 where the bag cannot be read. Stamps
-in a bag are of its time: nodes that run by today's clock take its sources for stale, so give them use_sim_time:=true.
-ROS's own arguments (an enclave, say) stand after --ros-args.
+`rpf3d_play_bag BAG --rate 4 --clock` ends with 0 when the last message is published, 2 if the bag cannot be read.
+Stamps in a bag are of its time: nodes that use today's clock take its sources for stale, so give them
+use_sim_time:=true. ROS's own arguments (an enclave, for example) come after --ros-args.
 """
 
 import argparse
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 CLOCK_AHEAD = 0.5
-"""Seconds for which /clock stands at the time of the first message before that goes out: nodes must have a time."""
+"""Time (s) for which /clock shows the time of the first message before that message is published: nodes need a time."""
 
 LEAVING = 1.0
-"""Seconds between the last message and the end: a reliable publisher that leaves takes what is on its way along."""
+"""Time (s) between the last message and the end: when a reliable publisher ends, messages on their way are lost."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Play a bag; 0, 2 for bad input, 128 + its number after a signal."""
+    """Play a bag; return 0, 2 for bad input, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
     options = _options(beside_ros(words))
     return unless_signalled(lambda: _played(options, words))
 
 
 def inputs_of(bag: Path, namespace: str) -> list[str]:
-    """The inputs of the simulator that a bag holds. Raises InputError where there are none."""
+    """Return the inputs of the simulator in a bag. Raises InputError if there are none."""
     given = [topic for topic in topics_of(bag, namespace) if TOPICS[topic].given]
     if not given:
         where = f" in the namespace {namespace}" if namespace else ""
@@ -51,7 +51,7 @@ def inputs_of(bag: Path, namespace: str) -> list[str]:
 
 
 def with_times(messages: Iterator[Raw]) -> tuple[Iterator[Raw], int]:
-    """The messages, and the time (ns) of the first that has one.
+    """Return the messages, and the time (ns) of the first message that has one.
 
     A recorder on a simulated clock receives the latched terrain at time 0, before the clock begins.
     """
@@ -93,7 +93,7 @@ def _played(options: argparse.Namespace, words: list[str]) -> int:
 
 
 def _play(options: argparse.Namespace, words: list[str]) -> None:
-    """Publish every input at its time, and tell what was played; words : of the command line, for ROS."""
+    """Publish every input at its time, and print what was played; words : of the command line, for ROS."""
     played = dict.fromkeys(inputs_of(options.bag, options.namespace), 0)
     import rclpy
     from rclpy.node import Node
@@ -126,14 +126,14 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
 
 
 def _clock(node: "Node", begin_ns: int) -> "SimulatedClock":
-    """A clock that stands until it is told to run."""
+    """Return a clock that stands still until `run_at` is called."""
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
     return SimulatedClock(node, begin_ns, speed=0.0)
 
 
 def _wait_for_subscribers(publishers: Mapping[str, "Publisher"], options: argparse.Namespace) -> None:
-    """Wait until each topic has its subscribers. Raises InputError that names those which have not."""
+    """Wait until each topic has its subscribers. Raises InputError that names the topics without them."""
     deadline = time.monotonic() + options.patience
     while few := [each for each, offer in publishers.items() if offer.get_subscription_count() < options.subscribers]:
         if time.monotonic() > deadline:

@@ -1,4 +1,4 @@
-"""The node rpf3d_recorder: subscribes to terrain, sources, results, alerts and diagnostics and logs them to a .rrd."""
+"""The node rpf3d_recorder: records terrain, sources, results, alerts and diagnostics in a .rrd file."""
 
 from collections import Counter
 from functools import partial
@@ -25,7 +25,7 @@ from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
 NAME = "rpf3d_recorder"
 
 RECORDING = COUNT_OF_RECORDED.removeprefix(f"{NAME}: ")
-"""The part of /diagnostics that counts the messages recorded, by topic."""
+"""The part of /diagnostics that counts the recorded messages by topic."""
 
 FILE, BAG, VIEWER = "file", "bag", "viewer"
 """Parts of /diagnostics."""
@@ -33,14 +33,14 @@ FILE, BAG, VIEWER = "file", "bag", "viewer"
 DIAGNOSTICS, MESH = "/diagnostics", "terrain/mesh"
 
 LOOK_AFTER = 1.0
-"""Seconds between looks at the file's age, at a file that could not be written, and at the viewer."""
+"""Time (s) between checks of the file's age, of a file that could not be written, and of the viewer."""
 
 LEAVING = 1.0
-"""Seconds that a viewer has to take its leave."""
+"""Time (s) that a viewer has to disconnect."""
 
 
 class RecorderNode(Node):
-    """Receives CDR, converts, logs; every message is in the file before the next one is taken."""
+    """Receives CDR, converts and logs it; every message is in the file before the next one is taken."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -65,7 +65,7 @@ class RecorderNode(Node):
         return int(self.get_clock().now().nanoseconds)
 
     def _listen(self, topic: str, kind: Any, qos: Any) -> None:
-        """All topics come as CDR: a message that cannot be taken apart is then refused like any other."""
+        """Subscribe to a topic as CDR, so that a message that cannot be deserialized is refused like any other."""
         receive = partial(self._receive, topic, kind)
         self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
 
@@ -73,7 +73,7 @@ class RecorderNode(Node):
         self.bag.write(topic, self.resolve_topic_name(topic), self._now_ns(), data)
         try:
             message = data if topic == MESH else deserialize_message(data, kind)
-        except Exception as error:  # rclpy raises what its C++ calls it
+        except Exception as error:  # rclpy raises various exceptions of its C++ code
             self.health.set(topic, WARN, f"message refused: it is no {kind.__name__}: {error}")
             return
         self._record(topic, message)
@@ -84,7 +84,7 @@ class RecorderNode(Node):
         except InputError as refusal:
             self.health.set(topic, WARN, f"message refused: {refusal}")
             return
-        except Exception as error:  # a message must not end the node, whatever it holds
+        except Exception as error:  # no message may end the node
             self.health.set(topic, ERROR, f"message refused: {type(error).__name__}: {error}")
             return
         if self.feed is not None:
@@ -117,7 +117,7 @@ class RecorderNode(Node):
                 self.health.set(VIEWER, OK, "fed", lost)
 
     def _count(self, topic: str) -> None:
-        if topic != DIAGNOSTICS:  # counting these would make another one each time
+        if topic != DIAGNOSTICS:  # counting diagnostics would publish diagnostics each time
             self.recorded[topic] += 1
             self._say_recorded()
 
@@ -133,7 +133,7 @@ class RecorderNode(Node):
         self.health.set(RECORDING, ERROR, sentence)
 
     def destroy_node(self) -> None:
-        """Close the recording: a file without its footer has to be repaired before it verifies."""
+        """Close the recording: a file without its footer must be repaired before it can be verified."""
         self.health.closed = True
         for close in (self.files.close, self.bag.close):
             try:
@@ -145,7 +145,7 @@ class RecorderNode(Node):
 
 
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
-    """The first file. Raises InputError where it cannot be created."""
+    """Open the first file. Raises InputError if it cannot be created."""
     path = Path(parameters.file)
     rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
     try:

@@ -1,4 +1,4 @@
-"""The node rpf3d_scene_publisher: a scene file's terrain and sources, standing in for the survey and the radar."""
+"""The node rpf3d_scene_publisher: publishes a scene file's terrain and sources in place of a survey and a radar."""
 
 from pathlib import Path
 
@@ -19,11 +19,11 @@ from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 NAME = "rpf3d_scene_publisher"
 
 LOOK_EVERY = 0.25
-"""Seconds between looks for a new subscriber, to whom the terrain is published again."""
+"""Time (s) between checks for a new subscriber, for which the terrain is published again."""
 
 
 class ScenePublisherNode(Node):
-    """Reads a scene once; publishes its terrain latched and to every new subscriber, its sources again and again."""
+    """Reads a scene once; publishes its terrain latched and for each new subscriber, and its sources repeatedly."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
@@ -57,7 +57,7 @@ class ScenePublisherNode(Node):
         self.get_logger().info(f"poses carry no speed: set release_speed of rpf3d_simulator to {asked}, {where}")
 
     def look(self) -> None:
-        """Publish the terrain when a subscriber has joined, and the first sources once all are there for them."""
+        """Publish the terrain when a subscriber has joined, and the first sources once all their subscribers have."""
         subscribers = self.terrain.get_subscription_count()
         if subscribers > self.served:
             self.terrain.publish(self.mesh)
@@ -66,13 +66,13 @@ class ScenePublisherNode(Node):
             self.publish_sources()
 
     def repeat(self) -> None:
-        """Publish the sources again, if they were published at all and not yet as often as asked."""
+        """Publish the sources again, if they have been published, but not yet as often as configured."""
         most = self.parameters.repetitions
         if self.repeated and (most == 0 or self.repeated < most):
             self.publish_sources()
 
     def publish_sources(self) -> None:
-        """Publish the sources, stamped now."""
+        """Publish the sources with the present time as stamp."""
         header = Header(stamp=self.get_clock().now().to_msg(), frame_id=self.frame.name)
         self.sources.publish(poses_of_sources(header, self.content.positions, self.content.velocities))
         self.repeated += 1

@@ -1,7 +1,7 @@
-"""The node rpf3d_simulator: terrain, sources and areas in; answers and alerts out. A lifecycle node.
+"""The lifecycle node rpf3d_simulator: receives terrain, sources and areas; publishes answers and alerts.
 
-The executor's thread only receives, converts what is small, and puts it in line; what takes long is done by the
-threads of the `Station`, which is there from configuring to cleaning up.
+The executor's thread only receives messages, converts small ones, and puts them in line. Long work is done by the
+threads of the `Station`, which exists from configuring to cleaning up.
 """
 
 import time
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
 NAME = "rpf3d_simulator"
 
 TICK = 0.25
-"""Seconds between looks whether a decision is over."""
+"""Time (s) between checks whether a decision is over."""
 
 NAMED_FOR = 10.0
-"""Seconds for which `acknowledged_by` counts: one that was left there would acknowledge whatever comes later."""
+"""Time (s) for which `acknowledged_by` is valid: an old value would acknowledge any later alert."""
 
 DONE, FAILED = (
     TransitionCallbackReturn.SUCCESS,
@@ -49,13 +49,13 @@ DONE, FAILED = (
 
 
 class SimulatorNode(LifecycleNode):
-    """Lifecycle: configure reads and compiles, activate listens and answers, deactivate forgets, cleanup frees."""
+    """Lifecycle: configure reads and compiles, activate subscribes and answers, deactivate forgets, cleanup frees."""
 
     def __init__(self) -> None:
         super().__init__(NAME)
         self.scene_parameters = SceneParameters(self)
         parameters = declare(self, SimulatorParameters, fixed=False, others=self.scene_parameters.names)
-        _ = parameters.frame  # refused here, if at all
+        _ = parameters.frame  # raises an error here if the frame is refused
         self.lock = ParameterLock(self, free=("acknowledged_by",))
         self.health = HealthReport(self)
         self.outlets = Outlets(AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now)
@@ -67,7 +67,7 @@ class SimulatorNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._note_name)
         self.heartbeat = Heartbeat(self, self.health)
         self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
-        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also where time goes back
+        self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
         self._say("unconfigured", OK)
@@ -78,7 +78,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Read parameters, scene and site file, compile, restore the last good terrain."""
+        """Read parameters, scene and site file, compile, and restore the last good terrain."""
         self.broken = ""
         self._say("configuring: reading, and compiling what the scene names", OK)
         try:
@@ -99,7 +99,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Listen, answer and decide."""
+        """Subscribe, answer and decide."""
         assert self.station is not None
         done = super().on_activate(state)
         self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health)
@@ -110,7 +110,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Listen to nothing, forget what waits, publish nothing."""
+        """End all subscriptions, forget what waits, and publish nothing."""
         self._fall_silent()
         self._say("inactive", OK)
         self.health.set("run", OK, "inactive")
@@ -118,7 +118,7 @@ class SimulatorNode(LifecycleNode):
 
     @noting_errors
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Free the ground and everything that was built."""
+        """Free the ground and everything else that was built."""
         self._close_station()
         self.lock.closed = False
         self.health.clear("terrain", "sources", "run", "queues", "areas", "decision log", "store")
@@ -132,22 +132,22 @@ class SimulatorNode(LifecycleNode):
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Something went wrong in a transition: let go of everything, say why, and be ready to be configured again."""
+        """Release everything after an error in a transition, report it, and be ready to be configured again."""
         self._let_go()
         self.lock.closed = False
         self._say(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
         return DONE
 
-    # --- what the executor calls
+    # --- called by the executor
 
     def _start(self) -> None:
-        """Configure and activate once, where autostart says so."""
+        """Configure and activate once, if `autostart` is set."""
         self._starting.cancel()
         if self.trigger_configure() == DONE and self.context.ok():
             self.trigger_activate()
 
     def _tick(self) -> None:
-        """Look after decisions, and at the clock: ROS tells of jumps of simulated time only."""
+        """Check the decisions, and check the clock, because ROS reports jumps of simulated time only."""
         now = self._now()
         if now < self._ticked:
             self._clock_went_back((self._ticked - now) * 1e-9)
@@ -165,7 +165,7 @@ class SimulatorNode(LifecycleNode):
     def on_acknowledge(
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
-        """Acknowledge the alert for the person whom `acknowledged_by` names, and empty that."""
+        """Acknowledge the alert for the person in `acknowledged_by`, and clear that parameter."""
         said = self._named()
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
         if self.station is None or self.inputs is None:
@@ -175,7 +175,7 @@ class SimulatorNode(LifecycleNode):
         return response
 
     def _named(self) -> str:
-        """What `acknowledged_by` says; nothing where that was set too long ago to be meant for this call."""
+        """Return `acknowledged_by`; "" if it was set too long ago to be meant for this call."""
         recent = time.monotonic() - self._named_at <= NAMED_FOR
         return str(self.get_parameter("acknowledged_by").value) if recent else ""
 
@@ -184,14 +184,14 @@ class SimulatorNode(LifecycleNode):
             self._named_at = time.monotonic()
 
     def destroy_node(self) -> None:
-        """Let the threads end, or abandon them, before what they publish on is gone."""
+        """Let the threads end, or abandon them, before their publishers are destroyed."""
         for each in (self.outlets.answers, self.outlets.alerts, self.health):
             each.closed = True
         self._close_station()
         super().destroy_node()
 
     def _fall_silent(self) -> None:
-        """Listen to nothing and answer nothing; the last that is told is a fault."""
+        """End all subscriptions and stop answering; the last alert published is a fault."""
         self._stop_listening()
         if self.station is not None:
             self.station.deactivate()
@@ -214,7 +214,7 @@ class SimulatorNode(LifecycleNode):
     def _say(self, what: str, level: int) -> None:
         self.health.set("lifecycle", level, what)
         if level == OK:
-            self.get_logger().info(what)  # the health report logs only what is wrong, or no longer so
+            self.get_logger().info(what)  # the health report logs only problems and their ends
 
     def _now(self) -> int:
         return int(self.get_clock().now().nanoseconds)
@@ -222,7 +222,7 @@ class SimulatorNode(LifecycleNode):
 
 def _equipment(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "Equipment":
     from rpf3d_ros.engine.configuration import (
-        equipment_of,  # imports all that flies: on the thread that may take its time
+        equipment_of,  # a long import, so on a thread
     )
 
     return equipment_of(parameters, given, now_ns)

@@ -1,4 +1,4 @@
-"""rpf3d_simulator, the program: listens to signals first and imports what takes seconds afterwards."""
+"""The program rpf3d_simulator: handles signals first, then imports modules that take seconds to load."""
 
 import sys
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def node() -> "Node":
-    """The node; rclpy has been initialised."""
+    """Return the node; rclpy must be initialised."""
     from rpf3d_ros.nodes.simulator import SimulatorNode
 
     return SimulatorNode()
