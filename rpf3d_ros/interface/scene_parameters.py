@@ -32,7 +32,7 @@ class SceneParameters:
         self._node = node
         self._fields = {field.key: field for field in live_parameters()}
         given = {name: value for name in (SCENE, *self._fields) if (value := _override(node, name)) not in (None, "")}
-        live_scene(given)  # reports all faults in the scene's words; rclpy would report only the first, in its own words
+        live_scene(given)  # reports all faults, in the words of a scene; rclpy would report only the first
         self._given = set(given)
         about = ParameterDescriptor(description=ABOUT_SCENE)
         node.declare_parameter(SCENE, given.get(SCENE, ""), about, ignore_override=True)

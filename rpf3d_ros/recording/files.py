@@ -1,7 +1,7 @@
 """Write a recording as a series of files.
 
-Each file begins with the current state. A new file begins at a size, after a time, or after a fault.
-File names with rotation: <stem>_<UTC>_<number>.rrd, so that the files sort by time and none is ever replaced.
+Each file begins with the current state. A new file begins at a size, after a time, or after a fault. File names with
+rotation: <stem>_<UTC>_<number>.rrd, so that the files sort by time and none is ever replaced.
 """
 
 import re

@@ -145,7 +145,7 @@ class MessageLog:
         points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]
         number = self._updates % UPDATES_SHOWN
-        self._terrain, self._updates = b"", self._updates + 1  # no digest: the same survey again would undo the patch
+        self._terrain, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch
         stamp_ns = _nanoseconds(cloud.header.stamp)
         yield self._between(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
 

@@ -158,7 +158,10 @@ class Recording:
                 self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
 
     def reach(self, positions: FloatArray, reach: FloatArray, beside: dict[str, NDArray[Any]]) -> None:
-        """Log the reached cells, (N, 3) m, coloured by the share of rocks (N,) that reach each cell, and more columns."""
+        """Log the reached cells, (N, 3) m, coloured by the share of rocks (N,) that reach each cell.
+
+        beside : further columns, name -> (N,)
+        """
         self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **beside})
 
     def grid(self, percent: NDArray[np.int8]) -> None:
