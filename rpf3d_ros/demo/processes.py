@@ -1,4 +1,4 @@
-"""Run nodes as child processes, isolated from other ROS systems: loopback only, with their own domain and log folder."""
+"""Run nodes as child processes, isolated from other ROS systems: loopback only, own domain, own log folder."""
 
 import ctypes
 import os
