@@ -209,7 +209,7 @@ def main(rocks: int) -> None:
     short, long = (Mapped(Case(falls, TRIANGLES, n)) for falls, n in ((BENCH, rocks), (CONE, rocks // LONG)))
     short.tallies().warm()
     links = chain(BYTES_A_FACET * TRIANGLES)
-    half = len(links) // LINE * (LINE // 2)  # the first number of a line in the middle
+    half = len(links) // LINE * (LINE // 2)  # start of a cache line in the middle
     controls = {
         "arithmetic": Control(_shift, 100_000_000),  # type: ignore[arg-type]
         "reads": Control(lambda n, k: _follow_links(links, n, (k - 1) * half), 2_000_000),

@@ -69,7 +69,7 @@ def places_of(place: str) -> Any:
 
 
 def demanded(place: str, folder: Path) -> Level:
-    """Return the level of a place: the level at CERTAIN times the lower end of the share's interval in a run of the core."""
+    """Return the level of a place: the level at CERTAIN times the lower end of the share's interval, by the core."""
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
     changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
                "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip
