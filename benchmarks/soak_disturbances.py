@@ -57,9 +57,10 @@ class Disturbances:
         mine.disturb = self._disturb
 
     def begin(self, unkilled: float, calm: float) -> None:
-        """Begin.
+        """Begin the disturbances.
 
-        Unkilled, calm : times (s, monotonic) of the last kill of simulator or recorder, and of the last disturbance.
+        unkilled : time (s, monotonic) after which neither simulator nor recorder is killed
+        calm : time (s, monotonic) after which there are no disturbances
         """
         self._next, self._unkilled, self.calm = time.monotonic() + BETWEEN, unkilled, calm
 

@@ -73,9 +73,9 @@ class HealthReport:
             self._publish()
 
     def _publish_soon(self) -> None:
-        """Publish at once.
+        """Publish at once, unless the last publication was less than SPACING ago.
 
-        In a flood, the timer publishes the changes that follow too soon after the last publication.
+        The timer then publishes the change.
         """
         if time.monotonic() - self._published >= SPACING:
             self._publish()

@@ -123,7 +123,7 @@ def evenly(count: int, most: int) -> NDArray[np.int64]:
 def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:
     """Return colours (N, 4) by speed: red, green, blue, opacity, 0 to 1.
 
-    Fastest : greatest speed of all rocks (m/s).
+    fastest : greatest speed of all rocks (m/s)
     """
     shown = speed_colours(speed, fastest) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)

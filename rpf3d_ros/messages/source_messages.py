@@ -116,7 +116,7 @@ def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArr
 def quaternions_along(velocities: FloatArray) -> FloatArray:
     """Return quaternions (S, 4) x, y, z, w that turn the x axis along velocities (S, 3), without roll.
 
-    Identity for zero.
+    The quaternion of a zero velocity is the identity.
     """
     vx, vy, vz = velocities.T
     yaw, pitch = np.arctan2(vy, vx) / 2, -np.arctan2(vz, np.hypot(vx, vy)) / 2

@@ -21,9 +21,8 @@ UNIT_TOLERANCE = 1.0e-3
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
     """Return the positions (R, 3) m of the poses, map frame, and their x axes (R, 3).
 
-    Zero for a pose without orientation.
-
-    R may be 0. Raises MessageRefused for a foreign frame and for a pose that is not finite or not a rotation.
+    An x axis is zero for a pose without orientation; R may be 0. Raises MessageRefused for a foreign frame and for a
+    pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     at = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)

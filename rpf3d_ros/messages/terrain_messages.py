@@ -81,7 +81,7 @@ def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
 def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_POINTS) -> MeshSurvey:
     """Return the mesh in the CDR bytes of a shape_msgs/Mesh.
 
-    Frame_id comes from a parameter, because a Mesh has no header.
+    frame_id : frame of the mesh, from a parameter, because a Mesh has no header
 
     Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
     vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and as

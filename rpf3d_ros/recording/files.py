@@ -79,10 +79,12 @@ class RecordingFiles:
         begun: Callable[[Path], None] = lambda path: None,
         forgotten: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        """Begin the first file. Raises OSError or RuntimeError if the file cannot be written.
+        """Begin the first file.
 
         begun : called with the path of each new file
         forgotten : called with the path of each file that is deleted because enough newer files exist
+
+        Raises OSError or RuntimeError if the file cannot be written.
         """
         self._file, self._rotation, self._monotonic = file, rotation, monotonic
         self._begun, self._forgotten = begun, forgotten

@@ -263,7 +263,10 @@ def _within(terrain: Terrain, points: np.ndarray) -> np.ndarray:
 
 
 def _rim(plan: np.ndarray) -> np.ndarray:
-    """Return the sides (S, 4) of the convex hull of points (V, 2) m, counter-clockwise: corner, unit vector along it."""
+    """Return the sides (S, 4) of the convex hull of points (V, 2) m, counter-clockwise.
+
+    Each side is a corner and a unit vector from the corner along the side.
+    """
     hull = shapely.orient_polygons(shapely.convex_hull(shapely.multipoints(plan)))
     corners = shapely.get_coordinates(hull)[:-1]
     along = np.roll(corners, -1, axis=0) - corners
