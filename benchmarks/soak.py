@@ -28,10 +28,7 @@ from rpf3d_ros.interface.simulated_clock import SimulatedClock
 WITHIN = 5.0
 """Time from a burst until its level must be published (s), while the simulator runs and the clock runs evenly."""
 FALLING, QUIET = (2.0, 8.0), (1.0, 3.0)
-"""Time that rocks stay visible after their level was published (s).
-
-Time without rocks before an acknowledgement (s).
-"""
+"""Times (s): rocks stay visible after their level was published; no rocks before an acknowledgement."""
 ACKNOWLEDGED, EACH = 30.0, 3.0
 """Longest time for an acknowledgement with all its void attempts (s); longest time for one attempt (s)."""
 CALM = 60.0

@@ -33,9 +33,9 @@ The simulator imports its modules, loads its cache, and reads its terrain from t
 RELEARNING = 10.0
 """Longest recovery after a jump of the clock (s): the radar publishes every 2 s."""
 JOINING, SETTLED = 5.0, 1.0
-"""Time until a late subscriber must have the alarm (s).
+"""Times (s): until a late subscriber must have the alarm.
 
-Time that the alarm must be constant before the comparison (s).
+For which the alarm must be constant before the comparison.
 """
 DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
 """Time that a process stays away (s); time from new ground to a kill during its processing (s)."""
