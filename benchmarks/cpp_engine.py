@@ -1,4 +1,4 @@
-"""The compiled engine's algorithm in C++ (`benchmarks/cpp`), built with g++ -O3 and fed with the same arrays."""
+"""Build and run the compiled engine's algorithm in C++ (`benchmarks/cpp`, g++ -O3) on the same arrays."""
 
 import os
 import subprocess
@@ -18,11 +18,14 @@ SOURCE = Path(__file__).parent / "cpp" / "fly.cpp"
 BUILD = ("g++", "-std=c++17", "-O3", "-ffp-contract=off")
 """No fused multiplications: they round once where Python and numba round twice."""
 HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
-"""Large arrays on large pages, as NumPy's are."""
+"""Large arrays on huge pages, as in NumPy."""
 
 
 class CppFlights(NamedTuple):
-    """Final states of R rocks, columns as in `simulation.engines`: (R, 8), (R, 4); CPU seconds that they took."""
+    """Final states of R rocks and the CPU seconds of their flights.
+
+    finals : (R, 8); counts : (R, 4); columns as in `simulation.engines`
+    """
 
     finals: NDArray[np.float64]
     counts: NDArray[np.int64]
@@ -30,9 +33,10 @@ class CppFlights(NamedTuple):
 
 
 class CppEngine:
-    """The program, built, with the arrays of R rocks over ground that is alike everywhere; on one core.
+    """The built program with the arrays of R rocks over uniform ground, on one core.
 
-    Raises `subprocess.CalledProcessError` where the program cannot be built or does not know what a rock does.
+    Raises `subprocess.CalledProcessError` if the build fails, or if a rock meets a case that the program does not
+    cover.
     """
 
     def __init__(self, engine: Compiled, surface: Surface, settings: Settings, releases: Releases) -> None:
@@ -43,7 +47,7 @@ class CppEngine:
         subprocess.run([*BUILD, "-o", self.folder / "fly", SOURCE], check=True)
 
     def fly(self) -> CppFlights:
-        """Fly all rocks twice; the second pass counts, for the first one fetches the arrays into the caches."""
+        """Fly all rocks twice; the second pass counts, because the first pass fills the caches."""
         subprocess.run([self.folder / "fly", self.folder, "2"], check=True, env=os.environ | HUGE_PAGES)
         finals = np.fromfile(self.folder / "finals").reshape(-1, 8)
         counts = np.fromfile(self.folder / "counts", dtype=np.int64).reshape(-1, 4)
@@ -53,7 +57,7 @@ class CppEngine:
 def _arrays(
     engine: Compiled, surface: Surface, settings: Settings, releases: Releases
 ) -> dict[str, NDArray[np.generic]]:
-    """What `fly.cpp` reads, by the name of its file."""
+    """Return the input arrays of `fly.cpp` by the names of their files."""
     facets, locator = engine.facets, engine.locator
     return {
         "geometry": facets.geometry,

@@ -1,10 +1,11 @@
-"""What hazard maps cost while rocks fly, what a second thread gains, and a run from the scene file to the last map.
+"""Measure the cost of hazard maps, the gain of a second thread, and a run from the scene file to the last map.
 
     python benchmarks/ensemble.py [rocks]
 
-The pit of 2.33 million triangles; every map on: raster of 1 m, facets, zones. CPU seconds of this process, compile time
-apart, medians of passes that take turns; the run is a process of its own, and not the first of its kind. What two
-threads gain is told of arithmetic and of reads of memory as well: no flight could gain more on this machine, now.
+The pit has 2.33 million triangles; every map is on: raster of 1 m, facets, zones. The figures are CPU seconds of this
+process without compile time, as medians of passes in turn. The run is a process of its own, after a first run that is
+not counted. The gain of two threads is also measured for plain arithmetic and for reads of memory: no flight can gain
+more on the same machine at the same time.
 """
 
 import json
@@ -37,14 +38,16 @@ from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 
 PASSES = 5
 LONG = 4
-"""Short falls for each long one: the cells under them are then counted often enough that finding room for them is not
-what is measured."""
-CELL = 1.0  # m
+"""Short falls for each long fall.
+
+The cells under the short falls then have many counts, so that the allocation of cells does not dominate the figures.
+"""
+CELL = 1.0  # m, cell size of the hazard raster
 LINE = 64
-"""Bytes of a line of the cache."""
+"""Bytes of a cache line."""
 BYTES_A_FACET = 96
-"""Of `Facets.geometry`, the largest array that flights read."""
-MEMORY = 1e9  # bytes that bins may take
+"""Bytes for each facet in `Facets.geometry`, the largest array that flights read."""
+MEMORY = 1e9  # bytes, limit for the bins
 SCENE = """
 terrain: {files: [{path: pit.stl}]}
 materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
@@ -58,7 +61,7 @@ outputs: {pictures: %s, recording: %s}
 
 
 class Mapped:
-    """A case of `flight.py` that is flown with every map on as well; seconds of passes, CPU and wall."""
+    """A case of `flight.py`, flown without maps and with every map; CPU and wall seconds of its passes."""
 
     def __init__(self, case: Case) -> None:
         self.case = case
@@ -71,11 +74,11 @@ class Mapped:
         self.wall: dict[str, list[float]] = {}
 
     def tallies(self) -> Tallies:
-        """Nothing counted yet."""
+        """Return empty tallies."""
         return tallies_over(self.ground, areas_of({}), 1, 9.81, *self.scales, MEMORY, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
-        """Fly all rocks once more, by so many threads."""
+        """Fly all rocks once by `threads` threads and keep the seconds under `name`."""
         watch = self.tallies() if maps else None
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
@@ -87,7 +90,7 @@ class Mapped:
         self.wall.setdefault(name, []).append(time.perf_counter() - wall)
 
     def report(self, name: str) -> None:
-        """Print what the maps cost, and what two threads gain."""
+        """Print the cost of the maps and the gain of two threads."""
         path = float(self.case.deposits.path.sum())
         bare, maps = (float(np.median(self.cpu[kind])) for kind in ("bare", "maps"))
         gained = [
@@ -99,7 +102,7 @@ class Mapped:
 
 @loop
 def _shift(rounds: int, seed: int) -> int:
-    """So many steps of a generator, in registers (Marsaglia 2003, J. Stat. Softw. 8(14))."""
+    """Return the state after `rounds` steps of a generator in registers (Marsaglia 2003, J. Stat. Softw. 8(14))."""
     x = np.uint64(seed)
     for _ in range(rounds):
         x ^= x << np.uint64(13)
@@ -110,7 +113,7 @@ def _shift(rounds: int, seed: int) -> int:
 
 @loop
 def _follow_links(links: Any, rounds: int, begin: int) -> int:
-    """So many reads, each from where the one before says."""
+    """Return the index after `rounds` reads, each at the index that the previous read returned."""
     at = begin
     for _ in range(rounds):
         at = links[at]
@@ -118,7 +121,7 @@ def _follow_links(links: Any, rounds: int, begin: int) -> int:
 
 
 def chain(size: int) -> NDArray[np.int64]:
-    """Numbers that lead through every line of so many bytes of memory, in no order, and back to the first."""
+    """Return links that visit every cache line of `size` bytes of memory in random order and end at the first."""
     order = np.random.default_rng(1).permutation(size // LINE)
     links = np.zeros(len(order) * (LINE // 8), dtype=np.int64)
     links[order * (LINE // 8)] = np.roll(order, -1) * (LINE // 8)
@@ -126,7 +129,7 @@ def chain(size: int) -> NDArray[np.int64]:
 
 
 class Control:
-    """Work that threads share nothing of: what they gain with it is what this machine has to give."""
+    """Work that threads can do independently; its gain with two threads is the largest gain on this machine."""
 
     def __init__(self, work: Callable[[int, int], object], rounds: int) -> None:
         self.work, self.rounds = work, rounds
@@ -135,7 +138,7 @@ class Control:
         work(1, 1)
 
     def go(self, threads: int) -> None:
-        """Do all of it once more, by so many threads."""
+        """Do all of the work once by `threads` threads."""
         cpu, wall = time.process_time(), time.perf_counter()
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(lambda k: self.work(self.rounds // threads, k + 1), range(threads)))
@@ -144,16 +147,22 @@ class Control:
 
 
 def gains(one: Sequence[Sequence[float]], two: Sequence[Sequence[float]]) -> str:
-    """What two threads gain of wall time and, at most, by the CPU time they take; from (wall, CPU) seconds of each."""
+    """Return the gain of two threads in wall time and, in brackets, its limit by their CPU time, as text.
+
+    one, two : (wall, CPU) seconds of the passes with one thread and with two threads
+    """
     wall, cpu = (float(np.median(np.divide(a, b))) for a, b in zip(one, two, strict=True))
     return f"{wall:8.2f} ({2.0 * cpu:.2f})"
 
 
 def end_to_end(folder: Path, more: bool) -> None:
-    """Run a scene in processes of its own and print what the median one took, how long and how much memory."""
+    """Run a scene in processes of its own; print the time and the memory of the median run.
+
+    more : whether to write pictures and a recording as well
+    """
     word = "true" if more else "false"
     (folder / "scene.yaml").write_text(SCENE % (word, word))
-    run(folder, "1000")  # machine code, and Python's own code of every library, are then kept
+    run(folder, "1000")  # fills the caches of machine code and of Python's byte code
     walls, cpus, facts = [], [], []
     for _ in range(PASSES):
         before, began = children_cpu_s(), time.perf_counter()
@@ -173,13 +182,13 @@ def end_to_end(folder: Path, more: bool) -> None:
 
 
 def children_cpu_s() -> float:
-    """CPU seconds of all processes that this one has waited for."""
+    """Return the CPU seconds of all child processes that this process has waited for."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def run(folder: Path, rocks: str) -> None:
-    """`rpf3d run` of so many rocks, as it is where Python may keep what it has compiled of its libraries."""
+    """Run `rpf3d run` with a number of rocks; Python may cache the byte code of its libraries, as usual."""
     home = {
         "PYTHONPATH": str(Path(__file__).parents[1]), "PYTHONPYCACHEPREFIX": str(folder / "pycache"),
         "PYTHONDONTWRITEBYTECODE": "",
@@ -191,7 +200,7 @@ def run(folder: Path, rocks: str) -> None:
 
 
 def main(rocks: int) -> None:
-    """Print the tables: whole runs first, for a process is told to have had the memory of the one that began it."""
+    """Print the tables, whole runs first: a child process counts the memory of its parent as its own peak."""
     with tempfile.TemporaryDirectory() as name:
         write_mesh(Path(name) / "pit.stl", pit_terrain(Pit(triangles=TRIANGLES)))
         print("100,000 rocks from the west wall, end to end:")
@@ -200,7 +209,7 @@ def main(rocks: int) -> None:
     short, long = (Mapped(Case(falls, TRIANGLES, n)) for falls, n in ((BENCH, rocks), (CONE, rocks // LONG)))
     short.tallies().warm()
     links = chain(BYTES_A_FACET * TRIANGLES)
-    half = len(links) // LINE * (LINE // 2)  # the first number of a line in the middle
+    half = len(links) // LINE * (LINE // 2)  # start of a cache line in the middle
     controls = {
         "arithmetic": Control(_shift, 100_000_000),  # type: ignore[arg-type]
         "reads": Control(lambda n, k: _follow_links(links, n, (k - 1) * half), 2_000_000),

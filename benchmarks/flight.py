@@ -1,9 +1,10 @@
-"""How fast rocks fly over a synthetic pit: short bench falls, long falls, and the same algorithm in C++.
+"""Measure the speed of flights over a synthetic pit: short bench falls, long falls, and the same algorithm in C++.
 
     python benchmarks/flight.py [rocks]
 
-Final states only, one thread, CPU seconds of this process, compile time apart; medians of passes that take turns, so
-the ratios hold on a machine that is not idle. One material on all of the pit; no ground model.
+The rocks keep only final states and fly on one thread. The figures are CPU seconds of this process without compile
+time, as medians of passes in turn, so the ratios also hold on a busy machine. The whole pit has one material; no ground
+model.
 """
 
 import os
@@ -36,14 +37,16 @@ TRIANGLES = 2_332_287  # thesis, table 5-2
 FEWER = 150_000
 PASSES = 7
 LONG = 20
-"""Short falls for each long one: passes of both then take about as long."""
+"""Short falls for each long fall: passes of both then take about the same time."""
 
 
 class Falls(NamedTuple):
     """Rocks released 0.5 m above a line on the ground, with a speed towards +x.
 
-    pit : how the ground differs from the default pit
-    line : (2, 2) x, y (m) in the pit's coordinates; speed : m/s; surface : the ground everywhere
+    pit : parameters that differ from the default pit
+    line : (2, 2) x, y (m) in the pit's coordinates
+    speed : m/s
+    surface : the ground everywhere
     """
 
     pit: dict[str, object]
@@ -62,26 +65,26 @@ CONE = Falls(
 
 
 def ground_of(falls: Falls, triangles: int) -> Terrain:
-    """The pit that the rocks fall in, as one zone."""
+    """Return the pit of the falls as one zone."""
     terrain = pit_terrain(Pit(triangles=triangles, **falls.pit))  # type: ignore[arg-type]
     return replace(terrain, zone=np.zeros_like(terrain.zone), zones=("ground",))
 
 
 def flight_of(falls: Falls, ground: str = "none") -> Flight:
-    """The physics of the falls."""
+    """Return the physics of the falls."""
     models = Models(ConstantRestitution(), GROUND_MODELS[ground])
     return Flight(materials_of([falls.surface]), Settings(), models)
 
 
 def releases(falls: Falls, engine: Engine, terrain: Terrain, rocks: int) -> Releases:
-    """Rocks along the line."""
+    """Return rocks along the line of the falls."""
     line = terrain.frame.points_to_local(np.array([(*point, 0.0) for point in falls.line]))
     source = Source("line", line, rocks, velocity=(falls.speed, 0.0, 0.0), line=True, above_ground=0.5)
     return releases_of([source], Rock(1000.0, 0.5), 1, engine)
 
 
 class Case:
-    """Rocks ready to fly over a pit of so many triangles with the compiled engine; CPU seconds of the passes so far."""
+    """Rocks over a pit of `triangles` triangles with the compiled engine, and the CPU seconds of their passes."""
 
     def __init__(self, falls: Falls, triangles: int, rocks: int) -> None:
         terrain = ground_of(falls, triangles)
@@ -93,19 +96,22 @@ class Case:
         self.seconds.clear()
 
     def fly(self) -> Deposits:
-        """Fly all rocks once more."""
+        """Fly all rocks once."""
         began = time.process_time()
         self.deposits = fly_ensemble(self.engine, self.flight, self.releases, record=False, threads=1).deposits
         self.seconds.append(time.process_time() - began)
         return self.deposits
 
     def per_rock(self) -> float:
-        """CPU seconds a rock, the median of all passes."""
+        """Return the CPU seconds for each rock, median of all passes."""
         return float(np.median(self.seconds)) / len(self.releases.x)
 
     def against_cpp(self) -> str:
-        """CPU time over that of the same rocks in C++, in passes that take turns, and whether the two agree."""
-        rows = np.concatenate(list(flight_order(self.releases, 1, LARGEST_BATCH)))  # as the engine flies them
+        """Return, as text, the ratio of CPU time to C++ for the same rocks and the difference of final states.
+
+        The passes of both take turns.
+        """
+        rows = np.concatenate(list(flight_order(self.releases, 1, LARGEST_BATCH)))  # in the engine's order
         releases = taken(self.releases, rows)
         program = CppEngine(self.engine, self.falls.surface, self.flight.settings, releases)  # type: ignore[arg-type]
         self.seconds.clear()
@@ -115,7 +121,10 @@ class Case:
 
 
 def told_apart(rows: IntArray, deposits: Deposits, other: CppFlights) -> str:
-    """In how many rocks the final states of the two differ in any bit; the other's rocks are those of rows (R,)."""
+    """Return the number of rocks whose final states differ in any bit, as text.
+
+    rows : (R,) row of each rock of `other` in `deposits`
+    """
     ours = np.column_stack([deposits.t, deposits.x, deposits.path, deposits.max_speed, deposits.ground_speed])
     theirs = other.finals[:, [0, 1, 2, 3, 4, 5, 7]]
     counted = np.column_stack([deposits.outcome, deposits.facet, deposits.impacts])
@@ -138,7 +147,11 @@ print(time.process_time() - began)
 
 
 def first_call(cache: str, ground: str) -> float:
-    """CPU seconds to compile, or load from a cache folder, the index and the flight, in a process of its own."""
+    """Return the CPU seconds to compile or load the index and the flight in a new process.
+
+    cache : folder of the machine code, empty at first
+    ground : ground model
+    """
     paths = os.pathsep.join([os.path.dirname(os.path.abspath(__file__)), *sys.path])
     done = subprocess.run(
         [sys.executable, "-c", FIRST_CALL, ground], env=os.environ | {"XDG_CACHE_HOME": cache, "PYTHONPATH": paths},

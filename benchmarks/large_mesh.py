@@ -2,8 +2,8 @@
 
     python benchmarks/large_mesh.py [rocks]
 
-The rocks are the short falls of `flight.py`: one thread, final states only. CPU seconds of this process; compile time
-apart.
+The rocks are the short falls of `flight.py`: one thread, final states only. The figures are CPU seconds of this process
+without compile time.
 """
 
 import platform
@@ -34,7 +34,7 @@ sources: [{name: unused, points: [[0, 0, 0]]}]
 
 
 def timed(name: str, work: Callable[[], Any]) -> Any:
-    """Do the work and print how long it took, in CPU and wall seconds, and the peak of memory so far."""
+    """Do the work, print its CPU and wall seconds and the peak of memory so far, and return its result."""
     cpu, wall = time.process_time(), time.perf_counter()
     result = work()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
@@ -43,12 +43,12 @@ def timed(name: str, work: Callable[[], Any]) -> Any:
 
 
 def read(folder: Path) -> Terrain:
-    """The terrain of the scene in a folder."""
+    """Return the terrain of the scene in a folder."""
     return read_terrain(read_scene(folder / "scene.yaml"))[0]
 
 
 def fly(engine: Engine, terrain: Terrain, rocks: int) -> None:
-    """Fly rocks on one thread and print rocks per CPU second."""
+    """Fly rocks on one thread and print the rocks per CPU second."""
     some = releases(BENCH, engine, terrain, rocks)
     fly_ensemble(engine, flight_of(BENCH), releases(BENCH, engine, terrain, 10), record=False)  # compiles
     cpu = time.process_time()

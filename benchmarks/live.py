@@ -1,10 +1,10 @@
-"""How fast the live node answers: real processes over DDS, from the call that publishes to the callback that receives.
+"""Measure how fast the live node answers: real processes over DDS, from the publishing call to the receiving callback.
 
     python benchmarks/live.py [--only mesh cloud patch burst busy memory] [--rounds 10] [--triangles 2332287]
 
-Medians of 10 rounds. The measuring process publishes bytes that were laid out before and takes the time before it
-looks at what came; a third process calls a service of the node every 20 ms all the while, which tells how long
-its executor was ever blocked. Wall seconds, so run it on an idle machine: the load is printed.
+The figures are medians of 10 rounds. The measuring process publishes bytes that were laid out earlier, and takes the
+time of arrival before it reads a message. A third process calls a service of the node every 20 ms, which shows how
+long the node's executor is blocked. The figures are wall seconds, so run this on an idle machine: the load is printed.
 """
 
 import argparse
@@ -25,20 +25,23 @@ from rpf3d_ros.demo.stand_in import StandIn
 
 TRIANGLES = 2_332_287  # thesis, table 5-2
 PATCH = 71
-"""Points a side of a patch: 2 x 70 x 70, about 10,000 triangles."""
+"""Points on each side of a patch: 2 x 70 x 70, about 10,000 triangles."""
 PATCH_AT = (-596.0, -35.0)
 """South-western corner (m) of the patch: on the benches below the sources."""
 SOURCES = 20
 MANY, FEW = 10_000, 200
-"""Rocks of the first answer: those that the goals for terrain ask for; the node's own default for a burst."""
+"""Rocks of the first answer: the number in the goals for terrain; the node's default for a burst."""
 FINEST = 20_000
-"""Rocks at which an answer is good enough, so that rounds do not run into each other; but for `busy`."""
+"""Rocks at which an answer is complete, so that rounds do not overlap; `busy` has its own number."""
 START, ANSWER, QUIET = 120.0, 60.0, 0.4
-"""Seconds: for a node to start and compile; for an answer; without a result, after which the node is at rest."""
+"""Longest wait for a node to start and compile (s), and for an answer (s); idle time without results (s)."""
 TOLD, BEATING = 2.5, 4.0
-"""Seconds: after which the node has told of a gap for the last time (it sums up each second, and repeats what it told
-for another); until a heartbeat has found its service, and nothing is told any more of what that cost the node:
-rmw_fastrtps keeps an answer back for up to 100 ms, and the executor with it, where it has not found who asked."""
+"""Waiting times (s): until the last report of a gap, and until a heartbeat has found its service.
+
+The node sums up the gaps of each second and repeats the report for another second. The discovery of the heartbeat
+itself must not count: rmw_fastrtps holds a reply, and the executor with it, for up to 100 ms if it has not yet
+discovered the caller.
+"""
 
 HEARD = ("hazard/grid", "trajectories", "results")
 SIMULATOR = "simulator_node"
@@ -56,7 +59,7 @@ hazard: {{cell: 5}}
 
 
 class Bench:
-    """A simulator with terrain and sources, and what was heard of it."""
+    """A simulator with terrain and sources, and the messages received from it."""
 
     def __init__(self, stack: Stack, first_rocks: int, most_rocks: int, terrain: bytes, places: Any) -> None:
         self.stack, self.places = stack, places
@@ -77,18 +80,21 @@ class Bench:
         self.rest()
 
     def take(self, topic: str, kept: list[tuple[int, bytes]], data: bytes, at: int) -> None:
-        """Keep what answers the last sources."""
-        first = data[MARKER:] if topic == "trajectories" else data  # an array of markers begins with how many there are
+        """Keep a message that answers the last sources."""
+        first = data[MARKER:] if topic == "trajectories" else data  # an array of markers begins with their number
         if stamp_of(first) >= self.asked_ns:
             kept.append((at, data))
 
     def burst(self) -> bytes:
-        """The sources, stamped now; what answers earlier ones is no answer from then on."""
+        """Return the sources with the current time as stamp; from here on, answers to earlier sources are ignored."""
         self.asked_ns = time.time_ns()
         return bytes(serialize_message(poses(self.places, self.asked_ns)))
 
     def until_answered(self, send: Callable[[], int], seconds: float = ANSWER) -> tuple[int, dict[str, int]]:
-        """Publish, and wait for each topic; when the publishing began, and when the first of each came (ns)."""
+        """Publish and wait for each topic.
+
+        Returns the time at which publishing began and the time of the first message of each topic (ns, monotonic).
+        """
         for kept in self.came.values():
             kept.clear()
         began = send()
@@ -99,7 +105,7 @@ class Bench:
         return began, {topic: kept[0][0] for topic, kept in self.came.items()}
 
     def rest(self, longest: float = ANSWER) -> None:
-        """Wait until no more results come."""
+        """Wait until no more results arrive."""
         deadline = time.monotonic() + longest
         while time.monotonic() < deadline:
             before = len(self.came["results"])
@@ -108,17 +114,17 @@ class Bench:
                 return
 
     def rounds(self, name: str, goal: float, count: int, send: Callable[[int], Callable[[], int]]) -> Rows:
-        """Rows of `count` rounds: to trajectories and grid, the node's own seconds, and the heartbeat meanwhile."""
+        """Return the figures of `count` rounds: delays of trajectories and grid, the node's own seconds, heartbeat."""
         row = Row(name, goal)
-        began, came = self.until_answered(send(0), START)  # compiles what is called for the first time
+        began, came = self.until_answered(send(0), START)  # includes compilation
         row.first = (max(came.values()) - began) / 1e9
         self.rest(3.0)
         with Heartbeat(SERVICE) as heartbeat:
-            self.stand_in.wait(lambda: False, BEATING)  # and take what is told meanwhile, or it would be counted later
+            self.stand_in.wait(lambda: False, BEATING)  # takes the reports of this time, which must not count later
             begins = time.monotonic_ns()
             self.told.clear()
             for number in range(count):
-                publish = send(number + 1)  # laid out before the time is taken
+                publish = send(number + 1)  # lays the message out before the measurement
                 cpu = self.stack.cpu(SIMULATOR)
                 began, came = self.until_answered(publish)
                 row.add(began, came, self.came["results"][0][1])
@@ -135,7 +141,7 @@ class Bench:
 
 
 class Bytes:
-    """Everything that is published, laid out."""
+    """All messages to publish, laid out as bytes."""
 
     def __init__(self, triangles: int) -> None:
         terrain = pit_terrain(Pit(triangles=triangles))
@@ -150,14 +156,14 @@ class Bytes:
         self.places = np.column_stack([line, heights.at(line)])
 
     def cloud(self, number: int) -> bytes:
-        """The grid with one corner a little higher each time."""
+        """Return the grid with one corner raised, a little higher for each number."""
         grid = self.grid.copy()
         grid[0, 0, 2] += 0.02 * number
         return cloud_bytes(grid)
 
 
 def _bump(heights: Heights, height: float) -> Any:
-    """The ground of the patch with a heap (m) in its middle."""
+    """Return the ground of the patch with a heap of `height` (m) in its middle."""
     grid = heights.grid(*PATCH_AT, 1.0, PATCH, PATCH)
     i, j = np.ogrid[:PATCH, :PATCH]
     distance = np.hypot(i - PATCH // 2, j - PATCH // 2) / (0.4 * PATCH)
@@ -166,7 +172,7 @@ def _bump(heights: Heights, height: float) -> Any:
 
 
 def memory(bench: Bench, data: Bytes, updates: int) -> None:
-    """Print the node's memory over whole updates, each answered before the next."""
+    """Print the node's memory over whole updates; each update is answered before the next."""
     sizes = []
     for number in range(updates):
         mesh = raise_mesh(data.mesh, 100 + number)
@@ -181,7 +187,7 @@ def memory(bench: Bench, data: Bytes, updates: int) -> None:
 
 
 def measure(options: argparse.Namespace, data: Bytes) -> list[Rows]:
-    """Every part that is asked for."""
+    """Measure every requested part."""
     rows, wanted, count = [], options.only, options.rounds
     if {"mesh", "cloud", "patch", "memory"} & set(wanted):
         with Stack() as stack:
@@ -222,7 +228,7 @@ def _terrain(bench: Bench, data: Bytes, part: str, count: int) -> Rows:
 
 
 def options_triangles(data: Bytes) -> str:
-    """How many triangles the mesh has, in words."""
+    """Return the number of triangles of the mesh as text."""
     return f"{int.from_bytes(data.mesh[4:8], 'little'):,} triangles"
 
 
@@ -246,7 +252,7 @@ PARTS = ("mesh", "cloud", "patch", "burst", "busy", "memory")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; 1 where a goal is missed."""
+    """Print the table; return 1 if a goal is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS, help="parts to measure")
     parser.add_argument("--rounds", type=int, default=10, help="rounds of each")

@@ -1,11 +1,11 @@
-"""How fast a survey becomes ground: a grid of 1.17 million points, a mesh of 2.33 million triangles, patches, a store.
+"""Measure how fast a survey becomes ground: a grid, a mesh, patches, and the store on disk.
 
     python benchmarks/live_ground.py [updates]
 
-Medians of 10, wall and CPU seconds of this process, without the first ones, which compile and touch new memory. Beside
-them the longest time that another thread, which wants to wake each millisecond, was kept waiting: what a callback of a
-node would have waited for the interpreter. Then so many updates in turn (100 unless told), one whole to nine patches,
-with the memory of the process before, in the middle, and after.
+The grid has 1.17 million points, the mesh 2.33 million triangles. The figures are medians of 10, in wall and CPU
+seconds of this process, without the first two, which compile and touch new memory. The table also has the longest delay
+of another thread that wakes every millisecond: a callback of a node would wait for the interpreter as long. Then follow
+updates (100 by default), one whole survey to nine patches, with the memory of the process during and after them.
 """
 
 import statistics
@@ -25,50 +25,50 @@ from rpf3d_core.live.survey import CloudSurvey, GridSurvey, MeshSurvey, Survey
 from rpf3d_core.terrain.grid_rows import grid_mesh
 
 SIDE = 1081
-"""Points a side of the grid: 2.33 million triangles."""
+"""Points on each side of the grid: 2.33 million triangles."""
 PATCH = 71
-"""Points a side of a patch: 9,800 triangles."""
+"""Points on each side of a patch: 9,800 triangles."""
 CLOUD = 5_000
 """Points of a scattered patch: 10,000 triangles."""
 TIMES = 10
 REPEATED = 10
-"""Updates of which one is whole."""
+"""One of this many updates is a whole survey."""
 
 
 def hills(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Benches of 15 m in a bowl, with noise of 0.15 m."""
+    """Return the heights (m) of benches of 15 m in a bowl, with noise of 0.15 m."""
     away = np.hypot(x - 0.5 * SIDE, y - 0.5 * SIDE)
     noise = np.random.default_rng(seed).normal(0.0, 0.15, x.shape)
     return 15.0 * np.floor(away / 45.0) + np.minimum(15.0, 3.0 * (away % 45.0)) + noise
 
 
 def grid(side: int, east: float, north: float, seed: int) -> GridSurvey:
-    """A grid of 1 m from a corner (m)."""
+    """Return a grid with steps of 1 m from a corner (m)."""
     y, x = np.mgrid[0:side, 0:side] + np.array([north, east])[:, None, None]
     return GridSurvey(np.stack([x, y, hills(x, y, seed)], axis=-1))
 
 
 def cloud(east: float, north: float, seed: int) -> CloudSurvey:
-    """Points scattered over a square of a patch's width."""
+    """Return points scattered over a square with the width of a patch."""
     x, y = np.random.default_rng(seed).uniform(0.0, PATCH - 1.0, (2, CLOUD)) + np.array([[east], [north]])
     return CloudSurvey(np.column_stack([x, y, hills(x, y, seed)]))
 
 
 def mesh(survey: GridSurvey) -> MeshSurvey:
-    """The mesh of a grid."""
+    """Return the mesh of a grid."""
     made = grid_mesh(survey.points)
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
 
 class Heartbeat:
-    """A thread that wants to wake each millisecond; `longest` tells by how much it was late since it was last asked."""
+    """A thread that wakes every millisecond; `longest` returns its longest delay since the last call."""
 
     def __init__(self) -> None:
         self._late = 0.0
         threading.Thread(target=self._beat, daemon=True).start()
 
     def longest(self) -> float:
-        """Seconds."""
+        """Return the longest delay since the last call (s)."""
         late, self._late = self._late, 0.0
         return late
 
@@ -80,7 +80,7 @@ class Heartbeat:
 
 
 def resident() -> float:
-    """Memory of this process now (GB)."""
+    """Return the current memory of this process (GB)."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1e6
 
@@ -101,23 +101,23 @@ def timed(name: str, beat: Heartbeat, work: Callable[[int], Any]) -> None:
 
 
 class Updates:
-    """The ground as it goes from one survey to the next."""
+    """The ground over a sequence of surveys."""
 
     def __init__(self, survey: Survey) -> None:
         self.workshop = Workshop()
         self.ground: LiveTerrain = self.workshop.whole(survey)
 
     def whole(self, survey: Survey) -> None:
-        """A whole survey."""
+        """Replace the ground by a whole survey."""
         self.ground = self.workshop.whole(survey)
 
     def patched(self, patch: GridSurvey | CloudSurvey) -> None:
-        """A patch."""
+        """Apply a patch to the ground."""
         self.ground = self.workshop.patched(self.ground, patch)
 
 
 def places(count: int) -> list[tuple[float, float]]:
-    """Where patches come, metres east and north, beside the lines of the grid."""
+    """Return the positions of patches, metres east and north, off the lines of the grid."""
     return [tuple(place) for place in np.random.default_rng(0).uniform(20.0, SIDE - PATCH - 20.0, (count, 2)).tolist()]
 
 

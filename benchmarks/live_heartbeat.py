@@ -1,8 +1,8 @@
-"""Call a service of a node again and again until SIGINT; then print what came of each call, as JSON.
+"""Call a service of a node repeatedly until SIGINT; then print the times of each call as JSON.
 
     python benchmarks/live_heartbeat.py rpf3d_simulator/get_parameter_types
 
-A process of its own: the one that publishes 56 MB would measure itself.
+This is a process of its own, because the process that publishes 56 MB would measure itself.
 """
 
 import json
@@ -16,15 +16,18 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 PERIOD = 0.02
-"""Seconds between an answer and the next call: no 50 ms that the node is blocked for go unseen, but they may look so
-much shorter. Calls every 5 ms took an eighth of a core of the caller, and as much of the node."""
+"""Time between a reply and the next call (s).
+
+A block of the node of 50 ms is always noticed, but may appear shorter by this time. Calls every 5 ms take an eighth of
+a core of the caller, and the same of the node.
+"""
 
 PATIENCE = 30.0
-"""Seconds until a call is given up."""
+"""Longest wait for a reply (s)."""
 
 
 def main(service: str) -> None:
-    """Beat until the signal, print the beats."""
+    """Call the service until the signal, then print the times of the calls."""
     ended: list[bool] = []
     signal.signal(signal.SIGINT, lambda number, frame: ended.append(True))
     context = Context()

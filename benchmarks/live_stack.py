@@ -1,4 +1,4 @@
-"""Nodes as real processes over DDS for benchmarks and soaks: started, watched and ended by process id."""
+"""Nodes as real processes over DDS for benchmarks and soak tests: start, measure and end them by process id."""
 
 import json
 import os
@@ -17,10 +17,10 @@ HEARTBEAT = Path(__file__).parent / "live_heartbeat.py"
 
 
 class Stack:
-    """A context manager: a folder, a DDS domain on loopback, and the processes that were started in it."""
+    """A context manager: a folder, a DDS domain on loopback, and the processes that run in it."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        """folder : where nodes write; None for one that is removed at the end."""
+        """Create the folder and the domain; folder : output folder of the nodes; None for a temporary folder."""
         self._temporary = tempfile.TemporaryDirectory(prefix="rpf3d_live_") if folder is None else None
         self.folder = Path(self._temporary.name) if self._temporary else folder
         assert self.folder is not None
@@ -30,17 +30,17 @@ class Stack:
         os.environ.update(isolated_environment(self.folder))
 
     def start(self, module: str, parameters: dict[str, Any]) -> int:
-        """Start a node of the package (`simulator_node`); its process id."""
+        """Start a node of the package (`simulator_node`); return its process id."""
         given = [word for name, value in parameters.items() for word in ("-p", f"{name}:={_written(value)}")]
         earlier = self.folder / f"{module}.out"
-        if earlier.is_file() and module in self.began:  # what a node said before it was killed is wanted most of all
+        if earlier.is_file() and module in self.began:  # keeps the output of the killed node, which shows the cause
             earlier.rename(self.folder / f"{module}.{self.began[module]}.out")
         self.processes[module] = node_process(module, given, self.folder)
         self.began[module] = self.began.get(module, 0) + 1
         return self.processes[module].pid
 
     def start_script(self, script: Path) -> int:
-        """Start a program that is no node of the package; its process id."""
+        """Start a program that is not a node of the package; return its process id."""
         self.processes[script.stem] = subprocess.Popen(
             [sys.executable, str(script)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
@@ -54,15 +54,15 @@ class Stack:
         self.processes[module].wait()
 
     def end(self, module: str) -> int:
-        """End a node as an operator does; its exit code."""
+        """End a node as an operator does; return its exit code."""
         return ended(self.processes[module])
 
     def alive(self, module: str) -> bool:
-        """Whether a node runs."""
+        """True if a node runs."""
         return module in self.processes and self.processes[module].poll() is None
 
     def memory(self, module: str) -> tuple[float, float]:
-        """Resident memory of a node now, and the most it ever had (MB); NaN where it does not run."""
+        """Return the current and the largest resident memory of a node (MB); NaN if the node does not run."""
         try:
             status = Path(f"/proc/{self.processes[module].pid}/status").read_text()
         except OSError:
@@ -73,7 +73,7 @@ class Stack:
         return tuple(int(fields[name].split()[0]) * KB / MB for name in ("VmRSS", "VmHWM"))  # type: ignore[return-value]
 
     def cpu(self, module: str) -> float:
-        """CPU seconds that a node has taken."""
+        """Return the CPU seconds that a node has used; NaN if the node does not run."""
         try:
             words = Path(f"/proc/{self.processes[module].pid}/stat").read_text().rpartition(")")[2].split()
         except OSError:
@@ -81,7 +81,7 @@ class Stack:
         return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
     def tails(self) -> str:
-        """The last lines that each node has printed."""
+        """Return the last lines of each node's output."""
         return tails(self.folder)
 
     def __enter__(self) -> Self:
@@ -95,7 +95,7 @@ class Stack:
 
 
 class Heartbeat:
-    """A context manager: a process that calls a service of a node again and again, and tells how long that took."""
+    """A context manager: a process that repeatedly calls a service of a node and measures the duration of each call."""
 
     def __init__(self, service: str) -> None:
         self._process = subprocess.Popen(
@@ -105,7 +105,7 @@ class Heartbeat:
         self.beats: list[tuple[int, int, int]] = []
 
     def stop(self) -> list[tuple[int, int, int]]:
-        """End it; of each call when it was to go out, when it did, and when its answer came (ns, monotonic)."""
+        """End the process; return the times at which each call was due, sent and answered (ns, monotonic)."""
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
             out, _ = self._process.communicate(timeout=20)
@@ -126,7 +126,7 @@ def _written(value: Any) -> str:
 
 
 def machine() -> str:
-    """What the figures were measured on, and under what load."""
+    """Return the processor and the load of this machine as text."""
     cores = len(os.sched_getaffinity(0))
     model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
                   if line.startswith("model name")), "unknown processor")  # fmt: skip

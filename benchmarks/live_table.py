@@ -1,4 +1,4 @@
-"""Rounds of a live benchmark as lines of a table: medians against goals, and where the time goes."""
+"""Print the rounds of a live benchmark as a table: medians against goals, and the parts of each delay."""
 
 from dataclasses import dataclass, field
 
@@ -8,14 +8,17 @@ from rclpy.serialization import deserialize_message
 
 MS = 1e6
 BLOCKED = 0.05
-"""Seconds that the executor of the node may be blocked at most (the goal)."""
+"""Goal: the longest time that the node's executor is blocked (s)."""
 
 
 @dataclass
 class Row:
-    """name : what was published; goal : seconds to the last of what must come; the rest: each round.
+    """The rounds of one measurement.
 
-    first : seconds of a round before all others, which is not counted; cpu : seconds that the node has computed
+    name : the published message; goal : time until the last required message (s)
+    first : time of the first round, which is not counted (s)
+    cpu : CPU seconds of the node in each round
+    seconds : topic -> delay (s), for each round; results : the message of `results` of each round
     """
 
     name: str
@@ -26,18 +29,19 @@ class Row:
     results: list[bytes] = field(default_factory=list)
 
     def add(self, began_ns: int, came_ns: dict[str, int], result: bytes) -> None:
-        """A round: when publishing began, when the first of each topic came."""
+        """Add a round: the time at which publishing began, and the time of the first message of each topic."""
         self.seconds.append({topic: (at - began_ns) / 1e9 for topic, at in came_ns.items()})
         self.results.append(result)
 
     def of(self, topic: str) -> "np.ndarray":
-        """Seconds until a topic came, each round."""
+        """Return the delays (s) of a topic, one for each round."""
         return np.array([each[topic] for each in self.seconds])
 
     def stages(self) -> dict[str, float]:
-        """Medians (s): until the flight of the answer began, of the flight as the node tells it, from the grid to all.
+        """Return the medians (s) of three parts: time before the flight, flight by the node's clock, publishing.
 
-        The first is the way of the message, the ground that is made of it and what waits for the thread that flies.
+        The first part covers transport, building the terrain, and the wait for the thread that flies. The third part is
+        the time from the grid to the last message.
         """
         flown = np.array([float(figures_of(result)["seconds"]) for result in self.results])
         grid = self.of("hazard/grid")
@@ -47,10 +51,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Rows:
-    """A row; beats : calls of a service meanwhile: due, sent, answered (ns); gaps : s, one a second, told by the node.
+    """A row with the calls of a service during its rounds, and the gaps of the executor.
 
-    What the goal is about is `gaps`: how late the executor of the node came to its own timer. The calls tell the same
-    as somebody else sees it, with two ways through the network and the scheduling of two processes.
+    beats : due, sent, answered (ns) for each call
+    gaps : longest gap (s) of each second, as reported by the node
+
+    The goal is for `gaps`: the delay of the node's executor at its own timer. The calls show the same delay from
+    outside, with two ways through the network and the scheduling of two processes.
     """
 
     row: Row
@@ -59,41 +66,41 @@ class Rows:
 
     @property
     def longest_gap(self) -> float:
-        """Seconds of the longest gap that the node has told; NaN where it told none."""
+        """Return the longest reported gap (s); NaN if the node reported no gap."""
         return max(self.gaps, default=float("nan"))
 
     @property
     def longest_call(self) -> float:
-        """Seconds of the longest call of the service; NaN where none was answered."""
+        """Return the longest call of the service (s); NaN if no call was answered."""
         return max((answered - sent for _, sent, answered in self.beats), default=float("nan")) / 1e9
 
     @property
     def longest_delay(self) -> float:
-        """Seconds that the heartbeat itself woke too late: what the machine adds to any gap."""
+        """Return the longest delay of the heartbeat's own sleep (s), which the machine adds to any gap."""
         return max((sent - due for due, sent, _ in self.beats), default=float("nan")) / 1e9
 
     @property
     def usual_call(self) -> float:
-        """Seconds that 99 % of the calls take at most."""
+        """Return the time that 99 % of the calls do not exceed (s)."""
         gaps = [answered - sent for _, sent, answered in self.beats]
         return float(np.percentile(gaps, 99)) / 1e9 if gaps else float("nan")
 
 
 def figures_of(result: bytes) -> dict[str, str]:
-    """Key -> value of a message of `results`."""
+    """Return key -> value of a message of `results`."""
     array = deserialize_message(result, DiagnosticArray)
     return {pair.key: pair.value for status in array.status for pair in status.values}
 
 
 def gaps_of(diagnostics: list[bytes]) -> list[float]:
-    """Longest gaps (s) of the executor that messages of /diagnostics tell, one a second."""
+    """Return the longest gaps (s) of the executor in messages of /diagnostics, one for each second."""
     told = [pair.value for data in diagnostics for status in deserialize_message(data, DiagnosticArray).status
             if status.name.endswith(": executor") for pair in status.values if pair.key == "gap_ms"]  # fmt: skip
     return [float(value) / 1e3 for value in told]
 
 
 def print_table(rows: list[Rows]) -> int:
-    """Print everything; 1 where a goal is missed."""
+    """Print all tables; return 1 if a goal is missed."""
     if not rows:
         return 0
     print(f"\n{'milliseconds':52} {'goal':>6} {'median':>7} {'least':>7} {'most':>7} {'first':>7} "

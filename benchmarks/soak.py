@@ -1,9 +1,9 @@
-"""A mine's day in the life of the nodes, with everything that goes wrong: rocks, new ground, kills, jumps of the clock.
+"""Soak test: the nodes in a mine with every disturbance: rocks, new ground, kills, clock jumps.
 
     python benchmarks/soak.py [--minutes 20] [--seed 1] [--json soak.json] [--keep folder]
 
-Prints a report in markdown. Exit code 1 where an alert was lost, the log of decisions does not audit, a late joiner
-was told a wrong alarm, or a node ended by itself. Wall time: the load is printed.
+Prints a report in Markdown. The exit code is 1 if an alert is lost, if the audit of the decision log fails, if a late
+subscriber receives a wrong alarm, or if a node ends by itself. The figures are wall time: the load is printed.
 """
 
 import argparse
@@ -26,26 +26,26 @@ from rpf3d_ros.demo.stand_in import StandIn
 from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
 WITHIN = 5.0
-"""Seconds from a burst until its level is told, while the simulator runs and the clock goes on."""
+"""Time from a burst until its level must be published (s), while the simulator runs and the clock runs evenly."""
 FALLING, QUIET = (2.0, 8.0), (1.0, 3.0)
-"""Seconds that rocks are seen after their level was told; that the wall is quiet before somebody acknowledges."""
+"""Times (s): rocks stay visible after their level was published; no rocks before an acknowledgement."""
 ACKNOWLEDGED, EACH = 30.0, 3.0
-"""Seconds that acknowledging may take, with all its reasons to be void; that each of its tries may."""
+"""Longest time for an acknowledgement with all its void attempts (s); longest time for one attempt (s)."""
 CALM = 60.0
-"""Last seconds, in which nothing is disturbed."""
+"""Length of the last part of the test, without disturbances (s)."""
 BEGINS_NS = 1_767_250_800_000_000_000
 """2026-01-01, 07:00 UTC."""
 
 
 class Soak:
-    """Bursts of sources one after the other, and what each demands."""
+    """Bursts of sources one after the other, and their demands."""
 
     def __init__(self, mine: Mine, world: World, disturbances: Disturbances) -> None:
         self._mine, self._world, self._disturbances = mine, world, disturbances
         self._random = disturbances.random
 
     def run(self, minutes: float) -> None:
-        """Everything, until time is up."""
+        """Run bursts and acknowledgements until time is up."""
         mine = self._mine
         mine.stand_in.publish("terrain/mesh", self._world.content.mesh)
         if not mine.live(lambda: mine.told.shown == Level.NORMAL, RECOVERY):
@@ -59,7 +59,7 @@ class Soak:
             self.step_down()
 
     def burst(self) -> None:
-        """Rocks from somewhere: the level that they demand must come, as long as they are seen."""
+        """Publish rocks from a random place: while they are visible, the alert must reach their level."""
         mine, place = self._mine, str(self._random.choice(list(PLACES)))
         level = self._world.demands[place]
         mine.ledger.counts[f"bursts from {place} ({level.word})"] += 1
@@ -70,13 +70,13 @@ class Soak:
         mine.ledger.settle(mine.open, mine.told.held)
         self._await()
         mine.live(lambda: False, float(self._random.uniform(*FALLING)))
-        self._await()  # again, where the node was killed meanwhile
+        self._await()  # a killed node must reach the level again
         mine.seen, mine.open = np.empty((0, 3)), None
         mine.speak()
         mine.live(lambda: False, float(self._random.uniform(*QUIET)))
 
     def _await(self) -> None:
-        """Wait until what is demanded has been told, or its time is up."""
+        """Wait until the open demand is met, or its time is up."""
         mine = self._mine
         while (demand := mine.open) and demand.met is None and time.monotonic() < demand.until:
             mine.live(lambda: demand.met is not None or mine.open is not demand, 0.2)
@@ -84,7 +84,7 @@ class Soak:
             mine.ledger.fail(f"lost alert: {demand.what}, held is {mine.told.held}", mine.stack.tails())
 
     def step_down(self) -> None:
-        """Acknowledge until the level is normal again."""
+        """Acknowledge until the level is normal."""
         mine = self._mine
         deadline = time.monotonic() + ACKNOWLEDGED + (0.0 if mine.stack.alive(SIMULATOR) else RECOVERY)
         while mine.told.held != Level.NORMAL and time.monotonic() < deadline:
@@ -98,7 +98,7 @@ class Soak:
 
 
 def audited(log: Path) -> tuple[bool, str]:
-    """Whether every decision of a log is reproduced, and what the audit says in its last lines."""
+    """Return whether the audit reproduces every decision of a log, and the last lines of the audit."""
     done = subprocess.run(
         [sys.executable, "-m", "rpf3d_core.cli", "audit", str(log)], capture_output=True, text=True, check=False
     )
@@ -106,7 +106,7 @@ def audited(log: Path) -> tuple[bool, str]:
 
 
 def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
-    """Run the soak; the mine with its ledger. Raises TimeoutError where the nodes do not start."""
+    """Run the soak test; return the mine with its ledger. Raises TimeoutError if the nodes do not start."""
     spoken = ("terrain/mesh", "terrain/update", "sources")
     with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS) as clock:
         nodes = (SIMULATOR, RECORDER, LISTENER)
@@ -123,7 +123,7 @@ def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the soak and print its report; 1 where something was lost."""
+    """Run the soak test and print its report; return 1 if it fails."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=1, help="of what goes wrong and when")

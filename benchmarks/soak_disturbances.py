@@ -1,4 +1,4 @@
-"""What goes wrong in a soak: new ground, kills, jumps of the clock, and somebody who joins late."""
+"""The disturbances of a soak test: new ground, kills, clock jumps, and late subscribers."""
 
 import time
 from collections.abc import Callable
@@ -17,28 +17,36 @@ from rpf3d_ros.interface.qos import LATCHED
 
 CHOICES = {"patch": 6, "terrain": 2, "recorder": 2, "listener": 2, "late joiner": 3, "clock back": 1,
            "clock forward": 1, "simulator": 1, "simulator in an update": 1}  # fmt: skip
-"""What goes wrong, and how often against each other."""
+"""Kinds of disturbances and their relative frequency."""
 KILLS = ("recorder", "simulator", "simulator in an update")
-"""What ends a life whose memory is to be looked at: the second half of a soak does without."""
+"""Disturbances that end a long-lived process.
+
+The second half of a test has none, so that its memory can be measured.
+"""
 BETWEEN = 6.0
-"""Seconds between disturbances, on average."""
+"""Mean time between disturbances (s)."""
 RECOVERY = 60.0
-"""Seconds that a simulator may take after a kill until it tells what the radar still says: imports, its cache, its
-terrain from the store; on two busy cores."""
+"""Longest time from a kill of the simulator until it publishes the level for the radar's current message (s).
+
+The simulator imports its modules, loads its cache, and reads its terrain from the store, on two busy cores.
+"""
 RELEARNING = 10.0
-"""Seconds after a jump of the clock: the radar speaks every 2 s."""
+"""Longest recovery after a jump of the clock (s): the radar publishes every 2 s."""
 JOINING, SETTLED = 5.0, 1.0
-"""Seconds until a late joiner must have the alarm; that the alarm must have been the same for it to be compared."""
+"""Times (s): until a late subscriber must have the alarm.
+
+For which the alarm must be constant before the comparison.
+"""
 DOWN, UPDATING = (0.5, 2.0), (0.0, 0.3)
-"""Seconds that a process stays away; from new ground to the kill that comes in the middle of it."""
+"""Time that a process stays away (s); time from new ground to a kill during its processing (s)."""
 JUMP = (2.0, 20.0)
-"""Seconds that the clock jumps by."""
+"""Length of a jump of the clock (s)."""
 HEAP, RADIUS, SPACING = 21, 8.0, 1.5
-"""Points a side of a patch; points from the middle of its heap to the foot; m between points."""
+"""Points on each side of a patch; points from the middle of its heap to the foot; distance between points (m)."""
 
 
 class Disturbances:
-    """Disturbs a mine at random from `begin` on, until it is `calm`."""
+    """Disturbs a mine at random from `begin` on until `calm`."""
 
     def __init__(self, mine: Mine, world: World, seed: int) -> None:
         self._mine, self._world = mine, world
@@ -49,7 +57,11 @@ class Disturbances:
         mine.disturb = self._disturb
 
     def begin(self, unkilled: float, calm: float) -> None:
-        """Begin now; from one time (s, monotonic) on kill neither simulator nor recorder, from the other do nothing."""
+        """Begin the disturbances.
+
+        unkilled : time (s, monotonic) after which neither simulator nor recorder is killed
+        calm : time (s, monotonic) after which there are no disturbances
+        """
         self._next, self._unkilled, self.calm = time.monotonic() + BETWEEN, unkilled, calm
 
     def _disturb(self, now: float) -> None:
@@ -82,7 +94,7 @@ class Disturbances:
             self._kill(SIMULATOR)
 
     def _kill(self, name: str) -> None:
-        """By SIGKILL; it comes back in a moment."""
+        """Kill a process by SIGKILL and start it again a moment later."""
         mine = self._mine
         if not mine.stack.alive(name):
             return
@@ -94,7 +106,7 @@ class Disturbances:
         self._due.append((time.monotonic() + down, lambda: start(mine.stack, name)))
 
     def _survey(self, whole: bool) -> None:
-        """New ground: the pit with one point a little higher, or a heap somewhere."""
+        """Publish new ground: the pit with one point a little higher, or a heap at a random place."""
         self._surveyed += 1
         if whole:
             self._mine.stand_in.publish("terrain/mesh", raise_mesh(self._world.content.mesh, self._surveyed % 50))
@@ -102,7 +114,7 @@ class Disturbances:
             self._mine.stand_in.publish("terrain/update", self._heap())
 
     def _heap(self) -> Any:
-        """A patch of 30 by 30 m with a heap on it, somewhere below the ramp."""
+        """Return a patch of 30 by 30 m with a heap, at a random place below the ramp."""
         (west, east), (south, north) = PATCHED
         corner = self.random.uniform((west, south), (east, north))
         grid = self._world.heights.grid(*corner.tolist(), SPACING, HEAP, HEAP)
@@ -112,7 +124,7 @@ class Disturbances:
         return patch_message(grid, self._mine.clock.now_ns())
 
     def _join_late(self) -> None:
-        """Somebody joins and must be told the alarm of the moment, if it stands."""
+        """Add a late subscriber, which must receive the current alarm if the alarm is constant."""
         mine, began = self._mine, time.monotonic()
         expected, heard = mine.told.alarm, []  # type: ignore[var-annotated]
         if expected is None or began - mine.told.alarm_since < SETTLED:
@@ -123,6 +135,6 @@ class Disturbances:
         mine.ledger.counts["late joiners compared"] += 1
         if heard:
             mine.ledger.delays["late joiner to alarm"].append(time.monotonic() - began)
-        mine.stand_in.wait(lambda: False, 0.1)  # what came to us meanwhile
+        mine.stand_in.wait(lambda: False, 0.1)  # takes the messages that have arrived in the meantime
         if mine.told.alarm == expected and heard[-1:] != [expected] and mine.stack.alive(SIMULATOR):
             mine.ledger.fail(f"a late joiner heard the alarm as {heard or 'nothing'}, but it was {expected}")

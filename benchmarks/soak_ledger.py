@@ -1,7 +1,7 @@
-"""What a soak demanded of the nodes and when it came: demands on alerts, delays, memory.
+"""Record a soak test: demands on alerts and the times at which they are met, delays, memory.
 
-A demand is a level that has to be told by a time. What takes the node away from it on purpose (a kill, a jump of the
-clock) moves that time, and is counted, so that the report says how often that was so.
+A demand is a level that must be published by a time. A deliberate disturbance (a kill, a jump of the clock) moves that
+time and is counted, so that the report shows the number of disturbed demands.
 """
 
 import sys
@@ -18,7 +18,14 @@ SECOND = 1_000_000_000
 
 @dataclass
 class Demand:
-    """level : at least this must be held; since, until : s, monotonic; met : when it was, or None"""
+    """One demand on the alert.
+
+    what : description of the demand
+    level : least level that must be held
+    since, until : s, monotonic
+    disturbed : number of disturbances
+    met : time at which the demand was met (s, monotonic), or None
+    """
 
     what: str
     level: Level
@@ -30,7 +37,14 @@ class Demand:
 
 @dataclass
 class Ledger:
-    """demands : all so far; delays : name -> seconds; memory : node -> (s, MB) since it started; counts : of events"""
+    """The record of a soak test.
+
+    demands : all demands so far
+    delays : name -> seconds
+    memory : node, number of its life, seconds since the beginning of the test, memory (MB)
+    counts : event -> number
+    failures : one sentence for each failure; began : beginning of the test (s, monotonic)
+    """
 
     demands: list[Demand] = field(default_factory=list)
     delays: defaultdict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
@@ -40,44 +54,47 @@ class Ledger:
     began: float = field(default_factory=time.monotonic)
 
     def demand(self, what: str, level: Level, within: float) -> Demand:
-        """Demand that a level be held within a time (s) from now."""
+        """Add a demand: the level must be held within a time (s) from here."""
         now = time.monotonic()
         self.demands.append(Demand(what, level, now, now + within))
         return self.demands[-1]
 
     def disturb(self, demand: Demand | None, seconds: float) -> None:
-        """Give an open demand so many seconds from now, for what it needs was taken away."""
+        """Extend an open demand to `seconds` from here, because a disturbance delays the node."""
         if demand is not None and demand.met is None:
             demand.until = max(demand.until, time.monotonic() + seconds)
             demand.disturbed += 1
 
     def settle(self, demand: Demand, held: Level | None) -> bool:
-        """Whether the demand is met by what is held now; noted the first time."""
+        """Return whether the demand is met by the held level or was met earlier; record the first time."""
         if held is not None and held >= demand.level and demand.met is None:
             demand.met = time.monotonic()
         return demand.met is not None
 
     def fail(self, sentence: str, seen: str = "") -> None:
-        """Note what must not be; what was seen is printed at once, and not in the report."""
+        """Record a failure; `seen` is printed at once and is not part of the report."""
         self.failures.append(f"after {time.monotonic() - self.began:.0f} s: {sentence}")
         print(f"FAILURE {self.failures[-1]}\n{seen}", file=sys.stderr, flush=True)
 
     @property
     def lost(self) -> list[Demand]:
-        """Demands that were never met."""
+        """Return the demands that were never met."""
         return [demand for demand in self.demands if demand.met is None]
 
     @property
     def summary(self) -> str:
-        """How it goes, in a few words."""
+        """Return the progress in a few words."""
         return f"{len(self.demands)} bursts, {len(self.failures)} failures, {self.counts['results']} results"
 
     def took(self, disturbed: bool) -> list[float]:
-        """Seconds until each demand was met, of those that were disturbed, or of the others."""
+        """Return the seconds until each demand was met, of the disturbed or of the undisturbed demands."""
         return [d.met - d.since for d in self.demands if d.met is not None and (d.disturbed > 0) == disturbed]
 
     def slopes(self, settling: float) -> dict[str, tuple[float, float, float, float]]:
-        """Node -> memory at the end of its longest life and its most (MB), slope (MB/h) over it, and its length (s).
+        """Return the memory figures of each node over its longest life.
+
+        The figures are the memory at the end of that life (MB), the largest memory (MB), the slope (MB/h) and the
+        length of the life (s).
 
         settling : first seconds of a life that are left out
         """
@@ -96,7 +113,7 @@ class Ledger:
 
 
 def percentiles(seconds: list[float]) -> str:
-    """Median, 95 %, 99 % and the longest, in ms, as cells of a table."""
+    """Return the number, median, 95 %, 99 % and largest value, in ms, as cells of a table."""
     if not seconds:
         return "0 | - | - | - | -"
     figures = [1e3 * float(np.percentile(seconds, share)) for share in (50, 95, 99, 100)]

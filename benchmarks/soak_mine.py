@@ -1,4 +1,4 @@
-"""The stand-in of a soak and the nodes around it: what is heard, what the radar says, and how time passes."""
+"""The stand-in of a soak test and the nodes around it: received messages, the radar's messages, the flow of time."""
 
 import sys
 import time
@@ -23,15 +23,19 @@ from rpf3d_ros.messages.alert_reading import ALERT
 from rpf3d_ros.messages.health import healths_of
 
 RADAR, SAMPLING, SAYING = 2.0, 1.0, 60.0
-"""Seconds between messages of the radar, between looks at memory, between sentences on how it goes."""
+"""Time between messages of the radar (s), between samples of memory (s), between progress reports (s)."""
 REMEMBERED = 50
-"""Messages of the radar whose answers are still waited for."""
+"""Number of radar messages whose answers are still expected."""
 SIMULATOR, RECORDER, LISTENER = "simulator_node", "recorder_node", "soak_listener"
 
 
 @dataclass
 class Told:
-    """What the node says now: the level held, the one shown, whether the alarm sounds, and since when (s)."""
+    """The current state that the node has published.
+
+    held : level that is held; shown : level that is shown
+    alarm : whether the alarm sounds; alarm_since : time of its last change (s, monotonic)
+    """
 
     held: Level | None = None
     shown: Level | None = None
@@ -40,7 +44,7 @@ class Told:
 
 
 class Mine:
-    """Speaks as the radar, hears what the nodes say, and notes both in the ledger."""
+    """Publishes as the radar, receives the nodes' messages, and records both in the ledger."""
 
     def __init__(self, stack: Stack, stand_in: StandIn, clock: SimulatedClock) -> None:
         self.stack, self.stand_in, self.clock = stack, stand_in, clock
@@ -56,7 +60,7 @@ class Mine:
         stand_in.hear("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
 
     def live(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Let the world go on until the condition holds or time is up; whether it holds."""
+        """Let time pass until the condition holds or time is up; return whether the condition holds."""
         deadline = time.monotonic() + seconds
         while not condition():
             now = time.monotonic()
@@ -71,14 +75,14 @@ class Mine:
         return True
 
     def speak(self) -> None:
-        """Say what the radar sees now."""
+        """Publish the sources that the radar detects."""
         self._spoken, stamp = time.monotonic(), self.clock.now_ns()
         data = bytes(serialize_message(poses(self.seen, stamp)))
         self._waiting = dict(list(self._waiting.items())[-REMEMBERED:])
         self._waiting[stamp] = (self.stand_in.publish("sources", data), set())
 
     def demand_again(self, within: float) -> None:
-        """The node has been killed: what is demanded now must be told anew within a time (s), also if it was before."""
+        """Demand the current level again within a time (s) after a kill of the node, even if it was already met."""
         if self.open is not None and self.open.met is None:
             self.ledger.disturb(self.open, within)
         elif self.open is not None:
@@ -86,7 +90,7 @@ class Mine:
             self.open.disturbed = 1
 
     def jump(self, seconds: float) -> None:
-        """Let the clock jump; what was said before it is not waited for."""
+        """Let the clock jump; answers to earlier messages are no longer expected."""
         self.clock.jump(seconds)
         self._waiting.clear()
 
@@ -109,7 +113,7 @@ class Mine:
         self._delay("sources to all of an answer", data, at_ns)
 
     def _delay(self, what: str, data: bytes, at_ns: int) -> None:
-        """Time from publishing sources to the first message stamped as they are."""
+        """Record the time from the publication of sources to the first message with their stamp."""
         began, came = self._waiting.get(stamp_of(data), (0, {what}))
         if what not in came:
             came.add(what)
@@ -131,7 +135,7 @@ class Mine:
 
 
 def start(stack: Stack, name: str) -> None:
-    """Start one of the processes, again or for the first time."""
+    """Start one of the processes, for the first time or again."""
     stack.killed.discard(name)
     if name == LISTENER:
         stack.start_script(Path(__file__).parent / f"{LISTENER}.py")

@@ -1,4 +1,4 @@
-"""What came of a soak, as markdown and as JSON."""
+"""Report a soak test as Markdown and as JSON."""
 
 import argparse
 import json
@@ -10,13 +10,13 @@ from soak_ledger import Ledger, percentiles
 from rpf3d_core.alerts.levels import Level
 
 SETTLING = 60.0
-"""First seconds of a node's life that its memory may grow in."""
+"""First seconds of a node's life in which its memory may grow."""
 
 
 def print_report(
     ledger: Ledger, began: str, options: argparse.Namespace, demands: dict[str, Level], sound: bool, audit: str
 ) -> int:
-    """Print the report and write its figures; 1 where something was lost."""
+    """Print the report and write its figures; return 1 if the test failed."""
     one, _, fifteen = os.getloadavg()
     print(f"\n# Soak of {options.minutes:g} minutes, seed {options.seed}")
     print(f"{began}; {one:.1f} (1 min), {fifteen:.1f} (15 min) at the end.\n")

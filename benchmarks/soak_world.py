@@ -1,7 +1,7 @@
-"""The mine of a soak: its pit, where rocks may come from and which level each place demands, and random new ground.
+"""The mine of a soak test: its pit, its release places with the level that each demands, and random new ground.
 
-What a place demands is not taken from the node: a run of the core over the same pit says how many rocks reach the ramp,
-and the level that even the lower end of that interval reaches is what must be told.
+The demands do not come from the node. A run of the core over the same pit gives the number of rocks that reach the
+ramp. The level that the lower end of that interval reaches must be published.
 """
 
 from dataclasses import dataclass
@@ -23,14 +23,14 @@ from rpf3d_ros.demo.shift_content import ShiftContent, shift_content
 ROOT = Path(__file__).resolve().parent.parent
 SCENE, SITE = ROOT / "config/scenes/shift.yaml", ROOT / "config/site_shift.yaml"
 SPEED = 4.0
-"""m/s, eastwards, of every source."""
+"""Speed of every source, eastwards (m/s)."""
 ROCKS = 2000
-"""Rocks that say what a place demands: shares to 0.02."""
+"""Rocks of the run that determines a demand: shares to 0.02."""
 SOURCES = 12
 SPREAD_X, SPREAD_V = 0.3, 0.2
-"""Half-widths (m, m/s) that the node spreads rocks by; in plan it is too little to matter for what is demanded."""
+"""Half-widths (m, m/s) of the node's spread of rocks; the spread in plan is too small to affect the demands."""
 CERTAIN = 0.7
-"""Part of the share that a level is demanded at: patches and the spread in plan change a little of it."""
+"""Factor on the lower end of the share's interval: patches and the spread in plan change the share a little."""
 PLACES = {
     "crest of the wall": (-606.0, -60.0, 60.0),
     "bench above the ramp": (-552.0, -60.0, 20.0),
@@ -38,14 +38,17 @@ PLACES = {
     "catch bench": (-560.0, -40.0, 20.0),
     "far wall": (-606.0, -140.0, -110.0),
 }
-"""Easting (m) and the northings (m) between which rocks leave."""
+"""Easting (m) of each release place, and the northings (m) that limit it."""
 PATCHED = ((-480.0, -300.0), (-250.0, 250.0))
-"""Where patches are laid (m): below the ramp, so that they change no demand."""
+"""Area of patches (m): below the ramp, so that they change no demand."""
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """content : the pit as it is published; heights : its ground; demands : place -> level"""
+    """The mine of the test.
+
+    content : the published pit; heights : its ground; demands : place -> level
+    """
 
     content: ShiftContent
     heights: Heights
@@ -53,20 +56,20 @@ class World:
 
 
 def world_of(folder: Path) -> World:
-    """The pit, and what each place demands by a run of the core. Writes its scenes into a folder."""
-    terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as the scene says
+    """Return the pit and the demand of each place from runs of the core, whose results go into a folder."""
+    terrain = pit_terrain(Pit(triangles=150_000, seed=1))  # as in the scene
     return World(shift_content(SCENE, 12), Heights(terrain), {place: demanded(place, folder) for place in PLACES})
 
 
 def places_of(place: str) -> Any:
-    """Positions (SOURCES, 3) m of sources along a place; the node puts them on the ground."""
+    """Return positions (SOURCES, 3) m of sources along a place; the node moves them to the ground."""
     x, south, north = PLACES[place]
     y = np.linspace(south, north, SOURCES)
     return np.column_stack([np.full(SOURCES, x), y, np.full(SOURCES, 1700.0)])
 
 
 def demanded(place: str, folder: Path) -> Level:
-    """The level that the core's own run from a place reaches even at the lower end of the share's interval."""
+    """Return the level of a place: the level at CERTAIN times the lower end of the share's interval, by the core."""
     scene, spread = read_scene(SCENE), (SPREAD_V, SPREAD_V, SPREAD_V)
     changed = {"line": None, "points": tuple(map(tuple, places_of(place).tolist())), "rocks": ROCKS,
                "velocity": (SPEED, 0.0, 0.0), "velocity_spread": spread}  # fmt: skip

@@ -1,4 +1,4 @@
-// When an arc meets a facet: rpf3d_core/detection/contact.py.
+// Contact of an arc with a facet: rpf3d_core/detection/contact.py.
 #pragma once
 #include <array>
 

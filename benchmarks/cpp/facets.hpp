@@ -1,4 +1,4 @@
-// The facets and the geometry of one of them: rpf3d_core/terrain/facets.py, rpf3d_core/terrain/facet_geometry.py.
+// The facets and the geometry of a facet: rpf3d_core/terrain/facets.py, rpf3d_core/terrain/facet_geometry.py.
 #pragma once
 #include <algorithm>
 

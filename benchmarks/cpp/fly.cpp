@@ -1,8 +1,8 @@
-// Fly the rocks of a folder of arrays, repeatedly, and leave their final states and the CPU seconds of each pass there.
+// Fly the rocks of a folder of arrays several times; write their final states and the CPU seconds of each pass there.
 //
 //     fly FOLDER PASSES
 //
-// The arrays are those of the compiled engine, written by benchmarks/cpp_engine.py; columns as in simulation/engines.py.
+// benchmarks/cpp_engine.py writes the arrays of the compiled engine; columns as in simulation/engines.py.
 #include <ctime>
 #include <fstream>
 #include <string>

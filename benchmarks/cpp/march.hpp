@@ -1,5 +1,5 @@
 // From event to event: rpf3d_core/simulation/{march,state,sustained}.py and rpf3d_core/kinetics/rebound.py, for constant
-// restitution and no ground model. What such a fall cannot reach is marked, and ends the program.
+// restitution and no ground model. Cases that such a fall cannot reach are marked and end the program.
 #pragma once
 #include <cstdio>
 #include <cstdlib>

@@ -18,7 +18,7 @@ inline Vec cross(Vec a, Vec b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x 
 inline double norm(Vec a) { return std::sqrt(dot(a, a)); }
 inline Vec without(Vec a, Vec n) { return subtract(a, scale(dot(a, n), n)); }
 
-// Python's min and max: the first argument where the two are alike.
+// Python's min and max: the first argument if the two are equal.
 inline double least(double a, double b) { return b < a ? b : a; }
 inline double most(double a, double b) { return b > a ? b : a; }
 inline double least(double a, double b, double c) { return least(least(a, b), c); }

@@ -1,4 +1,4 @@
-"""Hearing what nodes say of themselves, for programs that are no nodes themselves: the demo and the tests."""
+"""Receive the diagnostics of nodes in programs that are not nodes: the demo and the tests."""
 
 from typing import Self
 
@@ -11,11 +11,11 @@ from rpf3d_ros.interface.qos import EVENTS
 from rpf3d_ros.messages.health import Health, healths_of
 
 PATIENCE = 0.1
-"""Seconds that `spin_once` waits for a message."""
+"""Time that `spin_once` waits for a message (s)."""
 
 
 class DiagnosticListener:
-    """A context manager that listens to /diagnostics in a context of its own."""
+    """A context manager that subscribes to /diagnostics in a context of its own."""
 
     def __init__(self) -> None:
         self.healths: dict[str, Health] = {}
@@ -27,7 +27,7 @@ class DiagnosticListener:
         self._executor.add_node(self._node)
 
     def spin_once(self) -> dict[str, Health]:
-        """Take what has come; the last state of every part of every node, by name."""
+        """Take at most one message and return the last state of every part of every node, by name."""
         self._executor.spin_once(timeout_sec=PATIENCE)
         return self.healths
 

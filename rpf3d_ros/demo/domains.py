@@ -1,4 +1,4 @@
-"""ROS domains that one process at a time on a machine has: demos, measurements and tests hear their own nodes only."""
+"""Reserve ROS domains for one process at a time, so that demos, measurements and tests receive only their own nodes."""
 
 import fcntl
 import itertools
@@ -13,13 +13,13 @@ DOMAINS = 101
 """Domain ids 1 to 101 need no ports from the operating system's ephemeral range."""
 
 _numbers = itertools.count(13 * os.getpid())
-"""Where to look next: a domain that was just left may still have nodes that are ending."""
+"""Next number to try; a domain that was released a moment ago may still have nodes that are shutting down."""
 
 
 def free_domain() -> tuple[int, IO[str]]:
-    """A ROS domain, and the lock that keeps other processes out of it until it is closed.
+    """Return a ROS domain and the lock that reserves it until the lock is closed.
 
-    Raises InputError where all are taken.
+    Raises InputError if all domains are taken.
     """
     for number in itertools.islice(_numbers, DOMAINS):
         domain = 1 + number % DOMAINS
@@ -27,7 +27,7 @@ def free_domain() -> tuple[int, IO[str]]:
         try:
             lock = (Path(tempfile.gettempdir()) / f"rpf3d_domain_{domain}.lock").open("a")
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:  # taken; or the file is another user's, who has taken it before
+        except OSError:  # taken, or the file belongs to another user
             if lock is not None:
                 lock.close()
             continue

@@ -1,4 +1,4 @@
-"""Nodes as child processes, isolated from other ROS systems: loopback, a domain and a log folder of their own."""
+"""Run nodes as child processes, isolated from other ROS systems: loopback only, own domain, own log folder."""
 
 import ctypes
 import os
@@ -11,10 +11,10 @@ from typing import IO
 from rpf3d_ros.demo.domains import free_domain
 
 GRACE = 15.0
-"""Seconds that a node has to end after SIGINT before it is killed: writing a large recording's end takes a few."""
+"""Time that a node has to end after SIGINT before it is killed (s); closing a large recording takes a few seconds."""
 
 TAIL = 20
-"""Lines of each node's output that are shown when something went wrong."""
+"""Number of lines of each node's output that are shown after a failure."""
 
 SET_PARENT_DEATH_SIGNAL = 1
 """PR_SET_PDEATHSIG of Linux' prctl(2)."""
@@ -22,13 +22,13 @@ SET_PARENT_DEATH_SIGNAL = 1
 LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 
 _taken: list[IO[str]] = []
-"""Locks of the domains that this process has until it ends."""
+"""Locks of the domains that this process holds until its end."""
 
 
 def isolated_environment(logs: Path) -> dict[str, str]:
-    """Environment variables that keep nodes on this machine, in a domain that no other process has meanwhile.
+    """Return environment variables that keep nodes on this machine, in a domain that no other process uses.
 
-    Raises InputError where there is none.
+    Raises InputError if no domain is free.
     """
     domain, lock = free_domain()
     _taken.append(lock)
@@ -42,7 +42,7 @@ def isolated_environment(logs: Path) -> dict[str, str]:
 def node_process(module: str, ros_arguments: list[str], logs: Path) -> subprocess.Popen[bytes]:
     """Start a node of this package with this process' environment; its output goes to logs/<module>.out.
 
-    On Linux the node ends when the thread that started it does, however that comes.
+    On Linux the node ends with the thread that started it, whatever ends the thread.
     """
     command = [sys.executable, "-m", f"rpf3d_ros.nodes.{module}", "--ros-args", *ros_arguments]
     root = str(Path(__file__).resolve().parents[2])
@@ -59,7 +59,7 @@ def _end_with_parent() -> None:
 
 
 def ended(process: subprocess.Popen[bytes]) -> int:
-    """End a node by SIGINT and return its exit code; killed where it does not end in time."""
+    """End a node by SIGINT and return its exit code; kill the node if it takes longer than GRACE."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
@@ -70,7 +70,7 @@ def ended(process: subprocess.Popen[bytes]) -> int:
 
 
 def tails(logs: Path) -> str:
-    """The last lines of every node's output."""
+    """Return the last lines of every node's output."""
     parts = []
     for output in sorted(logs.glob("*.out")):
         lines = output.read_text(errors="replace").splitlines()[-TAIL:]

@@ -1,9 +1,9 @@
 """Five minutes of a shift, in time lapse: simulator and recorder on a simulated clock, each in a process of its own.
 
-`python -m rpf3d_ros.demo.run --out out/demo-ros` plays what survey, radar and operator do (`shift.py`), while the nodes
-answer, decide and record. It leaves the log of decisions and a .rrd that `rerun rrd verify` accepts; exit code 0 where
-it does and nothing is missing in it, 1 otherwise, 128 + its number after a signal. The clock runs at its true rate
-while an answer is awaited and fast through the quiet between; `--real-time` takes the five minutes.
+`python -m rpf3d_ros.demo.run --out out/demo-ros` plays survey, radar and operator (`shift.py`), while the nodes answer,
+decide and record. The demo leaves the log of decisions and a .rrd file that `rerun rrd verify` accepts. The exit code
+is 0 if both are complete, 1 otherwise, 128 + its number after a signal. The clock runs in real time while an answer is
+awaited, and fast through quiet stretches; with `--real-time` the demo takes five minutes.
 """
 
 import argparse
@@ -26,37 +26,37 @@ from rpf3d_ros.nodes.leaving import unless_signalled
 
 SOURCE_TREE = Path(__file__).resolve().parents[2]
 INSTALLED = Path(sysconfig.get_path("data")) / "share" / "rpf3d"
-"""Where pip puts the files that are no code."""
+"""Folder in which pip installs data files."""
 
 EXPECTED = (
     "terrain/mesh", "terrain/update", "sources", "trajectories", "trajectories/points", "impacts", "deposits",
     "hazard/grid", "hazard/points", "hazard/zones", "results", "alerts", "alarm",
 )  # fmt: skip
-"""Topics that must have been recorded."""
+"""Topics that the recorder must have recorded."""
 
 ENTITIES = ("/terrain", "/sources", "/trajectories", "/trajectories/points", "/impacts", "/alerts", "/alert_level")
-"""What the recording must hold; /deposits depends on whether a rock stays."""
+"""Entities that the recording must hold; /deposits depends on whether a rock stops."""
 
 LEVELS = ("evacuate", "normal")
-"""What must have been told after each other: one alert, up and down."""
+"""Levels that the alert must show, in this order: one alert, up and down."""
 
 SPEED = 20.0
-"""Seconds of the shift in a second of the machine's time, while no answer is awaited."""
+"""Seconds of the shift per second of wall-clock time, while no answer is awaited."""
 
 BEGINS_NS = 1_767_250_800_000_000_000
 """The shift begins on 2026-01-01 at 07:00 UTC."""
 
 EARLIER_NS = 600_000_000_000
-"""So much (ns) earlier the nodes start; what is left of it when they have is skipped."""
+"""The clock begins this time (ns) before the shift, and skips the rest when the nodes are ready."""
 
 SOURCES = 12
 
 DECISIONS = "demo-decisions"
-"""Folder of the log of decisions, beside the recording; no node calls its own so unless it is told to."""
+"""Folder of the log of decisions beside the recording; no node uses this name by default."""
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the demo; 0 or 1, or 128 + its number after a signal."""
+    """Run the demo; return 0 or 1, or 128 + its number after a signal."""
     options = _options(args)
     return unless_signalled(lambda: _demo(options))
 
@@ -87,7 +87,7 @@ def _played(options: argparse.Namespace) -> int:
 
 
 def _keep_decisions(made: Path, kept: Path) -> None:
-    """Put the log of this demo in the place of the last one's; whatever else lies there stays."""
+    """Replace the log of the last demo by the log of this demo; all other files in the folder stay."""
     kept.mkdir(exist_ok=True)
     for _, old in files_in(kept):
         old.unlink()
@@ -96,7 +96,7 @@ def _keep_decisions(made: Path, kept: Path) -> None:
 
 
 def shipped(name: str) -> Path:
-    """A file of the package that is no code, such as config/rpf3d.yaml: of the source tree, or as installed."""
+    """Return the path of a data file of the package, such as config/rpf3d.yaml, in the source tree or as installed."""
     return next((folder / name for folder in (SOURCE_TREE, INSTALLED) if (folder / name).is_file()), INSTALLED / name)
 
 
@@ -112,8 +112,8 @@ def _options(args: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[str]:
-    """Run the nodes while the shift is played and until everything is recorded; what is missing."""
-    # The environment is this process' own: it listens in the same domain. Children start before rclpy does.
+    """Run the nodes while the shift is played and until everything is recorded; return the missing parts."""
+    # This process subscribes in the same domain, so it takes the same environment. Children start before rclpy does.
     os.environ.update(isolated_environment(logs))
     content = shift_content(options.scene, SOURCES)
     nodes = {
@@ -141,7 +141,7 @@ def _record(options: argparse.Namespace, recording: Path, logs: Path) -> list[st
 
 
 def _play(options: argparse.Namespace, content: ShiftContent, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Play the shift to the nodes; what they have not recorded or said of it in time."""
+    """Play the shift to the nodes; return the missing nodes, levels and topics."""
     from rpf3d_ros.demo.shift import LENGTH, Shift
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads: after the children
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
@@ -154,7 +154,7 @@ def _play(options: argparse.Namespace, content: ShiftContent, processes: list[su
         shift = Shift(content, stand_in, clock, options.speed)
         print(f"a shift of {LENGTH:g} s, its quiet stretches {options.speed:g} times as fast", flush=True)
         shift.play(lambda sentence: print(sentence, flush=True))
-        clock.run_at(1.0)  # or what the radar said last would be stale before all is recorded
+        clock.run_at(1.0)  # at a higher rate, the radar's last message would be stale before all is recorded
         print(f"  levels of the alert: {', '.join(shift.levels)}")
         untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
         return untold + _wait_for_topics(options.timeout, processes)
@@ -165,13 +165,13 @@ def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
 
 
 def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
-    """Whether all that is wanted was told, one after the other."""
+    """True if the received levels contain all wanted levels in their order."""
     rest = iter(told)
     return all(level in rest for level in wanted)
 
 
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
-    """Listen to the recorder's diagnostics until it has recorded every expected topic; those still missing."""
+    """Receive the recorder's diagnostics until it has recorded every expected topic; return the missing topics."""
     from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads: after the children
     from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED
 
@@ -187,7 +187,7 @@ def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -
 
 
 def _report(recording: Path, finished: Path) -> int:
-    """Verify the recording, give it its final name and print what it holds; 0 where nothing is missing."""
+    """Verify the recording, give it its final name and print its contents; return 0 if nothing is missing, else 1."""
     try:
         verify(recording)
         rows = rows_by_entity(recording)

@@ -1,7 +1,8 @@
-"""Five minutes of a shift: what survey, radar and operator do, and when.
+"""Five minutes of a shift: the actions of survey, radar and operator, and their times.
 
-The same rocks come three times. A bench catches them; then its crest fails, and over the muck they reach the haul ramp,
-which is evacuated; then the bench is cleaned. Nothing is played back: the nodes answer what they are sent.
+The same rocks fall three times. First a bench catches them. Then the crest of the bench fails, and over its muck the
+rocks reach the haul ramp, which is evacuated. Then the bench is cleaned. Nothing is played back: the nodes answer the
+messages that they receive.
 """
 
 from collections.abc import Callable
@@ -27,10 +28,10 @@ from rpf3d_ros.messages.source_messages import poses_of_sources
 from rpf3d_ros.messages.stamps import SECOND, nanoseconds, stamp_of
 
 LENGTH = 300.0
-"""Seconds of the shift."""
+"""Length of the shift (s)."""
 
 RADAR = 5.0
-"""Seconds between two messages of the radar, which speaks also where it sees nothing."""
+"""Time between two messages of the radar (s), which also publishes while no rock moves."""
 
 NONE = np.empty((0, 3))
 
@@ -38,7 +39,12 @@ T = TypeVar("T")
 
 
 class Event(NamedTuple):
-    """at : s of the shift; what : the method of `Shift` that does it; said : a sentence for who watches."""
+    """One action of the shift.
+
+    at : time in the shift (s)
+    what : name of the method of `Shift`
+    said : a sentence for the person who watches the demo
+    """
 
     at: float
     what: str
@@ -61,14 +67,14 @@ EVENTS = (
 
 BY = "M. Supervisor: ramp closed and inspected, radar quiet for 30 s"
 ANSWERING = 30.0
-"""Seconds of the machine's time until an answer is given up."""
+"""Longest wait for an answer, in wall-clock time (s)."""
 
 
 class Shift:
-    """Plays the shift; its clock runs at 1 while an answer is awaited, so delays in the recording are true ones."""
+    """Plays the shift; the clock runs in real time while an answer is awaited, so delays in the recording are real."""
 
     def __init__(self, content: ShiftContent, stand_in: StandIn, clock: SimulatedClock, speed: float) -> None:
-        """speed : seconds of the shift in a second, while nothing is awaited."""
+        """Subscribe to results and alerts; speed : seconds of the shift per second while no answer is awaited."""
         self._content, self._stand_in, self._clock, self._speed = content, stand_in, clock, speed
         self._began_ns = clock.now_ns()
         self._seen: tuple[FloatArray, FloatArray] = (NONE, NONE)
@@ -78,7 +84,7 @@ class Shift:
         stand_in.hear("alerts", self._note_alert, RESULTS)
 
     def play(self, say: Callable[[str], None]) -> None:
-        """Do everything in its time. Raises InputError where a node does not answer, or an acknowledgement is void."""
+        """Do everything at its time. Raises InputError if a node does not answer or an acknowledgement is refused."""
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
             raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:
@@ -93,12 +99,12 @@ class Shift:
         self._speak()
 
     def falls(self) -> None:
-        """Let the radar see rocks from now on."""
+        """Let the radar detect rocks from here on."""
         self._seen = (self._content.places, self._content.velocities)
         self._speak()
 
     def quiet(self) -> None:
-        """Let the radar see nothing from now on."""
+        """Let the radar detect nothing from here on."""
         self._seen = (NONE, NONE)
         self._speak()
 
@@ -107,7 +113,7 @@ class Shift:
         self._update(self._content.muck)
 
     def cleaned(self) -> None:
-        """Publish the bench as it was."""
+        """Publish the bench without muck."""
         self._update(self._content.bench)
 
     def acknowledge(self) -> None:
@@ -117,7 +123,7 @@ class Shift:
             raise InputError(f"the acknowledgement was refused: {answer}")
 
     def _update(self, points: FloatArray) -> None:
-        """Publish a patch, and wait for an answer over other ground than the last one's."""
+        """Publish a patch, and wait for an answer over a new terrain."""
         before = self._flown_over
 
         def publish() -> None:
@@ -126,7 +132,7 @@ class Shift:
         self._await(publish, lambda: self._flown_over != before)
 
     def _speak(self) -> None:
-        """Let the radar say what it sees, and wait for the answer to that."""
+        """Publish the sources that the radar detects, and wait for the answer."""
 
         def publish() -> None:
             self._spoken_ns = self._clock.now_ns()
@@ -138,10 +144,10 @@ class Shift:
         self._await(publish, lambda: self._answered_ns >= self._spoken_ns)
 
     def _pass_until(self, at: float) -> None:
-        """Let the clock go on to a second of the shift; the radar speaks on the way.
+        """Let the clock run to a second of the shift; the radar publishes in the meantime.
 
-        Its answers are awaited: a clock that ran on would leave nodes on a busy machine behind, to whom what the radar
-        says then is from the future, or stale.
+        Every answer to the radar is awaited. Otherwise the clock would run ahead of the nodes on a busy machine, and
+        they would receive the next messages of the radar as stale, or as from the future.
         """
         end = self._began_ns + round(at * SECOND)
         while (now := self._clock.now_ns()) < end:
@@ -150,7 +156,7 @@ class Shift:
             self._stand_in.spin_once()
 
     def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
-        """Ask, at a time that the nodes have been told, and wait until that is answered."""
+        """Publish after the nodes have received the current time, and wait for the answer."""
 
         def is_answered() -> bool:
             self._clock.tell()
@@ -179,6 +185,6 @@ class Shift:
 
 
 def level_of(data: bytes) -> str:
-    """The level of the site that a message of `alerts` tells, "" where it tells none."""
+    """Return the level of the site in a message of `alerts`; "" if it has none."""
     healths = healths_of(deserialize_message(data, DiagnosticArray))
     return next((health.values["level"] for health in healths if health.name == ALERT), "")

@@ -1,4 +1,4 @@
-"""What survey and radar send in the demo's shift: a pit, a bench that muck fills, and rocks from the bench above it."""
+"""The messages of survey and radar in the demo: a pit, a bench that fills with muck, and rocks from the bench above."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,19 +19,27 @@ from rpf3d_ros.messages.stamps import stamp_of
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 CORNER, STEP, COLUMNS, ROWS = (-586.0, -92.0), 1.5, 52, 112
-"""South-western corner (m), step (m) and points of what is surveyed again: two benches above the ramp, and its edge."""
+"""Grid of the second survey: south-western corner (m), step (m), columns, rows.
+
+Two benches above the ramp, and its edge.
+"""
 
 TOP, EDGE, SLOPE = 1664.5, -581.0, 0.72
-"""Height (m) and easting (m) of the crest that failed; tan of the angle that its muck lies at, 36 degrees."""
+"""Height (m) and easting (m) of the crest that fails; tangent of the slope angle of its muck, 36 degrees."""
 BEND, BENT = (10.0, 70.0), 8.0
-"""The wall bends eastwards from one northing (m) to the other, by so much (m)."""
+"""Northings (m) between which the wall bends eastwards; offset of the bend (m)."""
 HALF_LENGTH = 55.0
-"""m along the wall; beyond, the muck falls off at the same slope."""
+"""Half the length of the muck along the wall (m); beyond it, the muck falls off at the same slope."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShiftContent:
-    """What is sent: mesh as CDR; places (S, 3) m and velocities (S, 3) m/s; bench, muck (H, W, 3) m, map frame."""
+    """The published data of the demo.
+
+    mesh : CDR bytes of the pit
+    places : (S, 3) m, positions of the sources; velocities : (S, 3) m/s
+    bench, muck : (H, W, 3) m, map frame, the two benches before and after the failure
+    """
 
     mesh: bytes
     places: FloatArray
@@ -41,12 +49,15 @@ class ShiftContent:
 
     @property
     def speed(self) -> float:
-        """m/s, of every source."""
+        """Return the speed of every source (m/s)."""
         return float(np.linalg.norm(self.velocities[0]))
 
 
 def shift_content(scene: Path, sources: int) -> ShiftContent:
-    """Read the scene of the shift; so many of its rocks are the sources. Raises InputError where it does not fit."""
+    """Read the scene of the shift; `sources` of its rocks become sources.
+
+    Raises InputError if the scene has no ground at the second survey.
+    """
     content = scene_content(scene, MapFrame())
     some = np.linspace(0, len(content.positions) - 1, sources).round().astype(int)
     terrain = Terrain(content.mesh.vertices, content.mesh.triangles, np.zeros(len(content.mesh.triangles), np.int32),
@@ -64,7 +75,7 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
 
 
 def surveyed_again(terrain: Terrain) -> FloatArray:
-    """The ground of a part as a grid (ROWS, COLUMNS, 3) m."""
+    """Return the ground of the second survey as a grid (ROWS, COLUMNS, 3) m; NaN where there is no ground."""
     facets = facets_of(terrain)
     x, y = np.meshgrid(CORNER[0] + STEP * np.arange(COLUMNS), CORNER[1] + STEP * np.arange(ROWS))
     z = heights_at(engine_of("compiled" if HAS_NUMBA else "reference", facets), facets, x.ravel(), y.ravel())
@@ -72,20 +83,20 @@ def surveyed_again(terrain: Terrain) -> FloatArray:
 
 
 def extent_of(points: FloatArray) -> str:
-    """In words, where points (H, W, 3) m lie in plan."""
+    """Return the extent in plan of points (H, W, 3) m as text."""
     (west, south), (east, north) = (each(points[..., :2], axis=(0, 1)) for each in (np.min, np.max))
     return f"x from {west:g} to {east:g} m, y from {south:g} to {north:g} m"
 
 
 def heights_at(engine: Engine, facets: Facets, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Height (N,) m of the ground at places (N,) m; NaN where there is none."""
+    """Return the heights (N,) m of the ground at positions x, y (N,) m; NaN where there is no ground."""
     top = float(facets.high[2]) + ABOVE_EVERYTHING
     below = engine.ground_below(np.column_stack([x, y, np.full(len(x), top)]))
     return np.where(below[:, 1] < 0, np.nan, top - below[:, 0])
 
 
 def with_muck(bench: FloatArray) -> FloatArray:
-    """The grid (H, W, 3) m after the crest of the upper bench has failed and fills the lower one."""
+    """Return the grid (H, W, 3) m after the crest of the upper bench has failed and its muck fills the lower bench."""
     x, y, z = np.moveaxis(bench, -1, 0)
     edge = EDGE + BENT * np.clip((y - BEND[0]) / (BEND[1] - BEND[0]), 0.0, 1.0)
     heap = TOP - SLOPE * (x - edge) - SLOPE * np.clip(np.abs(y) - HALF_LENGTH, 0.0, None)
@@ -93,6 +104,6 @@ def with_muck(bench: FloatArray) -> FloatArray:
 
 
 def patch_message(points: FloatArray, stamp_ns: int) -> object:
-    """A PointCloud2 of a grid (H, W, 3) m, map frame, for terrain/update."""
+    """Return a PointCloud2 of a grid (H, W, 3) m, map frame, for terrain/update."""
     header = Header(frame_id=MapFrame().name, stamp=stamp_of(stamp_ns))
     return cloud_of_columns(header, {name: points[..., i] for i, name in enumerate("xyz")})

@@ -1,7 +1,7 @@
-"""What stands at the other end of the topics in a demo, a benchmark or a soak: survey, radar, dispatch and operator.
+"""A stand-in for survey, radar, dispatch and operator in a demo, a benchmark or a soak test.
 
-It is light, so that it measures the nodes and not itself: what it publishes may be bytes that were laid out before,
-and what it hears stays bytes, with the time at which they came.
+The stand-in needs little computing time, so that measurements show the nodes. It can publish bytes that were laid out
+earlier. Received messages stay bytes and come with their time of arrival.
 """
 
 import time
@@ -21,21 +21,21 @@ from rpf3d_ros.messages.message_classes import message_class
 from rpf3d_ros.nodes.acknowledge import who_acknowledges
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""How results are heard: those from now on, none of them left out."""
+"""Quality of service for results: only new messages, none of them dropped."""
 
 SIMULATOR = "rpf3d_simulator"
 SPIN = 0.02
-"""Seconds that one spin waits for a message."""
+"""Time that one spin waits for a message (s)."""
 
 Note = Callable[[bytes, int], None]
-"""Told of each message: its CDR bytes, and when it came (ns, monotonic)."""
+"""Called for each message with its CDR bytes and its time of arrival (ns, monotonic)."""
 
 
 class StandIn:
-    """A context manager: a node in a context of its own. One thread at a time may spin it; any may publish."""
+    """A context manager: a node in a context of its own. One thread at a time may spin it; any thread may publish."""
 
     def __init__(self, speaks: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
-        """speaks : the topics that it will publish on, offered at once, because to be discovered takes time."""
+        """Create the node; speaks : topics to publish on, offered at once, because discovery takes time."""
         self._context = Context()
         self._context.init()
         self.node = Node(name, context=self._context)
@@ -46,30 +46,33 @@ class StandIn:
         self._executor.add_node(self.node)
 
     def publish(self, topic: str, message: Any) -> int:
-        """Publish a message, or bytes laid out as one; when that began (ns, monotonic)."""
+        """Publish a message, or the bytes of a message; return the time before the call (ns, monotonic)."""
         began = time.monotonic_ns()
         self._publishers[topic].publish(message)
         return began
 
     def hear(self, topic: str, note: Note, qos: QoSProfile = NEWS) -> None:
-        """Tell `note` of each message of a topic, undecoded."""
+        """Call `note` for each message of a topic, undecoded."""
         arrived = time.monotonic_ns
         kind = message_class(TOPICS[topic].kind)
         self.node.create_subscription(kind, topic, lambda data: note(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:
-        """Take one of what has come."""
+        """Take at most one received message."""
         self._executor.spin_once(timeout_sec=seconds)
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> Any:
-        """Spin until the condition gives something true, or time is up; what it gave."""
+        """Spin until the condition returns a true value, or time is up; return the last value of the condition."""
         deadline = time.monotonic() + seconds
         while not (answer := condition()) and time.monotonic() < deadline:
             self.spin_once()
         return answer
 
     def wait_for_listeners(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
-        """Spin until every topic that is published on has so many subscribers, or they are dead; whether that came."""
+        """Spin until every published topic has `count` subscribers, or `alive` is false.
+
+        True if all have enough subscribers.
+        """
         offered = self._publishers.values()
 
         def heard() -> bool:
@@ -79,7 +82,10 @@ class StandIn:
         return heard()
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
-        """Acknowledge as an operator would: who and why as a parameter, then the service; whether it was taken."""
+        """Acknowledge as an operator would: set name and reason as a parameter, then call the service.
+
+        Returns whether the acknowledgement was accepted, and the reply.
+        """
         done = self._call(self._set, who_acknowledges(by), seconds)
         if done is None or not done.results[0].successful:
             return False, "no answer" if done is None else str(done.results[0].reason)
@@ -87,7 +93,7 @@ class StandIn:
         return (False, "no answer") if answer is None else (bool(answer.success), str(answer.message))
 
     def _call(self, client: Any, request: Any, seconds: float) -> Any:
-        """The answer of a service, or None where there is none in time."""
+        """Return the reply of a service, or None if it does not arrive in time."""
         if not self.wait(client.service_is_ready, seconds):
             return None
         future = client.call_async(request)

@@ -1,1 +1,1 @@
-"""What a node shows to the outside: its topics and how they are offered, its parameters and its health."""
+"""The interface of a node: its topics with their quality of service, its parameters and its health."""

@@ -1,4 +1,4 @@
-"""The topics that alerts go out on: `alerts` tells why, the latched `alarm` is for bridges to a PLC."""
+"""Publish alerts: `alerts` carries levels and reasons, the latched `alarm` is for bridges to a PLC."""
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.lifecycle import LifecycleNode
@@ -13,7 +13,7 @@ from rpf3d_ros.messages.stamps import stamp_of
 
 
 class AlertPublishers:
-    """Publishers of `alerts` and `alarm`, silent while the node is not active."""
+    """Publishers of `alerts` and `alarm`, which publish only while the node is active."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._node = node
@@ -23,9 +23,11 @@ class AlertPublishers:
         self.closed = False
 
     def publish(self, alert: Alert, evidence: Evidence | None, frame: str) -> bool:
-        """Publish a decision, stamped as the sources that it rests on, or as itself where it rests on none.
+        """Publish a decision.
 
-        False where the node is not active, and nothing was published.
+        The stamp is the stamp of its sources, or the time of the decision if it rests on no answer.
+
+        Returns False if the node is not active and nothing was published.
         """
         if self.closed or not self._alerts.is_activated:
             return False
@@ -37,6 +39,6 @@ class AlertPublishers:
         return True
 
     def sound_alarm(self) -> None:
-        """Publish the alarm alone, where no decision can be made that it would come with."""
+        """Publish the alarm without a decision, for use when no decision can be made."""
         if not self.closed and self._alarm.is_activated:
             publish(self._node, self._alarm, Bool(data=True))

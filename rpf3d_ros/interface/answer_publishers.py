@@ -1,4 +1,4 @@
-"""The topics that answers go out on: latched, stamped as the sources that caused them, silent while inactive."""
+"""Publish answers: latched, with the stamp of their sources, only while the node is active."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -38,7 +38,7 @@ TOPICS = {
 
 
 class AnswerPublishers:
-    """Publishers of everything that an answer says."""
+    """Publishers of all messages of an answer."""
 
     def __init__(self, node: LifecycleNode) -> None:
         self._publishers = {
@@ -49,9 +49,9 @@ class AnswerPublishers:
         self.closed = False
 
     def publish(self, answer: Answer, parameters: SimulatorParameters, made: Time) -> None:
-        """Publish an answer; `results` comes last, so who waits for it has the rest.
+        """Publish an answer; `results` comes last, so a subscriber that waits for it has all other messages.
 
-        made : when the answer was
+        made : time when the answer was made
         """
         header = Header(frame_id=parameters.map_frame, stamp=stamp_of(answer.trigger.stamp_ns))
         for topic, message in messages_of(header, answer, parameters, made):
@@ -63,7 +63,7 @@ class AnswerPublishers:
 def messages_of(
     header: Header, answer: Answer, parameters: SimulatorParameters, made: Time
 ) -> Iterator[tuple[str, Any]]:
-    """Each topic with its message, made when it is asked for; the hazard comes first, for it is waited for most."""
+    """Yield each topic with its message, made on demand; the hazard grid comes first, because it is the most urgent."""
     terrain, scene, result = answer.standing.ground.terrain, answer.standing.scene, answer.result
     cells = answer.standing.cells
     yield "hazard/grid", occupancy_grid(header, answer.maps, cells, terrain.frame, made)
@@ -82,7 +82,7 @@ def messages_of(
 
 
 def facts_of_answer(answer: Answer) -> ResultFacts:
-    """The answer in figures, as `results` carries them."""
+    """Return the answer in figures, as in `results`."""
     return ResultFacts(
         result=answer.result, stage=answer.stage, complete=answer.complete, rocks=answer.rocks,
         sources=answer.sources, seed=answer.standing.scene.seed, seconds=answer.seconds,

@@ -1,4 +1,4 @@
-"""The state of a node's parts on /diagnostics: at once when it changes, and every second."""
+"""Publish the states of a node's parts on /diagnostics: at once after a change, and every second."""
 
 import re
 import threading
@@ -15,20 +15,23 @@ from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
 from rpf3d_ros.messages.health import ERROR, OK, Health
 
 PERIOD = 1.0
-"""Seconds of the machine between repetitions, as diagnostic_aggregator expects (REP 107)."""
+"""Wall-clock time between repetitions (s), as diagnostic_aggregator expects (REP 107)."""
 
 SPACING = 0.005
-"""Seconds between publications at least, but for the repetitions: a flood of messages makes no flood of diagnostics."""
+"""Least time between publications, except repetitions (s): a flood of messages causes no flood of diagnostics."""
 
 QUIET = 5.0
-"""Seconds in which a part logs the same warning once only, whatever its numbers; /diagnostics carries every one."""
+"""Time in which a part logs the same warning only once, whatever its numbers (s).
+
+/diagnostics carries every warning.
+"""
 
 NUMBER = re.compile(r"\d+(\.\d+)?")
-"""What differs between warnings of one kind, such as by how much each stamp of a flood goes back."""
+"""Numbers in a warning, which differ between warnings of the same kind, such as the stamps of a flood of messages."""
 
 
 class HealthReport:
-    """Keeps the last state of each part of a node and publishes all of them; may be used from several threads."""
+    """The last state of each part of a node, published together; several threads may use it."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -43,7 +46,11 @@ class HealthReport:
         self.closed = False
 
     def set(self, part: str, level: int, message: str, values: Mapping[str, str] | None = None) -> None:
-        """Set the state of a part, log it where it is not OK or is so again, publish it where it says something new."""
+        """Set the state of a part.
+
+        The state is logged if it is not OK, or OK again after a fault; a changed level or sentence is published at
+        once.
+        """
         if self.closed:
             return
         health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
@@ -56,7 +63,7 @@ class HealthReport:
                 self._publish_soon()
 
     def clear(self, *parts: str) -> None:
-        """Say nothing of some parts any more."""
+        """Remove the states of some parts from the report."""
         with self._lock:
             self._parts = {part: health for part, health in self._parts.items() if part not in parts}
 
@@ -66,7 +73,10 @@ class HealthReport:
             self._publish()
 
     def _publish_soon(self) -> None:
-        """Publish at once, but not in a flood: what comes too soon after the last waits for the timer."""
+        """Publish at once, unless the last publication was less than SPACING ago.
+
+        The timer then publishes the change.
+        """
         if time.monotonic() - self._published >= SPACING:
             self._publish()
 
@@ -84,7 +94,7 @@ class HealthReport:
             return
         self._logged[kind] = now
         logger = self._node.get_logger().get_child(part)
-        if level == OK:  # a line for each: rclpy lets none change its severity
+        if level == OK:  # separate calls: in rclpy, one line of code cannot change its severity
             logger.info(message)
         elif level == ERROR:
             logger.error(message)

@@ -1,7 +1,7 @@
-"""Parameters of the nodes that no scene has: frozen dataclasses, each field declared once, from here.
+"""Parameters of the nodes that are not fields of a scene: frozen dataclasses whose fields are declared from here.
 
-They are read when a node starts and are read-only from then on; those of the simulator, which is configured again and
-again, may be set while it is not configured (`ParameterLock`).
+A node reads its parameters at its start; afterwards they are read-only. The simulator, which may be configured several
+times, accepts new values while it is not configured (`ParameterLock`).
 """
 
 import math
@@ -24,7 +24,7 @@ ROS_OWN = ("use_sim_time", "start_type_description_service", "qos_overrides")
 """Parameters that rclpy declares by itself."""
 
 LARGEST_COUNT = 2**31 - 1
-"""Upper end of a range that has none; a descriptor must have both ends."""
+"""Upper end of an otherwise unlimited range; a descriptor needs both ends."""
 
 P = TypeVar("P")
 
@@ -32,14 +32,14 @@ P = TypeVar("P")
 def parameter(
     default: Any, description: str, low: float | None = None, high: float | None = None, choices: tuple[str, ...] = ()
 ) -> Any:
-    """A field with the default, description and closed range or choices that its ROS parameter has."""
+    """Return a dataclass field with the default, description, closed range and choices of its ROS parameter."""
     about = {"description": description, "low": low, "high": high, "choices": choices}
     return field(default=default, metadata=about)
 
 
 @dataclass(frozen=True)
 class FrameParameters:
-    """Which frames messages may be in."""
+    """The frames of messages."""
 
     map_frame: str = parameter("map", "frame of every output, and of inputs in local coordinates")
     survey_frame: str = parameter("", "frame of inputs in survey coordinates, shifted by map_origin; empty: none")
@@ -48,7 +48,7 @@ class FrameParameters:
 
     @property
     def frame(self) -> MapFrame:
-        """The frame as a value. Raises InputError where it cannot be one."""
+        """Return the map frame as a value. Raises InputError if the parameters are invalid."""
         if len(self.map_origin) != 3 or not all(math.isfinite(value) for value in self.map_origin):
             raise InputError(f"map_origin is {list(self.map_origin)}; it must be three finite numbers E, N, H in m")
         if not self.map_frame or self.map_frame.startswith("/") or self.map_frame == self.survey_frame:
@@ -70,7 +70,7 @@ class InputParameters(FrameParameters):
 
 @dataclass(frozen=True)
 class SimulatorParameters(InputParameters):
-    """How `rpf3d_simulator` works; what it simulates is a scene (`scene_parameters`)."""
+    """How `rpf3d_simulator` works; the scene (`scene_parameters`) says what it simulates."""
 
     autostart: bool = parameter(True, "whether the node configures and activates itself when it starts")
     first_rocks: int = parameter(200, "rocks of the first answer to a message of sources", 1, LARGEST_COUNT)
@@ -132,11 +132,13 @@ class ScenePublisherParameters(FrameParameters):
 
 
 def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str] = ()) -> P:
-    """Declare a dataclass' fields as parameters of the node and return them with the values in force.
+    """Declare the fields of a dataclass as parameters of the node and return their current values.
 
-    fixed : whether they are read-only from now on; others : names that are declared elsewhere, and therefore known
-    Raises InputError, naming the parameter, for a wrong type, a value outside its range, or none of the choices.
-    A parameter that was given and is not declared is warned of, with the nearest name.
+    fixed : whether the parameters are read-only from now on
+    others : names of parameters that are declared elsewhere, and therefore known
+
+    Raises InputError with the name of the parameter for a wrong type, a value outside its range, or an unknown choice.
+    A given parameter that is not declared causes a warning with the most similar name.
     """
     for each in fields(kind):  # type: ignore[arg-type]
         _declare(node, each, fixed)
@@ -145,15 +147,15 @@ def declare(node: Node, kind: type[P], fixed: bool = True, others: Sequence[str]
 
 
 def values_of(node: Node, kind: type[P]) -> P:
-    """The values in force of parameters that have been declared. Raises InputError for none of a field's choices."""
+    """Return the current values of declared parameters. Raises InputError for an unknown choice."""
     return kind(**{each.name: _value(node, each) for each in fields(kind)})  # type: ignore[arg-type]
 
 
 class ParameterLock:
-    """Refuses to change parameters while it is closed: one configuration is described by one set of them."""
+    """Refuses changes of parameters while it is closed, because a configuration belongs to one set of values."""
 
     def __init__(self, node: Node, free: Sequence[str] = ()) -> None:
-        """free : parameters that may be set at any time."""
+        """Check all changes of the node's parameters; free : parameters that may be set at any time."""
         self.closed = False
         self._free = frozenset(free)
         node.add_on_set_parameters_callback(self._check)
@@ -167,7 +169,7 @@ class ParameterLock:
 
 
 def descriptor(about: Field[Any], fixed: bool = True) -> ParameterDescriptor:
-    """The description and range of a field as ROS tools show them."""
+    """Return the description and range of a field as ROS tools show them."""
     meta = about.metadata
     described = ParameterDescriptor(description=meta["description"], read_only=fixed)
     if meta["choices"]:
@@ -201,7 +203,7 @@ def _as_ros(default: Any) -> Any:
 
 
 def _warn_of_unknown(node: Node, known: list[str]) -> None:
-    given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for what the command line gave
+    given = getattr(node, "_parameter_overrides", {})  # rclpy has no public name for the given parameters
     for name in given:
         if name not in known and not _is_ros_own(name):
             near = get_close_matches(name, known, n=1)

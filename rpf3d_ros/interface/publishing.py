@@ -1,4 +1,4 @@
-"""Publishing from any thread, at any moment, also while a signal shuts the context down; and in the place of a mine."""
+"""Publish from any thread at any time, even while a signal shuts the context down; publish the simulator's inputs."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -12,7 +12,7 @@ from rpf3d_ros.messages.message_classes import message_class
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
-    """A publisher for each of some inputs of the simulator, as a mine's own would offer them."""
+    """Return a publisher for each given input of the simulator, with the quality of service of a mine."""
     return {
         name: node.create_publisher(message_class(TOPICS[name].kind), name, given_qos(TOPICS[name].offered))
         for name in topics
@@ -20,11 +20,11 @@ def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
 
 
 def publish(node: Node, publisher: Any, message: Any) -> None:
-    """Publish a message, or bytes that are one; nothing where the node's context has been shut down."""
+    """Publish a message, or the bytes of a message; do nothing if the node's context has been shut down."""
     if not node.context.ok():
         return
     try:
         publisher.publish(message)
     except Exception:
-        if node.context.ok():  # what a call into a context that a signal has just shut down raises is no error
+        if node.context.ok():  # a failure is no error if a signal has just shut the context down
             raise

@@ -6,13 +6,13 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rpf3d_ros.interface.recorded_topics import EVENT, RESULT, STATE, TERRAIN
 
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""State: terrain as we publish it, and every result; who joins late gets the last one."""
+"""State: published terrain and every result; a late subscriber receives the last message."""
 
 RESULTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""How results are recorded: those of several runs may wait while a large terrain is being written."""
+"""Subscription of the recorder to results: the results of several answers may wait while a large terrain is written."""
 
 EVENTS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
-"""Events: sources and diagnostics; an old one must not be taken for a new one."""
+"""Events: sources and diagnostics; a late subscriber must not receive an old event as a new one."""
 
 
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
@@ -20,7 +20,10 @@ OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
 
 def terrain_qos(durability: str) -> QoSProfile:
-    """How terrain is received; a transient_local subscriber never matches a volatile publisher, so the user says."""
+    """Return the quality of service of terrain subscriptions.
+
+    The user chooses the durability, because a transient_local subscriber never matches a volatile publisher.
+    """
     if durability == "transient_local":
         return LATCHED
     return QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -31,14 +34,17 @@ RECORDED = {
     RESULT: RESULTS,
     EVENT: QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE),
 }
-"""By how a topic is offered (`recorded_topics`); events may wait while a large terrain is being written."""
+"""Kind of topic (`recorded_topics`) -> quality of service of its recording.
+
+Events may wait while a large terrain is written.
+"""
 
 
 def given_qos(offered: str) -> QoSProfile:
-    """How an input of the simulator is published by who stands in for a mine: terrain latched, all else as events."""
+    """Return the quality of service of a publisher that replaces a mine: terrain is latched, all else are events."""
     return LATCHED if offered == TERRAIN else EVENTS
 
 
 def recorded_qos(offered: str, durability: str) -> QoSProfile:
-    """How a topic is recorded; durability : of terrain, as the user says."""
+    """Return the quality of service for recording a topic; durability : of terrain, chosen by the user."""
     return terrain_qos(durability) if offered == TERRAIN else RECORDED[offered]

@@ -1,4 +1,4 @@
-"""The topics that are recorded and their types: for the live recorder, the bag writer and both readers of bags."""
+"""The recorded topics and their message types, for the live recorder, the bag writer and both readers of bags."""
 
 from typing import NamedTuple
 
@@ -10,11 +10,16 @@ CLOUD, MARKERS, DIAGNOSTICS = (
 POSES = "geometry_msgs/msg/PoseArray"
 
 STATE, EVENT, RESULT, TERRAIN = "state", "event", "result", "terrain"
-"""How a topic is offered: latched with the last one, not kept, latched with many waiting, as the parameter says."""
+"""Kinds of topics: last message latched; not latched; latched with many waiting messages; durability by parameter."""
 
 
 class RecordedTopic(NamedTuple):
-    """kind : type of its messages; offered : one of the four above; given : whether it is an input of the simulator."""
+    """The type and kind of a recorded topic.
+
+    kind : type of its messages
+    offered : STATE, EVENT, RESULT or TERRAIN
+    given : whether the topic is an input of the simulator
+    """
 
     kind: str
     offered: str
@@ -43,11 +48,11 @@ TOPICS: dict[str, RecordedTopic] = {
     "alarm": RecordedTopic("std_msgs/msg/Bool", STATE),
     "/diagnostics": RecordedTopic(DIAGNOSTICS, EVENT),
 }
-"""In the order in which what they show depends on each other; a leading slash stands outside every namespace."""
+"""Recorded topics, each after the topics that its content depends on; a leading slash is outside every namespace."""
 
 
 def topic_called(name: str, namespace: str = "") -> str | None:
-    """The key in TOPICS of a topic's full name, as in a bag; None where it is not one that is recorded.
+    """Return the key in TOPICS of a topic's full name, as in a bag; None if the topic is not recorded.
 
     >>> topic_called("/mine/terrain/mesh", "/mine"), topic_called("/diagnostics", "/mine"), topic_called("/odom")
     ('terrain/mesh', '/diagnostics', None)

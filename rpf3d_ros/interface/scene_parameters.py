@@ -1,4 +1,4 @@
-"""The simulator's parameters that are fields of a scene: declared from the scene's own model, so neither can drift."""
+"""Declare the fields of a scene as parameters of the simulator, from the scene's own model, so that both agree."""
 
 import sys
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from rpf3d_core.scene.fields import SceneField
 from rpf3d_core.scene.model import Scene
 
 LARGEST_INTEGER = 2**63 - 1
-"""Of a ROS parameter."""
+"""Largest integer of a ROS parameter."""
 
 TYPES = {
     bool: Parameter.Type.BOOL,
@@ -25,14 +25,14 @@ ABOUT_SCENE = "path of a scene file, which then says everything that the paramet
 
 
 class SceneParameters:
-    """Declares the fields of a scene as parameters of a node, and makes the scene of what was given."""
+    """The fields of a scene as parameters of a node, and the scene of the given values."""
 
     def __init__(self, node: Node) -> None:
-        """Declare all of them. Raises InputError, one line a parameter, where what was given makes no scene."""
+        """Declare all fields. Raises InputError, one line for each parameter, if the given values form no scene."""
         self._node = node
         self._fields = {field.key: field for field in live_parameters()}
         given = {name: value for name in (SCENE, *self._fields) if (value := _override(node, name)) not in (None, "")}
-        live_scene(given)  # refused here in the scene's words; by rclpy it would be one at a time, and in its own
+        live_scene(given)  # reports all faults, in the words of a scene; rclpy would report only the first
         self._given = set(given)
         about = ParameterDescriptor(description=ABOUT_SCENE)
         node.declare_parameter(SCENE, given.get(SCENE, ""), about, ignore_override=True)
@@ -42,16 +42,22 @@ class SceneParameters:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Every parameter declared here."""
+        """Return the name of every parameter that is declared here."""
         return (SCENE, *self._fields)
 
     @property
     def given(self) -> dict[str, Any]:
-        """Name -> value of what was set, by the command line, a file, or since; all else has the scene's default."""
+        """Return name -> value of the parameters that were set by the command line, by a file, or later.
+
+        All other parameters have the scene's default.
+        """
         return {name: self._node.get_parameter(name).value for name in self.names if name in self._given}
 
     def scene(self) -> Scene:
-        """The scene of what is given now. Raises InputError, one line a parameter, in the words of a scene file."""
+        """Return the scene of the current values.
+
+        Raises InputError, one line for each parameter, in the words of a scene file.
+        """
         return live_scene(self.given)
 
     def _declare(self, field: SceneField, given: Mapping[str, Any]) -> None:
@@ -66,9 +72,10 @@ class SceneParameters:
 
 
 def descriptor_of(field: SceneField) -> ParameterDescriptor:
-    """Description, range and choices of a field as ROS tools show them; what a range cannot say is said in words.
+    """Return the description, range and choices of a field as ROS tools show them.
 
-    Ranges are closed in ROS: an open end of the model's is noted in `additional_constraints`, and refused by the scene.
+    Ranges are closed in ROS. If the model has an open end, `additional_constraints` says so, and the scene refuses the
+    end value.
     """
     about = ParameterDescriptor(description=_description(field), additional_constraints="; ".join(_constraints(field)))
     bounds = field.bounds or {}
@@ -100,12 +107,15 @@ def _constraints(field: SceneField) -> list[str]:
 
 
 def _kind(field: SceneField) -> type:
-    assert field.kind is not None, field.key  # a field that is none of a parameter's types is not offered
+    assert field.kind is not None, field.key  # `live_parameters` has only fields of a parameter's types
     return field.kind
 
 
 def _override(node: Node, name: str) -> Any:
-    """What the command line or a parameter file gives; declared without a type, for the model is the one to judge."""
+    """Return the value from the command line or a parameter file.
+
+    The parameter is declared without a type, because the scene's model checks the value.
+    """
     if not node.has_parameter(name):
         node.declare_parameter(name, None, ParameterDescriptor(dynamic_typing=True))
     value = node.get_parameter(name).value

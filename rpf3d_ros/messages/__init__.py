@@ -1,1 +1,1 @@
-"""Messages to values and back; no node, no thread."""
+"""Conversion between ROS messages and values of the core; this folder creates no node and no thread."""

@@ -1,4 +1,4 @@
-"""An alert -> diagnostic_msgs/DiagnosticArray on `alerts` and std_msgs/Bool on `alarm`."""
+"""Convert an alert to a diagnostic_msgs/DiagnosticArray for `alerts` and a std_msgs/Bool for `alarm`."""
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_msgs.msg import Bool, Header
@@ -10,14 +10,20 @@ from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
 
 STALE = DiagnosticStatus.STALE[0]
 LEVELS = {"normal": OK, "watch": WARN, "restrict": ERROR, "evacuate": ERROR, "fault": STALE}
-"""Level -> that of the status. A fault is above an error, so who looks for errors and worse misses none."""
+"""Level of an alert -> level of its diagnostic status.
+
+A fault is STALE, which is above ERROR. A subscriber that looks for ERROR and above therefore misses no fault.
+"""
 
 
 def alerts_message(header: Header, alert: Alert, result: int | None) -> DiagnosticArray:
-    """The alert of the site as one status, its reasons as the message and what a bridge must know as values; then one
-    of each area, named after it.
+    """Return the message of an alert: one status for the site, then one status for each area of interest.
 
-    header : stamped as what triggered the decision; result : of the answer decided on, None where there is none
+    The status of the site has the reasons as its message and the figures that a bridge needs as its values. The status
+    of an area is named after the area.
+
+    header : copied to the message; its stamp is the stamp of the message that triggered the decision
+    result : number of the answer that the decision rests on; None if the decision rests on no answer
     """
     reasons = {f"reason.{number}": reason for number, reason in enumerate(alert.reasons)}
     values = {
@@ -37,7 +43,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
 
 
 def _of_area(area: AreaAlert, alert: Alert) -> Health:
-    """What makes the level comes first, as in the reasons of the site."""
+    """Return the status of an area; the cause of its level comes first, as in the reasons of the site."""
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
     said = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)
@@ -55,5 +61,5 @@ def _of_area(area: AreaAlert, alert: Alert) -> Health:
 
 
 def alarm_message(alert: Alert) -> Bool:
-    """Whether the alarm sounds, for a PLC."""
+    """Return the state of the alarm as a message for a PLC: true while the alarm sounds."""
     return Bool(data=alert.alarm)

@@ -1,4 +1,7 @@
-"""The DiagnosticArray of `alerts` -> the alert of the site and of each area, whoever made the message."""
+"""Read the alert of the site and of each area from the DiagnosticArray of `alerts`.
+
+The message may come from rclpy or, out of a bag, from rosbags.
+"""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
@@ -7,21 +10,26 @@ from rpf3d_ros.messages.health import Health, healths_of
 from rpf3d_ros.messages.refusals import MessageRefused
 
 LEVELS = ("normal", "watch", "restrict", "evacuate", "fault")
-"""Levels of an alert, from the lowest; a level's number is its place."""
+"""Levels of an alert, from the lowest to the highest; the number of a level is its index."""
 
 
 if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticArray
 
 ALERT = "rpf3d: alert"
-"""Name of the status of the site; that of an area is followed by a space and the area's name."""
+"""Name of the status of the site. The status of an area has this name, a space and the name of the area."""
 
 LATEST = 2**63 - 1
-"""A time (ns) at most."""
+"""Largest time (ns) that is accepted: 64 bits with a sign."""
 
 
 class ReceivedLevel(NamedTuple):
-    """area : its name, None of the site; level : an index into LEVELS; health : the status as it came."""
+    """The level of the site or of an area, as received.
+
+    area : name of the area; None for the site
+    level : index into LEVELS
+    health : the received status
+    """
 
     area: str | None
     level: int
@@ -29,14 +37,14 @@ class ReceivedLevel(NamedTuple):
 
     @property
     def state(self) -> str:
-        """The name of the level."""
+        """Return the name of the level."""
         return LEVELS[self.level]
 
 
 def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
-    """The alerts in a message; other statuses are passed over.
+    """Return the alerts in a message; other statuses are skipped.
 
-    Raises MessageRefused for a level that is none, and where the message holds no alert of the site.
+    Raises MessageRefused for an unknown level, and if the message has no alert of the site.
     """
     alerts = [_alert(health) for health in healths_of(array) if f"{health.name} ".startswith(f"{ALERT} ")]
     if not any(alert.area is None for alert in alerts):
@@ -45,7 +53,7 @@ def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
 
 
 def decided_at_ns(alerts: Iterable[ReceivedLevel]) -> int:
-    """When the alert of the site was decided (ns); 0 where it does not say, or in no number."""
+    """Return the time (ns) of the decision on the alert of the site; 0 if the time is missing or not a valid number."""
     told = next((alert.health.values.get("decided_at_ns", "") for alert in alerts if alert.area is None), "")
     is_number = told.isascii() and told.isdigit() and len(told) <= len(str(LATEST))
     return int(told) if is_number and int(told) <= LATEST else 0

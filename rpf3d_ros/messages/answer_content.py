@@ -1,4 +1,7 @@
-"""What is published of an answer: columns of numbers in the map frame, and figures for diagnostics; no messages."""
+"""Arrange the published content of an answer: columns in the map frame, figures and warnings for diagnostics.
+
+No message class is used here.
+"""
 
 from typing import NamedTuple
 
@@ -14,10 +17,14 @@ from rpf3d_ros.messages.columns import Columns
 
 
 class AnswerContent(NamedTuple):
-    """trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
-    impacts : x, y, z, t, rock, speed, energy, just before each impact
-    deposits : x, y, z, t, rock, runout, speed, energy; the greatest speed and energy of each rock that stayed
-    Each has a column `result`, the number of the answer.
+    """The shown rocks of an answer as columns, map frame.
+
+    trajectories : x, y, z, t, rock, speed, energy; grouped by rock, in order of time
+    impacts : x, y, z, t, rock, speed, energy; speed and energy just before each impact
+    deposits : x, y, z, t, rock, runout, speed, energy; one row for each rock that stopped or was caught on the terrain,
+        with the greatest speed and energy of its path
+
+    Each of the three has a column `result`: the number of the answer.
     """
 
     trajectories: Columns
@@ -26,7 +33,7 @@ class AnswerContent(NamedTuple):
 
 
 def content_of(answer: Answer, step: float) -> AnswerContent:
-    """The rocks of an answer that are shown; step : longest distance between points of a flight (m)."""
+    """Return the columns of the shown rocks of an answer; step : longest distance between points of a flight (m)."""
     terrain, flights = answer.standing.ground.terrain, answer.flights
     samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)
     columns = (
@@ -38,7 +45,7 @@ def content_of(answer: Answer, step: float) -> AnswerContent:
 
 
 def figures_of(answer: Answer) -> dict[str, str]:
-    """An answer in figures, for the diagnostic."""
+    """Return the figures of an answer for its diagnostic status, as text: engine, counts and seconds."""
     outcomes = {outcome.name.lower(): count for outcome, count in answer.outcomes.items()}
     counts = {
         "result": answer.result,
@@ -53,7 +60,10 @@ def figures_of(answer: Answer) -> dict[str, str]:
 
 
 def warnings_of(answer: Answer) -> tuple[str, ...]:
-    """A sentence for each outcome that leaves rocks without an end, and on the sources that were left out."""
+    """Return the warnings of an answer, one sentence each.
+
+    The warnings name refused sources and every outcome that cuts the path of a rock off (`alerts.evidence.UNFINISHED`).
+    """
     counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
     left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()
     return left_out + tuple(f"rocks: {n}, each {OUTCOME_SENTENCES[outcome]}" for outcome, n in counts.items() if n)

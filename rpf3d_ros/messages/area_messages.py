@@ -1,4 +1,4 @@
-"""Live areas of interest <- PolygonStamped and PoseArray: rings in plan, map frame."""
+"""Read live areas of interest from PolygonStamped and PoseArray messages: rings in plan, map frame."""
 
 import numpy as np
 from geometry_msgs.msg import PolygonStamped, PoseArray
@@ -10,16 +10,21 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
 
 LIVE_AREA, EQUIPMENT = "live_area", "equipment"
-"""Names of the areas that come on areas/polygon and areas/equipment."""
+"""Names of the areas that areas/polygon and areas/equipment define."""
 
 MOST_CORNERS, MOST_EQUIPMENT = 10_000, 1_000
-"""Of one message: a haul road drawn by hand has dozens of corners, and a mine some hundred machines."""
+"""Most corners and most poses in one message.
+
+A hand-drawn haul road has dozens of corners, a mine some hundred machines.
+"""
 
 
 def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArray]:
-    """The ring (P, 2) m of a polygon, heights left out; none of a polygon without corners, which takes the area away.
+    """Return the ring (P, 2) m of a polygon in plan; heights are ignored.
 
-    Raises MessageRefused for a foreign frame, and for corners that are not finite, too many, or of no polygon.
+    A polygon without corners deletes the area: the list is then empty.
+    Raises MessageRefused for a foreign frame, for corners that are not finite or too many, and for corners that form no
+    polygon.
     """
     frame.check(polygon.header.frame_id)
     corners = polygon.polygon.points
@@ -38,8 +43,9 @@ def rings_of_polygon(polygon: PolygonStamped, frame: MapFrame) -> list[FloatArra
 
 
 def rings_of_equipment(poses: PoseArray, frame: MapFrame, radius: float) -> list[FloatArray]:
-    """The rings (P, 2) m of circles of a radius (m) around poses, joined where they overlap; none of no poses.
+    """Return the rings (P, 2) m of circles of a radius (m) around poses; overlapping circles are joined.
 
+    The list is empty if the message has no poses.
     Raises MessageRefused for a foreign frame, and for poses that are not finite or too many.
     """
     frame.check(poses.header.frame_id)

@@ -1,4 +1,4 @@
-"""Named columns -> PointCloud2; `cloud_reading` reads them."""
+"""Convert named columns to a PointCloud2; `cloud_reading` does the reverse."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,9 +12,10 @@ from rpf3d_core.live.survey import GridSurvey
 
 
 def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> PointCloud2:
-    """An unorganised (N,) or organised (H, W) cloud of the columns: floats as FLOAT32, integers as UINT32.
+    """Return a cloud of the columns, unorganised (N,) or organised (H, W).
 
-    All columns have one shape; a cloud with NaN anywhere is marked as not dense.
+    Floats become FLOAT32, integers UINT32. All columns have the same shape. A cloud with a NaN or an infinite value in
+    any column is marked as not dense.
     """
     shape = next(iter(columns.values())).shape
     height, width = shape if len(shape) == 2 else (1, *shape)
@@ -30,13 +31,13 @@ def cloud_of_columns(header: Header, columns: Mapping[str, NDArray[Any]]) -> Poi
         is_bigendian=False,
         point_step=layout.itemsize,
         row_step=layout.itemsize * int(width),
-        data=points.tobytes(),  # bytes: an ndarray would be copied element by element
+        data=points.tobytes(),  # rclpy copies an ndarray element by element, but not bytes
         is_dense=all(bool(np.isfinite(column).all()) for column in columns.values()),
     )
 
 
 def cloud_of_grid(header: Header, survey: GridSurvey) -> PointCloud2:
-    """An organised cloud x, y, z of the grid, in float32; NaN stays a hole."""
+    """Return the grid as an organised cloud x, y, z in float32; NaN marks a hole."""
     return cloud_of_columns(header, {name: survey.points[..., i] for i, name in enumerate("xyz")})
 
 
@@ -47,6 +48,6 @@ def _published_type(column: NDArray[Any]) -> str:
 def _published_field(name: str, layout: np.dtype[Any]) -> PointField:
     datatype = PointField.FLOAT32 if layout[name].kind == "f" else PointField.UINT32
     fields = layout.fields
-    assert fields is not None  # the layout was made with names
+    assert fields is not None  # the layout has named fields
     offset = fields[name][1]
     return PointField(name=name, offset=offset, datatype=datatype, count=1)

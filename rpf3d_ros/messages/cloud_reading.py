@@ -1,6 +1,6 @@
-"""PointCloud2 -> named columns; every length of a received cloud is checked before it is used.
+"""Read named columns from a PointCloud2; every length of a received cloud is checked before use.
 
-Messages are read by the names of their fields, whoever made them: rclpy or, from a bag, rosbags.
+Messages are read by the names of their fields, so they may come from rclpy or, out of a bag, from rosbags.
 """
 
 from collections.abc import Sequence
@@ -32,10 +32,10 @@ POSITION = ("x", "y", "z")
 
 
 def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Columns (height, width) of a cloud by name, each in the type of its field; views of the message's data.
+    """Return named columns (height, width) of a cloud, each in the type of its field, as views of the message's data.
 
-    Raises MessageRefused where a field is missing, has an unknown type or more than one value, or lies outside the
-    point, and where the data are shorter than the sizes say.
+    Raises MessageRefused if a field is missing, has an unknown type, has more than one value, or lies outside the
+    point, and if the data are shorter than the announced sizes.
     """
     check_sizes(cloud)
     fields = [_field(cloud, name) for name in names]
@@ -54,10 +54,11 @@ def columns_of_cloud(cloud: "PointCloud2", names: Sequence[str]) -> dict[str, ND
 
 
 def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
-    """Points (height, width, 3) m in float64, in the cloud's own frame; NaN only where the cloud is not dense.
+    """Return the points (height, width, 3) m in float64, in the cloud's own frame; NaN only if the cloud is not dense.
 
-    Raises MessageRefused as `columns_of_cloud`, for x, y, z that are not floating point, for infinite points, for NaN
-    in a cloud that calls itself dense, and for float32 beyond `FARTHEST`, whose centimetres are already lost.
+    Raises MessageRefused as `columns_of_cloud`, and also:
+    for x, y, z that are not floating point; for infinite points; for NaN in a cloud that is marked as dense; and for
+    float32 coordinates beyond `FARTHEST`, which have already lost centimetres.
     """
     columns = columns_of_cloud(cloud, POSITION)
     for name, column in columns.items():
@@ -69,7 +70,10 @@ def positions_of_cloud(cloud: "PointCloud2") -> FloatArray:
 
 
 def check_sizes(cloud: "PointCloud2") -> None:
-    """Refuse a cloud without points, or whose data are shorter than its sizes say; nothing is read or allocated."""
+    """Check the announced sizes of a cloud without reading or allocating its points.
+
+    Raises MessageRefused for a cloud without points, and for data shorter than the announced sizes.
+    """
     if cloud.width * cloud.height == 0 or cloud.point_step == 0:
         raise MessageRefused("the cloud holds no points; width, height and point_step must be at least 1")
     row = cloud.width * cloud.point_step

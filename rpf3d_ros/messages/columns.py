@@ -1,4 +1,4 @@
-"""How results stand between what was computed and messages: columns of numbers in the map frame."""
+"""The form of results between computation and messages: columns of numbers in the map frame."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,4 +6,4 @@ from typing import Any
 from numpy.typing import NDArray
 
 Columns = Mapping[str, NDArray[Any]]
-"""Channel name -> (N,) values; x, y, z in m, t in s, speed in m/s, energy in J, rock counted from 0."""
+"""Channel name -> (N,) values: x, y, z in m, t in s, speed in m/s, energy in J, rock counted from 0."""

@@ -1,4 +1,4 @@
-"""The state of a node's parts -> diagnostic_msgs; `health` reads them."""
+"""Convert the states of a node's parts to diagnostic_msgs; `health` does the reverse."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from rpf3d_ros.messages.health import Health
 
 
 def diagnostics_of(stamp: Time, healths: Iterable[Health]) -> DiagnosticArray:
-    """The array that goes to /diagnostics."""
+    """Return the states as a DiagnosticArray, as published on /diagnostics."""
     return DiagnosticArray(header=Header(stamp=stamp), status=[_status(health) for health in healths])
 
 

@@ -1,4 +1,7 @@
-"""nav_msgs/OccupancyGrid -> percent by cell, every size checked, whoever made the message."""
+"""Read the percentages of the cells from a nav_msgs/OccupancyGrid; every size is checked.
+
+The message may come from rclpy or, out of a bag, from rosbags.
+"""
 
 import math
 from typing import TYPE_CHECKING
@@ -14,10 +17,10 @@ if TYPE_CHECKING:
 
 
 def percent_of_grid(grid: "OccupancyGrid", frame: MapFrame) -> NDArray[np.int8]:
-    """Percent (H, W) of the cells, the first row in the south; -1 where nothing is known.
+    """Return the percentages (H, W) of the cells, the southernmost row first; -1 for unknown values.
 
-    Raises MessageRefused for a foreign frame, a grid without cells or with a size that its data do not have, a
-    resolution that is none, and for values beyond -1 to 100.
+    Raises MessageRefused for a foreign frame, for a grid without cells, for a size that does not match the data, for a
+    resolution that is not above 0 m, and for values outside -1 to 100.
     """
     frame.check(grid.header.frame_id)
     width, height = grid.info.width, grid.info.height

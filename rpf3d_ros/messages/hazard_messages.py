@@ -1,4 +1,4 @@
-"""The hazard of an ensemble -> nav_msgs/OccupancyGrid and sensor_msgs/PointCloud2, in the map frame."""
+"""Convert the hazard maps of an ensemble to nav_msgs/OccupancyGrid and sensor_msgs/PointCloud2, map frame."""
 
 from array import array
 
@@ -16,14 +16,17 @@ from rpf3d_core.terrain.frame import FloatArray, Frame
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 
 UNKNOWN, NOT_REACHED, LEAST_REACHED, PERCENT = -1, 0, 1, 100
-"""Of a cell without ground; that no rock came to; that at least one did, however few; of one."""
+"""Cell values: no ground; no rock reached the cell; least value of a reached cell; a share of 1 in percent."""
 
 
 def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, made: Time) -> OccupancyGrid:
-    """Reach probability in percent: rows northwards, cells eastwards, from the south-west corner of the raster.
+    """Return the reach probability in percent as a grid.
 
-    frame : the terrain's local frame, z up; made : when the result was. The grid lies at the height of the lowest
-    ground, so that it hides nothing.
+    Rows go northwards and cells eastwards from the south-west corner of the raster. The grid lies at the height of the
+    lowest ground, so that it hides nothing.
+
+    frame : the terrain's local frame, z up
+    made : time when the result was made
     """
     raster = maps.raster
     west, south, zero = frame.origin
@@ -37,7 +40,10 @@ def occupancy_grid(header: Header, maps: HazardMaps, cells: TerrainCells, frame:
 
 
 def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
-    """Of all (C,) cells: reach probability in percent, `LEAST_REACHED` at least where a rock came, however unlikely."""
+    """Return the reach probability of all (C,) cells in percent.
+
+    A cell that at least one rock reached has at least `LEAST_REACHED`, however low its probability.
+    """
     shown = np.where(cells.covered, np.int8(NOT_REACHED), np.int8(UNKNOWN))
     share = np.round(PERCENT * reach_probability(maps.cells, maps.flown))
     shown[maps.cells.cell] = np.clip(share, LEAST_REACHED, PERCENT).astype(np.int8)
@@ -45,10 +51,10 @@ def percentages(maps: HazardMaps, cells: TerrainCells) -> NDArray[np.int8]:
 
 
 def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: Frame, result: int) -> PointCloud2:
-    """A point in the middle of each cell that a rock came to, on the ground.
+    """Return a cloud with one point for each cell that a rock reached: the centre of the cell, on the ground.
 
-    Fields x, y, z (m), reach_probability (-), p95_energy (J; NaN where fewer than 20 rocks came), first_arrival (s),
-    rocks, result.
+    Fields: x, y, z (m), reach_probability (-), p95_energy (J; NaN if fewer than 20 rocks reached the cell),
+    first_arrival (s), rocks, result.
     """
     layers = maps.cells
     points = _middles(maps, cells, frame)
@@ -64,7 +70,7 @@ def hazard_points(header: Header, maps: HazardMaps, cells: TerrainCells, frame: 
 
 
 def _middles(maps: HazardMaps, cells: TerrainCells, frame: Frame) -> FloatArray:
-    """Middles (S, 3) m, map frame, of the cells that rocks came to."""
+    """Return the centres (S, 3) m, map frame, of the cells that rocks reached."""
     raster, cell = maps.raster, maps.cells.cell
     row, column = np.divmod(cell, raster.nx)
     x, y = raster.x + (column + 0.5) * raster.cell, raster.y + (row + 0.5) * raster.cell

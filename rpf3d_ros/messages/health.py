@@ -1,4 +1,7 @@
-"""The state of a node's parts, and diagnostic_msgs -> states, whoever made the message."""
+"""The state of a node's parts, and how to read such states from diagnostic_msgs.
+
+The messages may come from rclpy or, out of a bag, from rosbags.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,12 +11,18 @@ if TYPE_CHECKING:
     from diagnostic_msgs.msg import DiagnosticArray
 
 OK, WARN, ERROR, STALE = range(4)
-"""Levels (diagnostic_msgs/DiagnosticStatus.msg); the message carries one byte."""
+"""Levels of a state (diagnostic_msgs/DiagnosticStatus.msg); a message carries a level as one byte."""
 
 
 @dataclass(frozen=True)
 class Health:
-    """name : "node: part"; level : OK, WARN or ERROR; message : one sentence; values : further figures."""
+    """The state of one part of a node.
+
+    name : "node: part"
+    level : OK, WARN, ERROR or STALE
+    message : one sentence
+    values : further figures
+    """
 
     name: str
     level: int
@@ -22,7 +31,7 @@ class Health:
 
 
 def healths_of(array: "DiagnosticArray") -> list[Health]:
-    """The states in a received array."""
+    """Return the states in a received array."""
     return [
         Health(status.name, _level(status.level), status.message, {pair.key: pair.value for pair in status.values})
         for status in array.status
@@ -30,5 +39,5 @@ def healths_of(array: "DiagnosticArray") -> list[Health]:
 
 
 def _level(level: bytes | int) -> int:
-    """rclpy gives a byte as bytes, rosbags as a number."""
+    """Return the level as a number: rclpy represents a byte as bytes, rosbags as a number."""
     return level[0] if isinstance(level, bytes) else int(level)

@@ -1,7 +1,7 @@
-"""The frame of every message: `map`, metres, z up, near its origin.
+"""The frame of every message: `map`, in metres, z up, with an origin near the site.
 
-Survey coordinates are large: a float32 step is 0.03 m at 5e5 and 0.5 m at 4.5e6. Messages therefore carry
-coordinates less `origin`; a message in the survey frame is shifted in float64 on arrival, any other is refused.
+Survey coordinates are large: a float32 step is 0.03 m at 5e5 and 0.5 m at 4.5e6. Messages therefore carry coordinates
+relative to `origin`. A message in the survey frame is shifted in float64 on arrival; any other frame is refused.
 """
 
 from dataclasses import dataclass
@@ -12,13 +12,16 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FARTHEST = 1.0e5
-"""Largest coordinate (m) in the map frame: a float32 step is 8 mm there, and grows beyond."""
+"""Largest coordinate (m) in the map frame: a float32 step is 8 mm there and grows beyond."""
 
 
 @dataclass(frozen=True)
 class MapFrame:
-    """name : of the map frame; survey : name of the frame of survey coordinates, "" if messages never use it;
-    origin : (3,) m, survey coordinates (east, north, height) of the map frame's origin.
+    """The map frame and its relation to survey coordinates.
+
+    name : name of the map frame
+    survey : name of the frame of survey coordinates; "" if messages never use it
+    origin : (3,) m, survey coordinates (east, north, height) of the map frame's origin
     """
 
     name: str = "map"
@@ -26,9 +29,9 @@ class MapFrame:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def points(self, points: FloatArray, frame_id: str) -> FloatArray:
-        """Points (..., 3) m of a message in frame_id as points of the map frame; NaN stays NaN.
+        """Return the points (..., 3) m of a message in frame_id in the map frame; NaN stays NaN.
 
-        Raises MessageRefused for a foreign frame, or for a point farther than `FARTHEST` from the origin.
+        Raises MessageRefused for a foreign frame, and for a point farther than `FARTHEST` from the origin.
         """
         self.check(frame_id)
         shifted = points - np.array(self.origin) if frame_id == self.survey else points
@@ -40,7 +43,10 @@ class MapFrame:
         )
 
     def check(self, frame_id: str) -> None:
-        """Refuse a frame that is neither the map's nor the survey's: it is never taken as identity."""
+        """Check that a frame is the map frame or the survey frame; another frame is never treated as the map frame.
+
+        Raises MessageRefused for any other name, and for an empty name.
+        """
         if frame_id and frame_id in (self.name, self.survey):
             return
         also = f" or '{self.survey}'" if self.survey else ""

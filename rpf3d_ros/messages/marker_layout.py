@@ -1,8 +1,9 @@
-"""visualization_msgs/MarkerArray as CDR bytes, laid out here.
+"""Lay out a visualization_msgs/MarkerArray as CDR bytes.
 
-A hundred thousand triangles take half a second as Python objects and a few milliseconds so. Layout (OMG XCDR1, little
-endian): 00 01 00 00, then, counted from there, every number on a multiple of its own size, strings and sequences
-behind their length. The order of the fields is that of visualization_msgs/Marker.msg (Jazzy).
+A hundred thousand triangles take half a second as Python objects and a few milliseconds as bytes.
+Layout (OMG XCDR1, little endian): 00 01 00 00, then all fields. Offsets count from the first field. Every number
+starts at a multiple of its own size; strings and sequences follow their length. The order of the fields is that of
+visualization_msgs/Marker.msg (Jazzy).
 """
 
 import struct
@@ -27,14 +28,16 @@ POSE_AND_SCALE = struct.Struct("<10d")
 COLOUR = struct.Struct("<4f")
 STAMP = struct.Struct("<iI")
 IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-"""Position x, y, z and orientation x, y, z, w of a marker that is where its points say."""
+"""Position x, y, z and orientation x, y, z, w of a marker that does not move its points."""
 
 
 class Layout(NamedTuple):
-    """What is ever set of a marker; all else is zero or empty, and its pose the identity.
+    """The fields of a marker that rpf3d sets; all other fields are zero or empty, and the pose is the identity.
 
-    kind, action : of Marker; scale : m; colour : red, green, blue, opacity
-    points : (N, 3) m; colours : (N, 4) shares, or (0, 4) where `colour` is that of all
+    kind, action : type and action of visualization_msgs/Marker
+    scale : m; colour : red, green, blue, opacity
+    points : (N, 3) m
+    colours : (N, 4) red, green, blue, opacity, 0 to 1; (0, 4) if `colour` applies to all points
     """
 
     namespace: str = ""
@@ -49,11 +52,11 @@ class Layout(NamedTuple):
 
 
 CLEARING = Layout(action=Marker.DELETEALL)
-"""Clears what earlier arrays of the topic have drawn."""
+"""Marker that deletes everything that earlier arrays of the topic have drawn."""
 
 
 def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
-    """The bytes of a MarkerArray whose markers all have one header, ready for `Publisher.publish`."""
+    """Return the bytes of a MarkerArray whose markers share one header, ready for `Publisher.publish`."""
     data = bytearray(LENGTH.pack(len(markers)))
     heads = {name: _head(header, name) for name in {marker.namespace for marker in markers}}
     tails = {text: _tail(text) for text in {marker.text for marker in markers}}
@@ -66,7 +69,7 @@ def cdr_of_markers(header: Header, markers: Sequence[Layout]) -> bytes:
 
 
 def _head(header: Header, namespace: str) -> bytes:
-    """What a marker begins with, counted from a multiple of 4, which it ends on."""
+    """Return the first fields of a marker; they start and end at a multiple of 4 bytes."""
     data = bytearray(STAMP.pack(header.stamp.sec, header.stamp.nanosec))
     _append_string(data, header.frame_id)
     _append_string(data, namespace)
@@ -75,19 +78,19 @@ def _head(header: Header, namespace: str) -> bytes:
 
 
 def _append_middle(data: bytearray, marker: Layout) -> None:
-    """Append the fields between head and tail, in the order of the message; they end on a multiple of 4."""
+    """Append the fields between head and tail, in the order of the message; they end at a multiple of 4 bytes."""
     data += KIND.pack(marker.number, marker.kind, marker.action)
     _align(data, 8)
     data += POSE_AND_SCALE.pack(*IDENTITY, *marker.scale)
     data += COLOUR.pack(*marker.colour)
-    data += STAMP.pack(0, 0)  # lifetime: until it is deleted
+    data += STAMP.pack(0, 0)  # lifetime: until the marker is deleted
     data += b"\0"  # frame_locked
     _append_array(data, marker.points, "<f8")
     _append_array(data, marker.colours, "<f4")
 
 
 def _tail(text: str) -> bytes:
-    """What a marker ends with, counted from a multiple of 4."""
+    """Return the last fields of a marker; they start at a multiple of 4 bytes."""
     data = bytearray()
     _append_string(data, "")  # texture_resource
     _align(data, 4)
@@ -114,14 +117,14 @@ def _append_length(data: bytearray, length: int) -> None:
 
 
 def _append_string(data: bytearray, text: str) -> None:
-    """A string behind its length, which counts the zero at its end."""
+    """Append the length of a string, which counts its final zero byte, and the string."""
     encoded = text.encode() + b"\0"
     _append_length(data, len(encoded))
     data += encoded
 
 
 def _append_array(data: bytearray, rows: NDArray[np.floating], kind: str) -> None:
-    """A sequence of rows of numbers; an empty one is its length alone."""
+    """Append a sequence of rows of numbers: its length, then its rows; an empty sequence is only its length."""
     _append_length(data, len(rows))
     if len(rows):
         numbers = np.ascontiguousarray(rows, dtype=kind)

@@ -1,7 +1,7 @@
-"""Trajectories, hazard zones and areas of interest -> visualization_msgs/MarkerArray; `marker_reading` reads them.
+"""Convert trajectories, hazard zones and areas of interest to a MarkerArray; `marker_reading` does the reverse.
 
-Every array begins with DELETEALL, so that nothing of an earlier event stays on the screen. What is sent is laid out as
-bytes (`marker_layout`): a burst of sources must be answered faster than Python makes as many objects.
+Every array begins with DELETEALL, so that no marker of an earlier event stays on the screen. The messages are laid out
+as bytes (`marker_layout`): Python objects of the same number take too long for the answer to a burst of sources.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,7 +21,7 @@ from rpf3d_ros.messages.marker_layout import CLEARING, WHITE, Layout, cdr_of_mar
 from rpf3d_ros.messages.marker_reading import AREAS, HAZARD
 
 TRAJECTORIES = "trajectories"
-"""Namespace of all trajectories (id = rock); each hazard level and each area of interest has one of its own."""
+"""Namespace of all trajectories (id = rock); each hazard level and each area of interest has its own namespace."""
 
 FACETS, OUTLINE = 0, 1
 """Ids of the two markers of a hazard level."""
@@ -30,16 +30,20 @@ LINE_WIDTH = 0.3
 """Width of a line on the screen (m): visible on a pit of 1 km, thinner than its rocks."""
 
 AREA_WIDTH, AREA_COLOUR = 1.0, (0.9, 0.24, 0.78, 1.0)
-"""Of the outline of an area of interest: width (m); red, green, blue, opacity."""
+"""Outline of an area of interest: width (m); red, green, blue, opacity."""
 
 LEAST, GREATEST = np.array([1.0, 0.85, 0.2, 0.45]), np.array([0.8, 0.05, 0.1, 0.75])
-"""Red, green, blue, opacity of the facets of the first hazard level and of the last; those between lie between."""
+"""Red, green, blue, opacity of the facets of the first and of the last hazard level.
+
+Levels in between are interpolated.
+"""
 
 
 def trajectory_markers(header: Header, columns: Columns, most: int, points_each: int, result: int = 0) -> bytes:
-    """The CDR bytes of a LINE_STRIP a rock, coloured by speed, of at most `most` rocks and `points_each` points.
+    """Return the CDR bytes of one LINE_STRIP for each rock, coloured by speed.
 
-    More are thinned evenly, ends are kept; trajectories/points carries all of them. Each says `result N`.
+    The array has at most `most` rocks and `points_each` points for each rock. Larger numbers are thinned evenly, and
+    the first and last points stay; trajectories/points carries all points. The text of each marker is `result N`.
     """
     strips = _thinned(columns["rock"], most, points_each)
     rows = np.concatenate([np.empty(0, dtype=np.int64), *strips])
@@ -57,9 +61,10 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
 
 
 def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) -> bytes:
-    """The CDR bytes of a TRIANGLE_LIST and a LINE_LIST a zone, in namespace hazard/<name>; each says `result N`.
+    """Return the CDR bytes of a TRIANGLE_LIST and a LINE_LIST for each zone, in namespace hazard/<name>.
 
-    A zone without facets, or without an outline, has no such marker: RViz refuses one without points.
+    The text of each marker is `result N`. A zone without facets or without an outline has no such marker: RViz refuses
+    a marker without points.
     """
     zones, text = list(zones), text_of(result)
     markers = [CLEARING]
@@ -76,7 +81,10 @@ def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) ->
 
 
 def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], result: int = 0) -> bytes:
-    """The CDR bytes of a LINE_STRIP a ring, lines (T, 3) m, in namespace areas/<name>; each says `result N`."""
+    """Return the CDR bytes of one LINE_STRIP for each ring, polylines (T, 3) m, in namespace areas/<name>.
+
+    The text of each marker is `result N`.
+    """
     scale, text = (AREA_WIDTH, 0.0, 0.0), text_of(result)
     markers = [CLEARING]
     for name, rings in areas.items():
@@ -88,12 +96,16 @@ def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], resu
 
 
 def text_of(result: int) -> str:
-    """What a marker says of the result that it belongs to."""
+    """Return the text that names the result of a marker."""
     return f"result {result}"
 
 
 def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np.int64]]:
-    """Rows of at most so many rocks, at most so many each, of the points (N,) of rocks, which lie rock by rock."""
+    """Return the rows of the points to draw, one array for each drawn rock.
+
+    rock : (N,) rock of each point, grouped by rock
+    most : largest number of rocks; points_each : largest number of points for each rock
+    """
     if len(rock) == 0:
         return []
     first = run_starts(rock)
@@ -102,13 +114,16 @@ def _thinned(rock: NDArray[Any], most: int, points_each: int) -> list[NDArray[np
 
 
 def evenly(count: int, most: int) -> NDArray[np.int64]:
-    """At most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
+    """Return at most `most` (>= 2) of the indices 0 .. count - 1, evenly spread, with the first and the last."""
     if count <= most:
         return np.arange(count)
     return np.linspace(0, count - 1, most).round().astype(np.int64)
 
 
 def _colours(speed: FloatArray, fastest: float) -> NDArray[np.float32]:
-    """Colours (N, 4) by speed, as shares; fastest : of all rocks (m/s)."""
+    """Return colours (N, 4) by speed: red, green, blue, opacity, 0 to 1.
+
+    fastest : greatest speed of all rocks (m/s)
+    """
     shown = speed_colours(speed, fastest) / np.float32(255.0)
     return np.concatenate([shown, np.ones((len(shown), 1))], axis=1).astype(np.float32)

@@ -1,4 +1,7 @@
-"""visualization_msgs/MarkerArray -> lines and facets in the map frame, whoever made the message."""
+"""Read lines and facets, map frame, from a visualization_msgs/MarkerArray.
+
+The message may come from rclpy or, out of a bag, from rosbags.
+"""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +18,7 @@ if TYPE_CHECKING:
     from visualization_msgs.msg import Marker, MarkerArray
 
 HAZARD, AREAS = "hazard/", "areas/"
-"""What the namespaces of hazard levels and of areas of interest begin with."""
+"""Prefixes of the namespaces of hazard levels and of areas of interest."""
 
 ADD, LINE_STRIP, LINE_LIST, TRIANGLE_LIST = 0, 4, 5, 11
 """Action and types (visualization_msgs/Marker.msg)."""
@@ -26,14 +29,18 @@ Colour = tuple[float, float, float, float]
 
 
 class Strip(NamedTuple):
-    """points : (T, 3) m, T >= 2; colours : (T, 4) red, green, blue, opacity, 0 to 255."""
+    """One drawn trajectory.
+
+    points : (T, 3) m, T >= 2
+    colours : (T, 4) red, green, blue, opacity, 0 to 255
+    """
 
     points: FloatArray
     colours: NDArray[np.uint8]
 
 
 def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
-    """Every LINE_STRIP of a received array, in the map frame.
+    """Return every LINE_STRIP of a received array that has at least two points, in the map frame.
 
     Raises MessageRefused for a marker in a foreign frame or with a pose, and for points or colours that are not finite.
     """
@@ -42,9 +49,9 @@ def strips_of_markers(array: "MarkerArray", frame: MapFrame) -> list[Strip]:
 
 
 def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[FloatArray, Colour]]:
-    """Namespace -> corners (F, 3, 3) m, map frame, and colour of each TRIANGLE_LIST of a received array.
+    """Return namespace -> corners (F, 3, 3) m, map frame, and colour of each TRIANGLE_LIST of a received array.
 
-    Raises MessageRefused as `strips_of_markers`, and where a marker's points do not make triangles.
+    Raises MessageRefused as `strips_of_markers`, and if the number of a marker's points is not a multiple of 3.
     """
     found = {}
     for marker in _shapes(array, TRIANGLE_LIST):
@@ -56,9 +63,9 @@ def facets_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[
 
 
 def outlines_of_markers(array: "MarkerArray", frame: MapFrame) -> dict[str, tuple[list[FloatArray], Colour]]:
-    """Namespace -> lines (T, 3) m, map frame, and colour of its LINE_STRIPs and LINE_LISTs.
+    """Return namespace -> polylines (T, 3) m, map frame, and colour of its LINE_STRIPs and LINE_LISTs.
 
-    Raises MessageRefused as `strips_of_markers`, and where the points of a LINE_LIST do not make pairs.
+    Raises MessageRefused as `strips_of_markers`, and if a LINE_LIST has an odd number of points.
     """
     found: dict[str, tuple[list[FloatArray], Colour]] = {}
     for marker in _shapes(array, LINE_STRIP, LINE_LIST):
@@ -99,7 +106,7 @@ def _positions(marker: "Marker", frame: MapFrame) -> FloatArray:
 
 
 def _check_pose(marker: "Marker") -> None:
-    """Refuse a pose that moves the points; an all-zero orientation is taken as none, as RViz does."""
+    """Refuse a pose that moves the points; an all-zero orientation counts as the identity, as in RViz."""
     at, turn = marker.pose.position, marker.pose.orientation
     if any((at.x, at.y, at.z, turn.x, turn.y, turn.z)) or abs(turn.w) not in (0.0, 1.0):
         raise MessageRefused(

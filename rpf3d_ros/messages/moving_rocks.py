@@ -1,4 +1,4 @@
-"""Published trajectories -> where rocks are at even moments, so that a review can let them fall."""
+"""Convert published trajectories to positions of rocks at even times, so that a recording can replay their motion."""
 
 from typing import NamedTuple
 
@@ -9,26 +9,32 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.refusals import MessageRefused
 
 FRAME = 0.1
-"""Seconds of simulated time between frames: rocks of 30 m/s move by a few diameters."""
+"""Simulated time between frames (s): rocks at 30 m/s move by a few diameters."""
 
 MOST_FRAMES = 1200
-"""Frames of an event at most, two minutes: what falls longer is shown up to there."""
+"""Largest number of frames of an event: two minutes; longer motion is cut off there."""
 
 MOST_ROCKS = 200
-"""Rocks that move at most, spread evenly over all; `trajectories/points` holds every one."""
+"""Largest number of moving rocks, spread evenly over all; `trajectories/points` holds every rock."""
 
 
 class RockPositions(NamedTuple):
-    """times : (K,) s after release, even; positions : (K, R, 3) m, a rock that has ended stays where it did."""
+    """Positions of rocks at even times.
+
+    times : (K,) s after release, even
+    positions : (K, R, 3) m; after the end of its path a rock stays at its last position
+    """
 
     times: FloatArray
     positions: FloatArray
 
 
 def motion_of(points: FloatArray, t: FloatArray, rock: IntArray) -> RockPositions:
-    """The motion of points (N, 3) m at times t (N,) s of rocks (N,), grouped by rock and in order of time.
+    """Return the motion of rocks from the points of their trajectories, linear between points.
 
-    Straight between points. Raises MessageRefused for times that are not finite, negative, or go back in a rock.
+    points : (N, 3) m; t : (N,) s after release; rock : (N,) rock of each point
+    Points are grouped by rock, in order of time.
+    Raises MessageRefused for times that are not finite, that are negative, or that decrease within a rock.
     """
     if not bool(np.isfinite(t).all()) or bool((t < 0.0).any()):
         raise MessageRefused("field 't' holds times that are negative or not finite; they are seconds after release")

@@ -1,4 +1,4 @@
-"""What a node reports when it cannot do what was asked: refused messages, slow disks, unforeseen errors."""
+"""How a node reports failures: refused messages, slow disks, unforeseen errors."""
 
 import sys
 import traceback
@@ -7,15 +7,15 @@ from collections.abc import Callable
 from rpf3d_core.errors import InputError
 
 TAKEN_UP = "it is taken up, but the disk of the decision log is slow; alerts will tell what became of it"
-"""The answer to an acknowledgement while the decision log has not yet stored it."""
+"""Reply to an acknowledgement that the decision log has not stored yet."""
 
 
 class MessageRefused(InputError):
-    """A received message cannot be used; the sentence names the topic's field and what would be right."""
+    """A received message cannot be used; the sentence names the faulty field of the message and the correct value."""
 
 
 def report_error(report: Callable[[BaseException], None], error: BaseException) -> None:
-    """Report an unforeseen error of a thread that goes on; write it to standard error if `report` fails."""
+    """Report an unforeseen error of a thread that continues; write both errors to standard error if `report` fails."""
     try:
         report(error)
     except Exception as another:

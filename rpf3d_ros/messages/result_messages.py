@@ -1,4 +1,4 @@
-"""What a result is, beside what is drawn of it: diagnostic_msgs/DiagnosticArray on `results`, one status."""
+"""Convert the facts of a result to a diagnostic_msgs/DiagnosticArray with one status for `results`, and back."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +17,13 @@ NAME = "rpf3d: result"
 class ResultFacts:
     """One answer in figures.
 
-    result : its number; stage : from 0, each with more rocks than the one before; complete : whether none will follow
-    rocks, sources : flown, released; outcomes : how many rocks ended how; seconds : since its trigger was taken up
-    terrain_digest, sources_digest : sha256, hex; warning : a sentence where the answer is not all that was asked for
+    result : number of the answer
+    stage : counted from 0; each stage has more rocks than the previous stage
+    complete : whether no further stage follows
+    rocks, sources : rocks flown, sources released; outcomes : outcome -> number of rocks
+    seconds : time since the processing of the trigger began
+    terrain_digest, sources_digest : sha256, hex
+    warning : a sentence if the answer lacks part of the request, else ""
     """
 
     result: int
@@ -38,12 +42,12 @@ class ResultFacts:
 WHOLE = ("result", "stage", "rocks", "sources", "seed")
 """Keys of whole numbers."""
 OUTCOME = "outcome."
-"""What the keys of outcomes begin with."""
+"""Prefix of the keys of outcomes."""
 COMPLETE = {"true": True, "false": False}
 
 
 def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
-    """The message that is published last of a result, when all else of it has been."""
+    """Return the message that marks a result as published; all other messages of the result precede it."""
     done = "complete" if facts.complete else "to be refined"
     said = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
     values = {
@@ -62,7 +66,10 @@ def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
 
 
 def facts_of(message: DiagnosticArray) -> ResultFacts:
-    """The facts in a received message. Raises MessageRefused where it holds none, or damaged ones."""
+    """Return the facts in a received message.
+
+    Raises MessageRefused if the message has no such status, or a damaged one.
+    """
     values = next((health.values for health in healths_of(message) if health.name == NAME), None)
     if values is None:
         raise MessageRefused(f"the message holds no status '{NAME}'")

@@ -1,4 +1,4 @@
-"""A scene file as what the survey and the radar would send, in the map frame."""
+"""Convert a scene file to the data that a survey and a radar would send, map frame."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +14,16 @@ from rpf3d_ros.messages.map_frame import FARTHEST, MapFrame
 from rpf3d_ros.messages.terrain_messages import MeshSurvey
 
 ROUND_ORIGIN = 1000.0
-"""Step (m) of the map_origin that is suggested: short to type, close enough."""
+"""Step (m) of the suggested map_origin: short to type, and close enough to the terrain."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneContent:
-    """mesh : map frame; positions : (R, 3) m, map frame; velocities : (R, 3) m/s, z up."""
+    """The terrain and the releases of a scene.
+
+    mesh : map frame
+    positions : (R, 3) m, map frame; velocities : (R, 3) m/s, z up
+    """
 
     mesh: MeshSurvey
     positions: FloatArray
@@ -27,7 +31,7 @@ class SceneContent:
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Least and greatest speed of release (m/s)."""
+        """Return the least and the greatest speed of release (m/s)."""
         speed = np.linalg.norm(self.velocities, axis=1)
         return float(speed.min()), float(speed.max())
 
@@ -35,7 +39,7 @@ class SceneContent:
 def scene_content(path: Path, frame: MapFrame) -> SceneContent:
     """Read a scene, its terrain and its releases.
 
-    Raises InputError where the scene is refused, or lies too far from the map's origin for float32 messages.
+    Raises InputError if the scene is refused, or if its terrain is too far from the map's origin for float32 messages.
     """
     prepared = prepare(read_scene(path))
     terrain = prepared.terrain

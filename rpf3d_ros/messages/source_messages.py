@@ -1,7 +1,8 @@
-"""Sources <- PoseArray, PointStamped and PointCloud2; PoseArray <- sources.
+"""Convert PoseArray, PointStamped and PointCloud2 messages to sources, and sources to a PoseArray.
 
-A pose stands where a rock is released, and its x axis points where it is thrown. An array without poses, or a cloud
-without points, says that the walls are watched and nothing is seen: that is a message like any other.
+The position of a pose is the release point of a rock; the x axis of the pose is the direction of its throw. An array
+without poses, or a cloud without points, means that the walls are watched and no rock is moving. Such a message is
+handled like any other.
 """
 
 from dataclasses import dataclass
@@ -20,18 +21,25 @@ from rpf3d_ros.messages.source_reading import placed
 from rpf3d_ros.messages.stamps import nanoseconds
 
 MOST_SOURCES = 10_000
-"""Of one message: a radar sees dozens of moving blocks, and a lidar's raw points are no sources."""
+"""Largest number of sources in one message; a radar detects dozens of moving blocks.
+
+Raw lidar points are no sources.
+"""
 
 LARGEST_DIAMETER = 1.0e3
-"""m, of a source that tells its size."""
+"""Largest diameter (m) of a source that gives its size."""
 
 VELOCITY = ("vx", "vy", "vz")
 
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """header : the message's, copied to every output, in the map frame
-    positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, None where all are.
+    """The sources of one message.
+
+    header : the message's header with the map frame; copied to every output
+    positions : (S, 3) m, map frame
+    velocities : (S, 3) m/s
+    diameters : (S,) m, NaN if unknown; None if no source has a diameter
     """
 
     header: Header
@@ -41,18 +49,18 @@ class Sources:
 
     @property
     def stamp_ns(self) -> int:
-        """The message's stamp."""
+        """Return the stamp of the message (ns)."""
         return nanoseconds(self.header.stamp)
 
     @property
     def directions(self) -> FloatArray:
-        """Where they are thrown, (S, 3) unit vectors; zero where they are not."""
+        """Return the direction of each throw, (S, 3) unit vectors; zero for a source at rest."""
         speed = np.linalg.norm(self.velocities, axis=1, keepdims=True)
         return np.asarray(np.divide(self.velocities, speed, out=np.zeros_like(self.velocities), where=speed > 0.0))
 
 
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
-    """The sources of a message, one a pose, thrown with a speed (m/s); one without orientation is not thrown.
+    """Return one source for each pose, thrown at a speed (m/s); a source without orientation starts at rest.
 
     Raises MessageRefused for a foreign frame, too many poses, and a pose that is not finite or not a rotation.
     """
@@ -63,7 +71,10 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
 
 
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
-    """The one source of a point that somebody clicked; it falls from rest. Raises MessageRefused."""
+    """Return the one source at a clicked point; it starts at rest.
+
+    Raises MessageRefused for a foreign frame and for a point that is not finite.
+    """
     frame.check(point.header.frame_id)
     position = np.array([[point.point.x, point.point.y, point.point.z]])
     if not bool(np.isfinite(position).all()):
@@ -72,10 +83,11 @@ def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
 
 
 def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
-    """The sources of a cloud x, y, z (m), where it has them with diameter (m) and vx, vy, vz (m/s).
+    """Return the sources of a cloud x, y, z (m), with optional fields diameter (m) and vx, vy, vz (m/s).
 
-    A point with a NaN in x, y, z is none, as in every cloud that is not dense; a NaN in its diameter says that it is
-    not known. Raises MessageRefused as `columns_of_cloud`, and for a diameter or a velocity that no rock has.
+    A point with a NaN in x, y or z is not a source, as in every cloud that is not dense. A NaN in diameter means that
+    the diameter is unknown. Raises MessageRefused as `columns_of_cloud`, for too many points, and for an impossible
+    diameter or velocity.
     """
     frame.check(cloud.header.frame_id)
     _check_number(cloud.height * cloud.width)
@@ -89,7 +101,10 @@ def sources_of_cloud(cloud: PointCloud2, frame: MapFrame) -> Sources:
 
 
 def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArray) -> PoseArray:
-    """Poses of S sources at positions (S, 3) m whose x axes point along velocities (S, 3) m/s; speed is not sent."""
+    """Return one pose for each of S sources; the speed is not part of the message.
+
+    positions : (S, 3) m; velocities : (S, 3) m/s, the x axis of each pose points along its velocity
+    """
     turns = quaternions_along(velocities)
     poses = [
         Pose(position=_point(position), orientation=Quaternion(x=t[0], y=t[1], z=t[2], w=t[3]))
@@ -99,7 +114,10 @@ def poses_of_sources(header: Header, positions: FloatArray, velocities: FloatArr
 
 
 def quaternions_along(velocities: FloatArray) -> FloatArray:
-    """Quaternions (S, 4) x, y, z, w that turn the x axis along velocities (S, 3), without roll; identity where zero."""
+    """Return quaternions (S, 4) x, y, z, w that turn the x axis along velocities (S, 3), without roll.
+
+    The quaternion of a zero velocity is the identity.
+    """
     vx, vy, vz = velocities.T
     yaw, pitch = np.arctan2(vy, vx) / 2, -np.arctan2(vz, np.hypot(vx, vy)) / 2
     sy, cy, sp, cp = np.sin(yaw), np.cos(yaw), np.sin(pitch), np.cos(pitch)
@@ -109,7 +127,7 @@ def quaternions_along(velocities: FloatArray) -> FloatArray:
 def _sources(
     header: Header, frame: MapFrame, positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None = None
 ) -> Sources:
-    """Sources in the map frame."""
+    """Return the sources in the map frame."""
     ours = Header(stamp=header.stamp, frame_id=frame.name)
     return Sources(ours, frame.points(positions, header.frame_id), velocities, diameters)
 
@@ -120,7 +138,10 @@ def _check_number(sources: int) -> None:
 
 
 def _velocities(cloud: PointCloud2) -> FloatArray:
-    """Velocities (N, 3) of a cloud; zero where it tells none. One or two of the three fields are refused as missing."""
+    """Return the velocities (N, 3) m/s of a cloud; zero if it has none of the fields vx, vy, vz.
+
+    A cloud with only one or two of the three fields is refused, because the others are missing.
+    """
     if not any(field.name in VELOCITY for field in cloud.fields):
         return np.zeros((cloud.height * cloud.width, 3))
     columns = columns_of_cloud(cloud, VELOCITY)
@@ -129,7 +150,7 @@ def _velocities(cloud: PointCloud2) -> FloatArray:
 
 def _checked_velocities(velocities: FloatArray) -> FloatArray:
     speed = np.sqrt((velocities * velocities).sum(axis=1))
-    sound = speed <= FASTEST  # no NaN is
+    sound = speed <= FASTEST  # False for NaN
     if not bool(sound.all()):
         bad = int(np.flatnonzero(~sound)[0])
         raise MessageRefused(f"source {bad} has a speed of {speed[bad]:g} m/s; it must be from 0 to {FASTEST:g} m/s")
@@ -137,7 +158,7 @@ def _checked_velocities(velocities: FloatArray) -> FloatArray:
 
 
 def _diameters(cloud: PointCloud2) -> FloatArray | None:
-    """Diameters (N,) of a cloud; None where it tells none."""
+    """Return the diameters (N,) m of a cloud; None if the cloud has no field diameter."""
     if not any(field.name == "diameter" for field in cloud.fields):
         return None
     return np.asarray(columns_of_cloud(cloud, ("diameter",))["diameter"].astype(np.float64).ravel())

@@ -1,4 +1,7 @@
-"""geometry_msgs/PoseArray -> where rocks are released and which way, whoever made the message."""
+"""Read release points and directions from a geometry_msgs/PoseArray.
+
+The message may come from rclpy or, out of a bag, from rosbags.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -12,13 +15,14 @@ if TYPE_CHECKING:
     from geometry_msgs.msg import PoseArray
 
 UNIT_TOLERANCE = 1.0e-3
-"""How far a quaternion's length may be from 1: one typed by hand with three decimals passes, a zero one does not."""
+"""Allowed deviation of a quaternion's length from 1: three decimals are enough; `placed` accepts a zero quaternion."""
 
 
 def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]:
-    """Positions (R, 3) m of the poses, map frame, and their x axes (R, 3), zero where a pose has no orientation.
+    """Return the positions (R, 3) m of the poses, map frame, and their x axes (R, 3).
 
-    R may be 0. Raises MessageRefused for a foreign frame and for a pose that is not finite or not a rotation.
+    An x axis is zero for a pose without orientation; R may be 0. Raises MessageRefused for a foreign frame and for a
+    pose that is not finite or not a rotation.
     """
     frame.check(poses.header.frame_id)
     at = np.array([(p.position.x, p.position.y, p.position.z) for p in poses.poses], dtype=float).reshape(-1, 3)
@@ -29,7 +33,10 @@ def placed(poses: "PoseArray", frame: MapFrame) -> tuple[FloatArray, FloatArray]
 
 
 def x_axes(turns: FloatArray) -> FloatArray:
-    """First columns (R, 3) of the rotation matrices of unit quaternions (R, 4) x, y, z, w; zero for a zero one."""
+    """Return the x axes (R, 3) after rotation by unit quaternions (R, 4) x, y, z, w; zero for a zero quaternion.
+
+    An x axis is the first column of the rotation matrix.
+    """
     x, y, z, w = turns.T
     return np.stack([w * w + x * x - y * y - z * z, 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)
 

@@ -1,4 +1,4 @@
-"""A received survey as a mesh, and as the terrain that the core flies over."""
+"""Convert a received survey to a mesh and to the terrain that the core simulates."""
 
 import numpy as np
 
@@ -16,15 +16,19 @@ ZONE = "terrain"
 
 
 def ground_mesh(survey: Survey) -> MeshSurvey:
-    """The survey as a mesh; a grid as `grid_mesh`. Raises TerrainError for a grid without a full square."""
+    """Return the survey as a mesh; a grid is converted by `grid_mesh`.
+
+    Raises TerrainError for a grid without a complete square.
+    """
     return grid_mesh(survey.points) if isinstance(survey, GridSurvey) else survey
 
 
 def grid_mesh(points: FloatArray) -> MeshSurvey:
-    """The mesh over an organised grid, points (H, W, 3) m with NaN where there is a hole.
+    """Return the mesh over an organised grid, points (H, W, 3) m with NaN for a hole.
 
-    Four neighbouring points make a square of two triangles, all cut along the same diagonal, as `io.dem` cuts the
-    squares of an elevation grid; a square with a hole at a corner is a hole. Raises TerrainError where none is left.
+    Four neighbouring points form a square of two triangles. All squares are cut along the same diagonal, as `io.dem`
+    cuts the squares of an elevation grid. A square with a hole at a corner is a hole. Raises TerrainError if no square
+    is left.
     """
     there = ~np.isnan(points).any(axis=-1)
     triangles = grid_triangles(there)
@@ -34,7 +38,10 @@ def grid_mesh(points: FloatArray) -> MeshSurvey:
 
 
 def terrain_of(survey: Survey, tolerance: float) -> Terrain:
-    """The survey as a terrain of one zone: welded (m; grids are not), winding repaired, moved to a local origin."""
+    """Return the survey as a terrain of one zone: welded, winding repaired, moved to a local origin.
+
+    tolerance : distance (m) within which the vertices of a mesh are welded; grids are not welded
+    """
     mesh = ground_mesh(survey)
     weld = tolerance if isinstance(survey, MeshSurvey) else None
     return mesh_terrain(mesh.vertices, mesh.triangles, ZONE, weld)

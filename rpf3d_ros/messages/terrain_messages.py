@@ -1,8 +1,8 @@
-"""Terrain messages <-> surveys: a PointCloud2 is a grid of heights or scattered points, a shape_msgs/Mesh a mesh.
+"""Convert terrain messages to surveys and back: a PointCloud2 is a grid of heights or scattered points, a Mesh a mesh.
 
-A mesh travels as CDR bytes laid out here: 2.3 million triangles take 0.2 s instead of the 7 s that as many Python
-objects take. Layout (OMG XCDR1, little endian): 00 01 00 00, then, counted from there, u32 triangles,
-u32[3] each, u32 vertices, padding to 8, f64[3] each.
+A shape_msgs/Mesh is transported as CDR bytes that are laid out here: 2.3 million triangles take 0.2 s; as Python
+objects they take 7 s. Layout (OMG XCDR1, little endian): 00 01 00 00, then, with offsets counted from the next byte,
+u32 number of triangles, u32[3] for each triangle, u32 number of vertices, padding to 8 bytes, f64[3] for each vertex.
 """
 
 import struct
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sensor_msgs.msg import PointCloud2
 
 Buffer = bytes | memoryview
-"""The CDR bytes of a message; a memoryview where they lie in memory that is not Python's."""
+"""The CDR bytes of a message; a memoryview if Python does not own their memory."""
 
 LITTLE_ENDIAN_CDR = bytes((0, 1, 0, 0))
 HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
@@ -28,13 +28,13 @@ HEADER, COUNT, TRIANGLE, VERTEX = 4, 4, 12, 24
 
 
 FEWEST_POINTS = 3
-"""Of a scattered cloud: a triangle."""
+"""Least number of points in a scattered cloud: a triangle."""
 
 
 def check_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> None:
-    """What can be told of a cloud without looking at a point: frame, sizes, and that there are not too many.
+    """Check a cloud without reading its points: its frame, its sizes and its number of points.
 
-    Raises MessageRefused. It takes microseconds, so a callback may wait for it.
+    Raises MessageRefused. The check takes microseconds, so a callback can wait for it.
     """
     frame.check(cloud.header.frame_id)
     _check_count(cloud.height * cloud.width, most)
@@ -42,10 +42,11 @@ def check_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) 
 
 
 def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POINTS) -> GridSurvey | CloudSurvey:
-    """terrain/points, or a patch on terrain/update: rows of points are a grid, anything else is scattered points.
+    """Return the survey in a cloud of terrain/points or terrain/update.
 
-    Points with a NaN are holes of a grid, and none of a cloud. Raises MessageRefused as `check_cloud` and
-    `positions_of_cloud`, and where less than a square or a triangle of points is left.
+    A cloud with at least two rows and two columns is a grid, any other cloud scattered points. A point with a NaN is a
+    hole of a grid, and is left out of scattered points. Raises MessageRefused as `check_cloud` and
+    `positions_of_cloud`, and if a grid has only NaN points or scattered points are fewer than a triangle.
     """
     check_cloud(cloud, frame, most)
     if cloud.height > 1 and cloud.width > 1:
@@ -58,7 +59,11 @@ def survey_of_cloud(cloud: "PointCloud2", frame: MapFrame, most: int = MOST_POIN
 
 
 def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
-    """The grid of an organised cloud; a point with any NaN is a hole. Raises MessageRefused."""
+    """Return the grid of an organised cloud; a point with any NaN is a hole.
+
+    Raises MessageRefused as `positions_of_cloud`, for a foreign frame, for an unorganised cloud, and if every point is
+    NaN.
+    """
     frame.check(cloud.header.frame_id)
     if cloud.height < 2 or cloud.width < 2:
         raise MessageRefused(
@@ -74,11 +79,13 @@ def grid_of_cloud(cloud: "PointCloud2", frame: MapFrame) -> GridSurvey:
 
 
 def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_POINTS) -> MeshSurvey:
-    """The mesh in the CDR bytes of a shape_msgs/Mesh, which has no header: frame_id comes from a parameter.
+    """Return the mesh in the CDR bytes of a shape_msgs/Mesh.
+
+    frame_id : frame of the mesh, from a parameter, because a Mesh has no header
 
     Raises MessageRefused for another encapsulation, for lengths that do not fit the buffer, for more than `most`
-    vertices or twice as many triangles, for indices beyond the vertices and for vertices that are not finite. Nothing
-    is allocated before its length has been checked.
+    vertices or twice as many triangles, for indices beyond the vertices, for vertices that are not finite, and as
+    `MapFrame.points`. No memory is allocated before its length has been checked.
     """
     triangles, vertices = _split_mesh(data, most)
     if not bool(np.isfinite(vertices).all()):
@@ -91,7 +98,7 @@ def mesh_of_cdr(data: Buffer, frame: MapFrame, frame_id: str, most: int = MOST_P
 
 
 def cdr_of_mesh(survey: MeshSurvey) -> bytes:
-    """The CDR bytes of a shape_msgs/Mesh, ready for `Publisher.publish`."""
+    """Return the CDR bytes of a shape_msgs/Mesh, ready for `Publisher.publish`."""
     triangles = np.ascontiguousarray(survey.triangles, dtype="<u4").tobytes()
     vertices = np.ascontiguousarray(survey.vertices, dtype="<f8").tobytes()
     counted = struct.pack("<I", len(survey.triangles)) + triangles + struct.pack("<I", len(survey.vertices))
@@ -99,12 +106,18 @@ def cdr_of_mesh(survey: MeshSurvey) -> bytes:
 
 
 def check_mesh(data: Buffer, most: int = MOST_POINTS) -> None:
-    """What can be told of a mesh without looking at a vertex, in microseconds. Raises MessageRefused."""
+    """Check the layout and the sizes of a mesh without reading its vertices; this takes microseconds.
+
+    Raises MessageRefused.
+    """
     _split_mesh(data, most)
 
 
 def same_bytes(one: Buffer, other: Buffer) -> bool:
-    """Whether two messages are the same; of 56 MB it takes 20 ms, in which other threads go on."""
+    """True if two messages have the same bytes.
+
+    A message of 56 MB takes 20 ms; other threads continue during the comparison.
+    """
     return len(one) == len(other) and bool(np.array_equal(np.frombuffer(one, "u1"), np.frombuffer(other, "u1")))
 
 
@@ -116,7 +129,7 @@ def _check_count(points: int, most: int) -> None:
 
 
 def _split_mesh(data: Buffer, most: int) -> tuple[np.ndarray, np.ndarray]:
-    """Views (F, 3) u32 and (V, 3) f64 of the buffer, every length checked."""
+    """Return views (F, 3) u32 and (V, 3) f64 of the buffer, after a check of every length."""
     if bytes(data[:HEADER]) != LITTLE_ENDIAN_CDR:
         raise MessageRefused("the mesh is not little-endian CDR (00 01 00 00), the only encapsulation rpf3d reads")
     n_triangles = _count(data, HEADER, "triangles")

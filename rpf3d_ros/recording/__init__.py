@@ -1,1 +1,1 @@
-"""Messages to recordings and bags, live or afterwards."""
+"""Convert messages to recordings and bags, live or from a stored bag."""

@@ -1,4 +1,4 @@
-"""Recorded messages as an MCAP bag, as they came: CDR bytes in, so that an incident can be replayed into the node."""
+"""Write received messages unchanged, as CDR bytes, into an MCAP bag, for a replay of an incident into the node."""
 
 from pathlib import Path
 from typing import Any
@@ -7,11 +7,14 @@ from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.recorded_topics import TOPICS
 
 VERSION = 9
-"""Of rosbag2's metadata, as ROS 2 Jazzy writes it."""
+"""Version of rosbag2's metadata that ROS 2 Jazzy writes."""
 
 
 def import_rosbags() -> Any:
-    """The rosbags package with its writer and reader, or an InputError that says how to get it."""
+    """Return the rosbags package with its writer and reader.
+
+    Raises InputError with the install command if rosbags is missing.
+    """
     try:
         import rosbags.rosbag2
         import rosbags.serde
@@ -22,16 +25,23 @@ def import_rosbags() -> Any:
 
 
 def typestore() -> Any:
-    """The message definitions of ROS 2 Jazzy."""
+    """Return the message definitions of ROS 2 Jazzy."""
     rosbags = import_rosbags()
     return rosbags.typesys.get_typestore(rosbags.typesys.Stores.ROS2_JAZZY)
 
 
 class BagWriter:
-    """An open bag. Its index is written by `close`: a bag that was cut off has to be repaired with `mcap recover`."""
+    """An open bag.
+
+    `close` writes the index. A bag without an index, because the process was killed, must be repaired with `mcap
+    recover`.
+    """
 
     def __init__(self, folder: Path) -> None:
-        """Create the bag's folder. Raises OSError where it exists or cannot be made, InputError without rosbags."""
+        """Create the bag's folder.
+
+        Raises OSError if the folder exists or cannot be created, InputError if rosbags is missing.
+        """
         rosbag2 = import_rosbags().rosbag2
         if not folder.parent.is_dir():
             raise FileNotFoundError(f"there is no folder {folder.parent} to write the bag into")
@@ -44,11 +54,14 @@ class BagWriter:
             raise FileExistsError(str(error)) from error
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
-        """Add a message of a topic of TOPICS, whose full name is `name`, received at stamp_ns. OSError as files."""
+        """Add a message of a topic of TOPICS with the full name `name`, received at stamp_ns.
+
+        Raises OSError if the bag cannot be written.
+        """
         if name not in self._connections:
             self._connections[name] = self._writer.add_connection(name, TOPICS[topic].kind, typestore=self._types)
         self._writer.write(self._connections[name], stamp_ns, data)
 
     def close(self) -> None:
-        """Write what is left, and the index."""
+        """Write the remaining messages and the index."""
         self._writer.close()

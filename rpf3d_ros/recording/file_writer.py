@@ -1,5 +1,8 @@
-"""The thread that writes a rerun stream to its file. It ends where that fails, as on a full disk, and rerun (0.41) then
-waits for it: a flush as long as it may, letting go of the stream for ever. Here that is noticed, and nobody waits.
+"""Flush and close a rerun stream to a file without waiting for a writer thread that has ended.
+
+rerun writes each file in a thread of its own. The thread ends if writing fails, for example on a full disk. rerun
+(0.41) then still waits for the thread: a flush waits until its timeout, and releasing the stream waits for ever. This
+file detects the missing thread and stops waiting.
 """
 
 import threading
@@ -8,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 NAME = "file_writer"
-"""What rerun calls that thread."""
+"""rerun's name of the writer thread."""
 
 STEP = 0.2
-"""Seconds after which a flush looks whether there is still somebody to wait for."""
+"""Time between checks whether the writer thread still runs, during a flush (s)."""
 
 OWN_THREADS = Path("/proc/self/task")
 
@@ -19,7 +22,10 @@ _left: list[threading.Thread] = []
 
 
 def flush(stream: Any, seconds: float) -> None:
-    """Wait until a stream is in its file. Raises RuntimeError where that is not so in time, or cannot be any more."""
+    """Wait until all rows of a stream are in its file.
+
+    Raises RuntimeError if this takes more than `seconds`, or if the writer thread has ended.
+    """
     until = time.monotonic() + seconds
     while True:
         try:
@@ -31,7 +37,10 @@ def flush(stream: Any, seconds: float) -> None:
 
 
 def close(stream: Any, seconds: float) -> None:
-    """Write what waits and the file's footer. Raises as `flush`; the stream is then left to a thread of its own."""
+    """Write the waiting rows and the file's footer.
+
+    Raises RuntimeError as `flush`; a separate daemon thread then releases the stream.
+    """
     try:
         flush(stream, seconds)
     except RuntimeError:
@@ -42,12 +51,12 @@ def close(stream: Any, seconds: float) -> None:
 
 
 def any_left() -> bool:
-    """Whether a stream could not be let go of: rerun would wait for it at the end of the process, too."""
+    """True if a stream could not be released; rerun would then also wait for the stream at the end of the process."""
     return any(thread.is_alive() for thread in _left)
 
 
 def is_alive() -> bool:
-    """Whether there is a thread of that name in this process; True where nobody can tell, as outside Linux."""
+    """True if this process has a writer thread, and also where threads cannot be listed, as outside Linux."""
     if not OWN_THREADS.is_dir():
         return True
     return any(_name(task) == NAME for task in OWN_THREADS.iterdir())
@@ -56,5 +65,5 @@ def is_alive() -> bool:
 def _name(task: Path) -> str:
     try:
         return (task / "comm").read_text().strip()
-    except OSError:  # it has ended meanwhile
+    except OSError:  # the thread has ended meanwhile
         return ""

@@ -1,6 +1,7 @@
-"""A recording as files on disk: each begins with what holds, and a new one is begun by size, by time, or after a fault.
+"""Write a recording as a series of files.
 
-File names with rotation: <stem>_<UTC>_<number>.rrd, so that they sort by time and none is ever replaced.
+Each file begins with the current state. A new file begins at a size, after a time, or after a fault. File names with
+rotation: <stem>_<UTC>_<number>.rrd, so that the files sort by time and none is ever replaced.
 """
 
 import re
@@ -16,15 +17,19 @@ from rpf3d_ros.recording.stream import Recording, file_recording
 
 MEGABYTE = 1_000_000
 RETRY = 2.0
-"""Seconds between attempts to begin a new file after one could not be written."""
+"""Time between attempts to begin a new file after a failed write (s)."""
 
 FAULTS = (OSError, RuntimeError)
-"""rerun raises either where a file cannot be written."""
+"""Errors that rerun raises if a file cannot be written."""
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """megabytes, minutes : of a file before the next one is begun, 0: never; keep : files kept, 0: all."""
+    """When a new file begins, and how many files are kept.
+
+    megabytes, minutes : limits of one file; 0: no limit
+    keep : number of files kept; 0: all
+    """
 
     megabytes: float = 0.0
     minutes: float = 0.0
@@ -32,18 +37,18 @@ class Rotation:
 
     @property
     def wanted(self) -> bool:
-        """Whether there is more than one file."""
+        """True if the recording has more than one file."""
         return self.megabytes > 0.0 or self.minutes > 0.0
 
 
 class Head:
-    """The last entry of each state: terrain and its patches, sources, areas, alerts. Every file begins with them."""
+    """The last entry of each state: terrain and its patches, sources, areas, alerts; every file begins with them."""
 
     def __init__(self) -> None:
         self._kept: dict[str, Entry] = {}
 
     def note(self, entries: Iterable[Entry]) -> None:
-        """Take over what is a state; new terrain ends its patches."""
+        """Keep the entries that are a state; new terrain deletes the patches of the old terrain."""
         for entry in entries:
             if entry.keeps == "terrain":
                 self._kept = {name: kept for name, kept in self._kept.items() if not name.startswith("terrain/")}
@@ -52,7 +57,7 @@ class Head:
                 self._kept[entry.keeps] = entry
 
     def entries(self) -> list[Entry]:
-        """What a new file begins with, oldest first."""
+        """Return the entries that a new file begins with, oldest first."""
         return list(self._kept.values())
 
 
@@ -64,7 +69,7 @@ def draw(recording: Recording, entries: Iterable[Entry]) -> None:
 
 
 class RecordingFiles:
-    """The file that is being written, and the one after it. `write` returns when the entries are in the file."""
+    """The current file of a recording and its successors. `write` returns when the entries are in the file."""
 
     def __init__(
         self,
@@ -74,9 +79,12 @@ class RecordingFiles:
         begun: Callable[[Path], None] = lambda path: None,
         forgotten: Callable[[Path], None] = lambda path: None,
     ) -> None:
-        """Begin the first file. Raises OSError or RuntimeError where that is not possible.
+        """Begin the first file.
 
-        begun : told of each file; forgotten : of each that has been deleted, for there are newer ones enough
+        begun : called with the path of each new file
+        forgotten : called with the path of each file that is deleted because enough newer files exist
+
+        Raises OSError or RuntimeError if the file cannot be written.
         """
         self._file, self._rotation, self._monotonic = file, rotation, monotonic
         self._begun, self._forgotten = begun, forgotten
@@ -88,14 +96,15 @@ class RecordingFiles:
         self._begin()
 
     def write(self, entries: list[Entry]) -> None:
-        """Log entries and flush. Raises OSError or RuntimeError where they are not in a file: the next call tries anew.
+        """Log entries and flush.
 
-        What could not be written is counted in `lost`; what of it is a state is in the next file.
+        Raises OSError or RuntimeError if the entries cannot be written; the next call tries again. `lost` counts the
+        entries that are not written. Entries of a state stay in `head` and are in the next file.
         """
         self.head.note(entries)
         if self._recording is None:
             self._begin_again(len(entries))
-            entries = [entry for entry in entries if not entry.keeps]  # the new file begins with the others
+            entries = [entry for entry in entries if not entry.keeps]  # the new file already has the states
         assert self._recording is not None
         try:
             draw(self._recording, entries)
@@ -107,14 +116,17 @@ class RecordingFiles:
             self._next()
 
     def check(self) -> None:
-        """Begin a new file where the last one could not be written, or where its time is over; raises as `write`."""
+        """Begin a new file if the last one could not be written or has reached its limit.
+
+        Raises OSError or RuntimeError as `write`.
+        """
         if self._recording is None:
             self._begin_again(0)
         elif self._is_full():
             self._next()
 
     def close(self) -> None:
-        """Write the footer. Raises OSError or RuntimeError where that is not possible."""
+        """Write the footer. Raises OSError or RuntimeError if this fails."""
         recording, self._recording = self._recording, None
         if recording is not None:
             recording.close()
@@ -149,7 +161,7 @@ class RecordingFiles:
         self._begun(self.path)
 
     def _begin_again(self, lost: int) -> None:
-        """Try a new file, not more often than every RETRY seconds."""
+        """Try to begin a new file, at most once every RETRY seconds."""
         if self._monotonic() < self._retry_at:
             self.lost += lost
             raise OSError(f"the next attempt is made every {RETRY:g} s")
@@ -159,11 +171,11 @@ class RecordingFiles:
         except FAULTS:
             self.number, self.lost = self.number - 1, self.lost + lost
             if self.path != self._file:
-                self.path.unlink(missing_ok=True)  # it holds nothing that the next one will not begin with
+                self.path.unlink(missing_ok=True)  # the next file begins with the same entries
             raise
 
     def _give_up(self, lost: int) -> None:
-        """Leave the file as it is: all before the fault can be read, and `rpf3d recover` repairs it."""
+        """Abandon the current file: everything before the fault is readable, and `rpf3d recover` repairs the file."""
         self.lost += lost
         recording, self._recording = self._recording, None
         self._retry_at = self._monotonic() + RETRY
@@ -178,7 +190,7 @@ class RecordingFiles:
 
 
 def numbered(file: Path, number: int, at: datetime) -> Path:
-    """The name of a file of a series.
+    """Return the path of a file of a series.
 
     >>> numbered(Path("shift.rrd"), 3, datetime(2026, 11, 21, 6, 30, 5, tzinfo=UTC)).name
     'shift_20261121T063005Z_0003.rrd'
@@ -187,12 +199,12 @@ def numbered(file: Path, number: int, at: datetime) -> Path:
 
 
 def numbered_files(file: Path) -> list[Path]:
-    """The files of a series on disk, oldest first."""
+    """Return the files of a series on disk, oldest first."""
     name = re.compile(re.escape(file.stem) + r"_\d{8}T\d{6}Z_\d{4,}" + re.escape(file.suffix))
     return sorted(path for path in file.parent.glob(f"*{file.suffix}") if name.fullmatch(path.name))
 
 
 def _drop(recording: Recording) -> None:
-    """End a recording that cannot be written."""
-    with suppress(*FAULTS):  # the fault that it is dropped for has been told
+    """Close a recording that cannot be written."""
+    with suppress(*FAULTS):  # the caller has reported the original fault
         recording.close()

@@ -1,4 +1,4 @@
-"""A bag of the topics -> a recording, as the live recorder would have written it; needs no ROS."""
+"""Convert a bag of the topics to the recording that the live recorder would write; needs no ROS."""
 
 import struct
 from collections import Counter
@@ -17,10 +17,10 @@ from rpf3d_ros.recording.files import RecordingFiles, Rotation
 from rpf3d_ros.recording.message_log import MessageLog
 
 MESH = "terrain/mesh"
-"""Read from its CDR bytes, as the node does."""
+"""This topic is read from its CDR bytes, as in the node."""
 
 MAGIC = b"\x89MCAP0\r\n"
-"""Begins and ends every MCAP file."""
+"""First and last bytes of every MCAP file."""
 
 CUT_OFF = (
     "was cut off before its end was written, as by a kill; make it whole first, with: mcap recover FILE -o REPAIRED "
@@ -28,11 +28,17 @@ CUT_OFF = (
 )
 
 UNREADABLE = (ValueError, IndexError, KeyError, TypeError, MemoryError, ArithmeticError, struct.error)
-"""What a damaged message may raise where it is taken apart; UnicodeError and rosbags' own are ValueError."""
+"""Errors that a damaged message may raise while it is read; UnicodeError and rosbags' own errors are ValueErrors."""
 
 
 class Raw(NamedTuple):
-    """A message of a bag: topic : of TOPICS; name : in the bag; stamp_ns : when it was received; data : its CDR."""
+    """A message of a bag.
+
+    topic : key in TOPICS
+    name : full name of the topic in the bag
+    stamp_ns : time of reception (ns)
+    data : CDR bytes of the message
+    """
 
     topic: str
     name: str
@@ -41,25 +47,35 @@ class Raw(NamedTuple):
 
 
 class Converted(NamedTuple):
-    """messages : recorded, by topic; refused : sentences with the topic and the time, in order."""
+    """What a conversion has done.
+
+    messages : topic -> number of recorded messages
+    refused : one sentence for each refused message, with its topic and time, in order
+    """
 
     messages: Counter[str]
     refused: list[str]
 
 
 def topics_of(bag: Path, namespace: str = "") -> list[str]:
-    """The topics that are recorded and that a bag has messages of. Raises InputError for what is no whole bag."""
+    """Return the recorded topics that have messages in a bag.
+
+    Raises InputError if the bag is not a complete bag.
+    """
     with _reading(bag) as reader:
         held = {topic_called(c.topic, namespace) for c in _chosen(reader, namespace) if c.msgcount}
     return [topic for topic in TOPICS if topic in held]
 
 
 def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
-    """The messages of the topics that are recorded, in order of time. Raises InputError for what is no whole bag."""
+    """Yield the messages of the recorded topics, in order of time.
+
+    Raises InputError if the bag is not a complete bag.
+    """
     with _reading(bag) as reader:
         chosen = _chosen(reader, namespace)
         if not chosen:
-            return  # rosbags takes none for all
+            return  # rosbags reads all topics if the list is empty
         for connection, stamp_ns, data in reader.messages(connections=chosen):
             topic = topic_called(connection.topic, namespace)
             yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
@@ -67,7 +83,7 @@ def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
 
 @contextmanager
 def _reading(bag: Path) -> Iterator[Any]:
-    """The reader of a bag. Raises InputError for whatever goes wrong with it."""
+    """Open the reader of a bag. Raises InputError for every failure while the bag is read."""
     rosbags = import_rosbags()
     if not bag.exists():
         raise InputError(f"{bag}: there is no such bag")
@@ -82,12 +98,15 @@ def _reading(bag: Path) -> Iterator[Any]:
 
 
 def _chosen(reader: Any, namespace: str) -> list[Any]:
-    """The connections of the topics that are recorded."""
+    """Return the connections of the recorded topics."""
     return [c for c in reader.connections if _kind(c.topic, namespace) == c.msgtype]
 
 
 def _is_cut_off(bag: Path) -> bool:
-    """Whether a file of it begins as MCAP and does not end so, as after a kill; False where that cannot be told."""
+    """True if a file of the bag begins as MCAP but has no MCAP end, as after a kill.
+
+    False if the files cannot be read.
+    """
     files = bag.glob("*.mcap") if bag.is_dir() else [bag]
     with suppress(OSError):
         return any(_begins_only(file) for file in files)
@@ -103,7 +122,10 @@ def _begins_only(file: Path) -> bool:
 
 
 def convert(bag: Path, out: Path, frame: MapFrame, mesh_frame: str, namespace: str = "") -> Converted:
-    """Write the recording of a bag. Raises InputError for what is no bag or holds none of the topics."""
+    """Write the recording of a bag.
+
+    Raises InputError if the bag is not a bag or has none of the topics, OSError if the recording cannot be written.
+    """
     types, now = typestore(), [0]
     log = MessageLog(frame, mesh_frame, lambda: now[0])
     done = Converted(Counter(), [])

@@ -12,7 +12,7 @@ from rpf3d_core.commands.screen import complaints, screen
 from rpf3d_core.errors import InputError
 
 SHOWN = 10
-"""Refused messages that are printed one by one."""
+"""Number of refused messages that are printed one by one."""
 
 
 def from_bag(
@@ -26,7 +26,7 @@ def from_bag(
     ] = (0.0, 0.0, 0.0),
     mesh_frame: Annotated[str, typer.Option(help="Frame of terrain/mesh.")] = "map",
 ) -> None:
-    """Write the recording that the live recorder would have written of a bag's messages."""
+    """Write the recording that the live recorder would have written from a bag's messages."""
     from rpf3d_ros.recording.from_bag import MapFrame, convert
 
     frame = MapFrame(map_frame, survey_frame, map_origin)

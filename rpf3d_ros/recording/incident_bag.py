@@ -1,21 +1,27 @@
-"""The bag beside a recording: one bag a file of the recording, each replayable by itself."""
+"""Write MCAP bags in parallel with a recording: one bag for each file, each replayable by itself."""
 
 from pathlib import Path
 
 from rpf3d_ros.recording.bag_writer import BagWriter
 
 WHOLE, PATCH = ("terrain/points", "terrain/mesh"), "terrain/update"
-"""The last whole terrain and the patches since begin every bag."""
+"""Every bag begins with the last whole terrain and all later patches."""
 
 PATCHES_KEPT = 200
-"""At most; a site that patches more often than it surveys loses the oldest in the bags after the first."""
+"""Largest number of kept patches.
+
+At a site with more patches between two surveys, later bags lack the oldest patches.
+"""
 
 
 class IncidentBag:
-    """Writes nothing where no bag is wanted. A bag that cannot be written is left; the next file begins another."""
+    """The bags of a recording; nothing is written if no bag is wanted.
+
+    A bag that cannot be written is abandoned; the next file of the recording begins another bag.
+    """
 
     def __init__(self, prefix: str) -> None:
-        """prefix : path that the bags' names begin with; "" where none is wanted."""
+        """Keep the prefix of the bags' paths; "" if no bag is wanted."""
         self._prefix = Path(prefix) if prefix else None
         self._writer: BagWriter | None = None
         self._ground: list[tuple[str, str, bytes]] = []
@@ -24,9 +30,9 @@ class IncidentBag:
         self.fault = ""
 
     def begin_with(self, recording: Path) -> None:
-        """End the bag and begin the one of a recording.
+        """Close the current bag and begin the bag of a file of the recording.
 
-        Raises OSError where that of the first recording cannot be written; of later ones `fault` then says why.
+        Raises OSError if the first bag cannot be written. For later bags, `fault` states the error.
         """
         if self._prefix is None:
             return
@@ -41,11 +47,11 @@ class IncidentBag:
                 raise
 
     def forget(self, recording: Path) -> None:
-        """Delete the bag of a recording that is deleted; where that is not possible, `fault` says why."""
+        """Delete the bag of a deleted file of the recording; if this fails, `fault` states the error."""
         if self._prefix is None:
             return
         try:
-            for file in self._beside(recording).glob("*"):  # a bag's folder holds files alone
+            for file in self._beside(recording).glob("*"):  # a bag's folder has no subfolders
                 file.unlink()
             self._beside(recording).rmdir()
         except FileNotFoundError:
@@ -54,7 +60,7 @@ class IncidentBag:
             self.fault = f"an old bag could not be deleted: {error}"
 
     def write(self, topic: str, name: str, stamp_ns: int, data: bytes) -> None:
-        """Add a message as it came; where that is not possible, `fault` says why and the bag is left."""
+        """Add a message unchanged; if this fails, `fault` states the error and the bag is abandoned."""
         if self._prefix is None:
             return
         try:
@@ -66,7 +72,7 @@ class IncidentBag:
         self._remember(topic, name, data)
 
     def close(self) -> None:
-        """Write the index of the bag that is open."""
+        """Write the index of the open bag."""
         writer, self._writer = self._writer, None
         if writer is not None:
             writer.close()
@@ -76,7 +82,7 @@ class IncidentBag:
         return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 
     def _begin(self, stamp_ns: int) -> None:
-        """The ground comes first, at the time of the first message: whoever replays does not wait for it."""
+        """Write the terrain into a new bag, at the time of the first message: a replay then has the terrain at once."""
         if self._is_new and self._writer is not None:
             self._is_new = False
             for topic, name, data in self._ground:

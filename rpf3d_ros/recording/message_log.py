@@ -1,4 +1,6 @@
-"""Received messages -> what a recording is to show, one method a topic; what is refused leaves nothing.
+"""Convert received messages to entries of a recording, with one method for each topic.
+
+A refused message gives no entry.
 
 No message class is imported: messages are read by the names of their fields, from rclpy or from a bag.
 """
@@ -26,30 +28,33 @@ from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_
 from rpf3d_ros.recording.stream import Recording
 
 COUNT_OF_RECORDED = "rpf3d_recorder: recording"
-"""The state that changes with every message recorded, so that logging it would log itself."""
+"""Name of the status that changes with every recorded message; its own recording would make it change again."""
 
 SECOND = 1_000_000_000
-"""Nanoseconds."""
+"""One second in nanoseconds."""
 
 EVENTS_KEPT = 1000
-"""Stamps whose event is remembered: results later than a thousand further sources count as an event of their own."""
+"""Number of stamps with a remembered event; a result after more than a thousand newer stamps counts as a new event."""
 
 UPDATES_SHOWN = 200
-"""Patches of a terrain that are shown together; the next one replaces the oldest."""
+"""Number of terrain patches that are shown together; the next patch replaces the oldest."""
 
 LARGEST_PATCH = 10_000_000
-"""Points of a patch at most."""
+"""Largest number of points in a patch."""
 
 LEVELS_OF_AREA = ("held", "evident")
-"""Values of the alert of an area, beside what is shown."""
+"""Levels in the values of an area's alert, in addition to the shown level."""
 
 Drawn = TypeVar("Drawn")
 
 
 class Entry(NamedTuple):
-    """Rows of one moment: stamp_ns and event place them, draw logs them.
+    """Rows of a recording at one time.
 
-    keeps : name of the state whose last one they are, which a new file begins with; "" for none
+    stamp_ns, event : the time and the event of the rows
+    draw : logs the rows
+    keeps : name of the state that the entry replaces, "" if it is not a state; a new file begins with the last entry of
+        each state
     """
 
     stamp_ns: int
@@ -59,14 +64,14 @@ class Entry(NamedTuple):
 
 
 class EventNumbers:
-    """Stamp (ns) -> number of its event, counted from 1; results may come long after the next sources."""
+    """Numbers of events by their stamps (ns), counted from 1; results may arrive long after newer sources."""
 
     def __init__(self) -> None:
         self.last = 0
         self._known: OrderedDict[int, int] = OrderedDict()
 
     def of(self, stamp_ns: int) -> int:
-        """The event of a stamp; a stamp that is not known begins the next one."""
+        """Return the event of a stamp; an unknown stamp begins the next event."""
         if stamp_ns not in self._known:
             self.last += 1
             self._known[stamp_ns] = self.last
@@ -76,10 +81,14 @@ class EventNumbers:
 
 
 class MessageLog:
-    """Turns messages into entries; an event is everything with the stamp of one message of sources."""
+    """Converts messages to entries; an event is all messages with the stamp of one message of sources."""
 
     def __init__(self, frame: MapFrame, mesh_frame: str, now: Callable[[], int]) -> None:
-        """mesh_frame : frame of terrain/mesh; now : time (ns since the epoch), for messages that carry none."""
+        """Begin without terrain, areas or alerts.
+
+        mesh_frame : frame of terrain/mesh
+        now : returns the time (ns since the epoch) for messages without a stamp
+        """
         self._frame, self._mesh_frame, self._now = frame, mesh_frame, now
         self._events = EventNumbers()
         self._terrain, self._updates = b"", 0
@@ -89,7 +98,10 @@ class MessageLog:
         self._outlined: set[str] = set()
 
     def entries(self, topic: str, message: Any) -> list[Entry]:
-        """The entries of a message of a topic of TOPICS; terrain/mesh as CDR bytes. Raises MessageRefused."""
+        """Return the entries of a message of a topic of TOPICS; terrain/mesh is given as CDR bytes.
+
+        Raises MessageRefused.
+        """
         methods = {
             "terrain/points": self._grid,
             "terrain/mesh": self._mesh,
@@ -133,7 +145,7 @@ class MessageLog:
         points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
         points = points[~np.isnan(points).any(axis=1)]
         number = self._updates % UPDATES_SHOWN
-        self._terrain, self._updates = b"", self._updates + 1  # the survey before it would change the ground back
+        self._terrain, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch
         stamp_ns = _nanoseconds(cloud.header.stamp)
         yield self._between(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
 
@@ -146,7 +158,7 @@ class MessageLog:
         yield self._released(point, self._finite(at, point.header.frame_id), np.zeros((1, 3)))
 
     def _source_cloud(self, cloud: Any) -> Iterator[Entry]:
-        """The sources of a cloud; one without points says that nothing is seen."""
+        """Yield the sources of a cloud; a cloud without points means that no rock is moving."""
         if cloud.width * cloud.height == 0:
             self._frame.check(cloud.header.frame_id)
             yield self._released(cloud, np.empty((0, 3)), np.empty((0, 3)))
@@ -180,7 +192,10 @@ class MessageLog:
         yield self._at_markers(array, lambda r: r.trajectories(strips))
 
     def _cloud(self, topic: str, cloud: Any) -> Iterator[Entry]:
-        """trajectories/points, impacts, deposits; a cloud without points takes the last event's off the screen."""
+        """Yield trajectories/points, impacts or deposits.
+
+        A cloud without points clears the entity of the last event.
+        """
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
             yield self._at(cloud, lambda r: r.clear(topic))
@@ -206,9 +221,9 @@ class MessageLog:
             yield self._at_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
     def _outlines(self, array: Any) -> Iterator[Entry]:
-        """Each area when its outline changes; what is told of no more is taken off the screen.
+        """Yield the outline of each area that has changed, and clear the outlines that the message lacks.
 
-        From now on, for answers to older sources may tell of newer areas.
+        The entries carry the current time, because the answer to older sources may contain newer areas.
         """
         areas = _by_name(outlines_of_markers(array, self._frame), AREAS, "name")
         for name in sorted(self._outlined - set(areas)):
@@ -240,11 +255,16 @@ class MessageLog:
             yield self._at(array, lambda r, health=health: r.text("results", health))
 
     def _alerts(self, array: Any) -> Iterator[Entry]:
-        """The level every time, for its series; words and lanes of the site where its words change, of an area where
-        a level of it does. A lane ends where the area is no longer told of: a machine has left.
+        """Yield the level of the site, and the texts and lanes that have changed.
 
-        They stand at the time of the decision, where it is told: the message is stamped as the sources decided on, and
-        one that finds them stale would stand before the one that did not."""
+        The level is logged every time, because it is a series. Text and lane of the site are logged if the level or the
+        sentence changes, those of an area if one of its levels changes. The lane of an area ends if the message lacks
+        the area, for example because a machine has left.
+
+        The entries carry the time of the decision, if the message has it. The stamp of the message is the stamp of the
+        sources. A decision that finds these sources stale has the same stamp as the decision before, so the stamp would
+        order the two wrongly.
+        """
         alerts = alerts_of(array)
         stamp_ns = decided_at_ns(alerts) or _nanoseconds(array.header.stamp)
         for alert in alerts:
@@ -266,7 +286,10 @@ class MessageLog:
             yield self._between(self._now(), lambda r: r.alert_state("alarm", state), "alarm")
 
     def _diagnostics(self, array: Any) -> Iterator[Entry]:
-        """What a node repeats every second is logged once, the count of what is recorded not at all."""
+        """Yield a state if it has changed.
+
+        A node repeats its states every second. The count of recorded messages is left out.
+        """
         stamp_ns = _nanoseconds(array.header.stamp)
         for health in healths_of(array):
             if health.name != COUNT_OF_RECORDED and self._is_new(f"health/{health.name}", health):
@@ -279,7 +302,7 @@ class MessageLog:
         return True
 
     def _positions(self, cloud: Any) -> FloatArray:
-        """Points (N, 3) m of a cloud in the map frame, none of them missing."""
+        """Return the points (N, 3) m of a cloud in the map frame. Raises MessageRefused if a point is not finite."""
         return self._finite(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
 
     def _finite(self, points: FloatArray, frame_id: str) -> FloatArray:
@@ -299,7 +322,10 @@ class MessageLog:
 
 
 def _by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
-    """What is drawn, by the names of its namespaces below a root. Raises MessageRefused for one elsewhere."""
+    """Return the drawn shapes by the name of their namespace below a root.
+
+    Raises MessageRefused for a namespace outside the root.
+    """
     for namespace in drawn:
         if not namespace.removeprefix(root).strip("/") or not namespace.startswith(root):
             raise MessageRefused(f"a marker is in namespace '{namespace}'; it must be {root}<{what}>")
@@ -312,7 +338,10 @@ def _draw_alert(recording: Recording, alert: ReceivedLevel) -> None:
 
 
 def _lane_of(area: str | None) -> str:
-    """Where the states of an area are, None of the site: no name of an area is taken for the site or the alarm."""
+    """Return the lane of an area, or of the site for None.
+
+    The prefix of areas prevents that an area named "site" or "alarm" shares the lane of the site or of the alarm.
+    """
     return "site" if area is None else f"area/{area}"
 
 

@@ -1,7 +1,6 @@
-"""Rows of a recording that is being written, in the map frame: to a file, or to a viewer.
+"""Write the rows of an open recording, map frame, to a file or to a viewer.
 
-rerun comes through `recordings.log.import_rerun`, when a recording is opened: the simulator
-does without it.
+`recordings.log.import_rerun` imports rerun when a recording is opened: the simulator does not need rerun.
 """
 
 from pathlib import Path
@@ -24,32 +23,39 @@ from rpf3d_ros.recording.views import STATE_COLOURS, blueprint, extent_of
 APPLICATION = "rpf3d_live"
 SOURCE_COLOUR, UPDATE_COLOUR, AREA_COLOUR, ROCK_COLOUR = (255, 140, 0), (60, 130, 200), (230, 60, 200), (20, 20, 20)
 LINE_PIXELS, POINT_PIXELS, DEPOSIT_PIXELS, OUTLINE_PIXELS, ROCK_PIXELS = 0.7, 1.5, 3.0, 2.0, 4.0
-"""Radii on the screen: a rock of 1 m cannot be seen in a pit of 1 km. rerun reads negative radii so."""
+"""Radii on the screen (pixels), because a rock of 1 m is invisible in a pit of 1 km.
+
+Rerun takes them as negative radii.
+"""
 
 ARROW_LENGTH, LIFT = 3.0, 0.15
-"""Metres: length of a source's arrow; height of hazard facets above the ground, which would hide them."""
+"""Length of a source's arrow (m); height of hazard facets above the ground, which would hide them (m)."""
 
 UNKNOWN = (0, 0, 0, 0)
-"""Colour of the cells of a grid that say nothing."""
+"""Colour of grid cells with unknown values."""
 
 FARTHER = 1.5
-"""Trajectories that reach so many times farther than all before move the eye: the first may be short ones."""
+"""The eye moves if trajectories reach this many times farther than at its last move: the first ones may be short."""
 
 FLUSH_TIMEOUT = 60.0
-"""Seconds; the terrain of 2.3 million triangles takes 1.3 s to write."""
+"""Timeout of a flush (s); the terrain of 2.3 million triangles takes 1.3 s to write."""
 
 JOULE_PER_KJ = 1000.0
 MILLISECONDS_A_FRAME = round(1000 * FRAME)
 
 
 class Recording:
-    """An open stream of rows: set the time, log what happened, then `flush`; rows up to the last flush survive a kill.
+    """An open stream of rows: set the time, log rows, then `flush`; rows up to the last flush survive a kill.
 
-    Nothing is known of the recording that a method is called for: `Entry.draw` calls one method each.
+    `Entry.draw` calls one method for each kind of row.
     """
 
     def __init__(self, stream: Any, in_file: bool = False) -> None:
-        """stream : a rerun.RecordingStream that has its sink already; in_file : whether that is a file."""
+        """Log the coordinate system and the styles that never change.
+
+        stream : a rerun.RecordingStream that already has its sink
+        in_file : whether the sink is a file
+        """
         self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
         self._looked_at = 0.0
         self._stamp_ns, self._event = 0, 0
@@ -58,13 +64,13 @@ class Recording:
         self._style()
 
     def at(self, stamp_ns: int, event: int) -> None:
-        """Set the time (ns since the epoch) and the number of the event that all following rows belong to."""
+        """Set the time (ns since the epoch) and the number of the event for all following rows."""
         self._stamp_ns, self._event = stamp_ns, event
         self._stream.set_time("ros_time", timestamp=np.datetime64(stamp_ns, "ns"))
         self._stream.set_time("event", sequence=event)
 
     def terrain(self, vertices: FloatArray, triangles: IntArray) -> None:
-        """Log the ground, vertices (V, 3) m, as one zone; the patches of the ground before are gone."""
+        """Log the terrain, vertices (V, 3) m, as one zone; the patches of the previous terrain are cleared."""
         zone = np.zeros(len(triangles), dtype=np.int32)
         mesh = coloured_mesh(Terrain(vertices, triangles, zone, ("terrain",)))
         self.clear("terrain/updates")
@@ -79,36 +85,36 @@ class Recording:
         )
 
     def update(self, number: int, points: FloatArray) -> None:
-        """Log a patch of the terrain as its points (N, 3) m; those of other numbers stay."""
+        """Log a patch of the terrain as its points (N, 3) m; patches with other numbers stay."""
         self._log(f"terrain/updates/{number}", self._points(points, UPDATE_COLOUR, POINT_PIXELS))
 
     def sources(self, positions: FloatArray, directions: FloatArray) -> None:
-        """Log where rocks are released, (R, 3) m, and which way (R, 3); none: nothing was seen."""
+        """Log release points (R, 3) m and directions (R, 3); R = 0 means that no rock is moving."""
         self._log("sources", self._points(positions, SOURCE_COLOUR, DEPOSIT_PIXELS))
         arrows = self._rerun.Arrows3D(origins=positions, vectors=ARROW_LENGTH * directions, colors=SOURCE_COLOUR)
         self._log("sources/direction", arrows)
 
     def area(self, name: str, corners: FloatArray) -> None:
-        """Log an area of interest as its outline, corners (N, 3) m; one of a single corner as a point."""
+        """Log an area of interest as its outline, corners (N, 3) m; an area with one corner appears as a point."""
         outline = [np.vstack([corners, corners[:1]])] if len(corners) else []
         self._log(_under("areas", name), self._rerun.LineStrips3D(outline, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR))
 
     def area_outline(self, name: str, lines: list[FloatArray]) -> None:
-        """Log the rings of an area of interest, lines (T, 3) m on the ground, beside what told where it lies."""
+        """Log the rings of an area of interest, polylines (T, 3) m on the ground, in addition to its definition."""
         strips = [_lifted(line) for line in lines]
         entity = _outline_of_area(name)
         self._log(entity, self._rerun.LineStrips3D(strips, radii=-OUTLINE_PIXELS, colors=AREA_COLOUR, labels=[name]))
 
     def clear_area(self, name: str) -> None:
-        """Take the rings of an area of interest off the screen."""
+        """Delete the rings of an area of interest from the screen."""
         self.clear(_outline_of_area(name))
 
     def places(self, name: str, positions: FloatArray) -> None:
-        """Log the middles of areas of interest, (N, 3) m."""
+        """Log the centres of areas of interest, (N, 3) m."""
         self._log(_under("areas", name), self._points(positions, AREA_COLOUR, DEPOSIT_PIXELS))
 
     def trajectories(self, strips: list[Strip]) -> None:
-        """Log the thinned trajectories as one row, piece by piece: rerun gives a strip one colour."""
+        """Log the thinned trajectories as one row of single segments, because rerun gives a strip one colour."""
         pieces = [np.stack([strip.points[:-1], strip.points[1:]], axis=1) for strip in strips]
         colours = [strip.colours[:-1] for strip in strips]
         lines = self._rerun.LineStrips3D(
@@ -122,10 +128,10 @@ class Recording:
             self._looked_at = extent
 
     def motion(self, motion: RockPositions) -> None:
-        """Log rocks that move, a row a frame, over simulated time and from the event's stamp on.
+        """Log the motion of rocks, one row for each frame, over simulated time and from the event's stamp on.
 
-        Frames are even on both timelines, so this event replaces what another one left there; where that was longer,
-        frames without rocks follow.
+        Frames are even on both timelines, so this event replaces the frames of an earlier event. If the earlier event
+        had more frames, frames without rocks follow.
         """
         rocks, frames = motion.positions.shape[1], len(motion.times)
         self._frames = max(self._frames, frames)
@@ -142,7 +148,7 @@ class Recording:
             self._stream.send_columns("trajectories/rocks", timelines, rows)
 
     def points(self, entity: str, positions: FloatArray, energy: FloatArray) -> None:
-        """Log a cloud (N, 3) m coloured by energy (N,) J; the energies are logged beside it."""
+        """Log a cloud (N, 3) m coloured by energy (N,) J, together with the energies."""
         self._coloured(entity, positions, energy, float(np.max(energy, initial=0.0)), {"energy_j": energy})
 
     def energies(self, energy: FloatArray) -> None:
@@ -152,11 +158,14 @@ class Recording:
                 self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
 
     def reach(self, positions: FloatArray, reach: FloatArray, beside: dict[str, NDArray[Any]]) -> None:
-        """Log where rocks come to, (N, 3) m, coloured by the share of rocks (N,) that do, with further columns."""
+        """Log the reached cells, (N, 3) m, coloured by the share of rocks (N,) that reach each cell.
+
+        beside : further columns, name -> (N,)
+        """
         self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **beside})
 
     def grid(self, percent: NDArray[np.int8]) -> None:
-        """Log a grid of reach probability (H, W) in percent, the first row in the south, -1 where nothing is known."""
+        """Log a grid of reach probability (H, W) in percent, the southernmost row first, -1 for unknown values."""
         colours = np.zeros((*percent.shape, 4), dtype=np.uint8)
         colours[..., :3] = speed_colours(percent.ravel().clip(0).astype(float), 100.0).reshape(*percent.shape, 3)
         colours[..., 3] = 255
@@ -171,17 +180,17 @@ class Recording:
         self._log(_under("hazard", level), mesh)
 
     def outline(self, level: str, lines: list[FloatArray], colour: Colour) -> None:
-        """Log the outline of a level, lines (T, 3) m."""
+        """Log the outline of a level, polylines (T, 3) m."""
         solid = [int(255 * share) for share in colour[:3]]
         strips = self._rerun.LineStrips3D([_lifted(line) for line in lines], radii=-OUTLINE_PIXELS, colors=solid)
         self._log(_under("hazard", level) + "/outline", strips)
 
     def clear(self, entity: str) -> None:
-        """Take what an earlier event left at an entity and below it off the screen."""
+        """Delete an entity, and everything below it, from the screen."""
         self._log(entity, self._rerun.Clear(recursive=True))
 
     def clear_hazard(self, level: str) -> None:
-        """Take the facets and the outline of a level off the screen."""
+        """Delete the facets and the outline of a level from the screen."""
         self.clear(_under("hazard", level))
 
     def alert(self, level: int) -> None:
@@ -198,29 +207,29 @@ class Recording:
         self._log(lane, self._rerun.StateChange(state=[state]))
 
     def text(self, entity: str, health: Health) -> None:
-        """Log what a node says of a part as a line of text."""
+        """Log the state of a part of a node as a line of text."""
         levels = {OK: self._rerun.TextLogLevel.INFO, WARN: self._rerun.TextLogLevel.WARN}
         text = "; ".join([health.message, *(f"{key} {value}" for key, value in health.values.items())])
         level = levels.get(health.level, self._rerun.TextLogLevel.ERROR)
         self._log(entity, self._rerun.TextLog(f"{health.name}: {text}", level=level))
 
     def flush(self, seconds: float = FLUSH_TIMEOUT) -> None:
-        """Hand on what has been logged. Raises RuntimeError where that did not happen in time, or cannot."""
+        """Pass on all logged rows. Raises RuntimeError if this fails or takes more than `seconds`."""
         if self._in_file:
             file_writer.flush(self._stream, seconds)
         else:
             self._stream.flush(timeout_sec=seconds)
 
     def close(self) -> None:
-        """Write the footer of a file; nothing can be logged afterwards. Raises RuntimeError where that is not done."""
+        """Write the footer of a file; no row can be logged afterwards. Raises RuntimeError if this fails."""
         file_writer.close(self._stream, FLUSH_TIMEOUT)
 
     def leave(self) -> None:
-        """Let go of a viewer, without a flush; a hung one may keep this from returning."""
+        """Disconnect from a viewer without a flush; a hung viewer may block this call."""
         self._stream.disconnect()
 
     def _style(self) -> None:
-        """What never changes: how series and lanes look."""
+        """Log the style of rocks, series and lanes, which never changes."""
         rr = self._rerun
         rocks = rr.Points3D.from_fields(colors=[ROCK_COLOUR], radii=[-ROCK_PIXELS])
         self._log("trajectories/rocks", rocks, static=True)
@@ -245,9 +254,9 @@ class Recording:
 
 
 def file_recording(path: Path) -> Recording:
-    """A recording into a file that is created or replaced.
+    """Return a recording to a file, which is created or replaced.
 
-    Raises InputError where rerun is missing, OSError where there is no such folder or the file cannot be created.
+    Raises InputError if rerun is missing, OSError if the folder is missing or the file cannot be created.
     """
     rerun = import_rerun()
     if not path.parent.is_dir():
@@ -261,7 +270,7 @@ def file_recording(path: Path) -> Recording:
 
 
 def _under(root: str, name: str) -> str:
-    """The entity of a name that a message gave: one part below the root, whatever characters it has."""
+    """Return the entity of a received name: one part below the root, whatever characters the name has."""
     return str(import_rerun().new_entity_path([root, *filter(None, name.split("/"))]))
 
 

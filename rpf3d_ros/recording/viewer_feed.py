@@ -1,7 +1,8 @@
-"""Handing what is recorded to a viewer, which may be absent, slow, hung or dead: the file never waits for it.
+"""Send the recording to a viewer, which may be absent, slow, hung or dead; the file never waits for the viewer.
 
-A thread of its own owns the viewer's stream and takes from a bounded queue. What does not fit is dropped and counted.
-After a fault the stream is made anew, beginning with what holds (`Head`), so a viewer that comes back sees the ground.
+A separate thread owns the viewer's stream and takes entries from a bounded queue. Entries that do not fit are dropped
+and counted. After a fault the thread opens a new stream and begins it with the current state (`Head`), so a viewer that
+reconnects shows the terrain.
 """
 
 import threading
@@ -18,16 +19,16 @@ from rpf3d_ros.recording.stream import APPLICATION, Recording
 from rpf3d_ros.recording.views import blueprint
 
 WAITING = 64
-"""Messages that wait for the viewer at most."""
+"""Largest number of messages that wait for the viewer."""
 
 PATIENCE = 2.0
-"""Seconds in which a viewer must have taken a message; a hung one is left after that."""
+"""Time in which a viewer must accept a message (s); a viewer that takes longer is abandoned."""
 
 RETRY = 3.0
-"""Seconds between attempts to reach a viewer."""
+"""Time between attempts to reach a viewer (s)."""
 
 MEMORY = "512MiB"
-"""What the server keeps for viewers that come late; the oldest is dropped."""
+"""Memory of the server for viewers that connect late; the oldest data is dropped."""
 
 SERVE, NONE = "serve", "none"
 PREFIXES = ("rerun://", "rerun+http://", "rerun+https://")
@@ -35,21 +36,25 @@ PREFIXES = ("rerun://", "rerun+http://", "rerun+https://")
 
 @dataclass(frozen=True)
 class Viewer:
-    """kind : none, serve (viewers come to us), or the url of a viewer that we go to; bind, port : where to serve."""
+    """The kind and the address of a viewer.
+
+    kind : none, serve (viewers connect to this process), or the url of a viewer
+    bind, port : address to serve on
+    """
 
     kind: str = NONE
     bind: str = "127.0.0.1"
     port: int = 9876
 
     def check(self) -> None:
-        """Raises InputError for a kind that is none of the three."""
+        """Check the kind. Raises InputError for an unknown kind."""
         if self.kind not in (NONE, SERVE) and not self.kind.startswith(PREFIXES):
             raise InputError(
                 f"viewer is '{self.kind}'; it must be none, serve, or a url such as rerun+http://127.0.0.1:9876/proxy"
             )
 
     def stream(self) -> Any:
-        """A rerun.RecordingStream whose sink is the viewer; may take seconds, or raise OSError or RuntimeError."""
+        """Return a rerun.RecordingStream to the viewer; this may take seconds, or raise OSError or RuntimeError."""
         rerun = import_rerun()
         stream = rerun.RecordingStream(APPLICATION)
         if self.kind == SERVE:
@@ -61,10 +66,14 @@ class Viewer:
 
 
 class ViewerFeed:
-    """The thread that feeds a viewer. `offer` and `state` never wait."""
+    """The thread that feeds a viewer. `offer` never waits."""
 
     def __init__(self, viewer: Viewer, head: Head, stream: Callable[[], Any] | None = None) -> None:
-        """head : what a stream begins with; stream : opens the viewer's stream, `Viewer.stream` by default."""
+        """Start the thread.
+
+        head : entries that a stream begins with
+        stream : opens the viewer's stream; `Viewer.stream` by default
+        """
         self._viewer, self._head, self._open = viewer, head, stream or viewer.stream
         self._queue: Queue[list[Entry]] = Queue(WAITING)
         self._closing = threading.Event()
@@ -73,14 +82,14 @@ class ViewerFeed:
         self._thread.start()
 
     def offer(self, entries: list[Entry]) -> None:
-        """Hand entries on where there is room for them."""
+        """Queue entries for the viewer; entries that do not fit are dropped and counted."""
         try:
             self._queue.put_nowait(entries)
         except Full:
             self.dropped += 1
 
     def close(self, seconds: float) -> bool:
-        """End the thread; False where a hung viewer has kept it, which then ends with the process."""
+        """End the thread; False if a hung viewer blocks it, in which case the thread ends with the process."""
         self._closing.set()
         self._thread.join(seconds)
         return not self._thread.is_alive()
@@ -94,7 +103,7 @@ class ViewerFeed:
                 self._closing.wait(RETRY)
 
     def _feed(self) -> None:
-        """Open the stream and feed it until something fails or the end; the stream is left in any case."""
+        """Open the stream and feed it until a fault or the end; the stream is disconnected in either case."""
         recording = Recording(self._open())
         try:
             self._empty()
@@ -115,7 +124,7 @@ class ViewerFeed:
         recording.flush(PATIENCE)
 
     def _empty(self) -> None:
-        """What waited while there was no viewer is old; what of it still holds is in the head."""
+        """Drop the entries that waited while there was no viewer; the head has the current state."""
         while True:
             try:
                 self._queue.get_nowait()

@@ -1,4 +1,4 @@
-"""How the viewer lays a recording of the live nodes out for a review: 3D and plan, alert level, energies, logs."""
+"""The viewer's layout for a recording of the live nodes: 3D and plan, alert levels, energies, logs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,21 +21,21 @@ STATE_COLOURS = {
     "off": 0x4C9F50FF,
     "on": 0xC02020FF,
 }
-"""Of the levels and of the alarm, in red, green, blue, opacity."""
+"""Colour of each level and of the alarm: red, green, blue, opacity."""
 
 NOWHERE = Terrain(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32), np.zeros(0, dtype=np.int32), ())
-"""Stands for the terrain where the eye is placed by trajectories alone."""
+"""Empty terrain for `point_of_view`, where trajectories alone determine the position of the eye."""
 
 COVERING = ("trajectories/points", "hazard/points")
-"""Entities that would cover the others: hidden until they are asked for."""
+"""Entities that would cover other entities: hidden by default."""
 
 
 BEFORE, AFTER = -300.0, 150.0
-"""Seconds around the moment looked at that the courses of levels and energies show."""
+"""Range of the time series around the current moment (s)."""
 
 
 def blueprint(strips: Sequence[Strip] = ()) -> Any:
-    """The layout, at the newest moment; the eye is put in front of trajectories where there are some."""
+    """Return the layout at the newest moment; if there are trajectories, the eye is in front of them."""
     rrb = import_rerun().blueprint
     around = _around()
     series = (
@@ -66,7 +66,7 @@ def blueprint(strips: Sequence[Strip] = ()) -> Any:
 
 
 def _around() -> Any:
-    """The time axis of the courses."""
+    """Return the time axis of the series."""
     rerun = import_rerun()
     boundary = rerun.blueprint.TimeRangeBoundary.cursor_relative
     return rerun.blueprint.TimeAxis(
@@ -75,13 +75,13 @@ def _around() -> Any:
 
 
 def extent_of(strips: Sequence[Strip]) -> float:
-    """Diagonal (m) of the box around strips; 0 without points."""
+    """Return the diagonal (m) of the box around strips; 0 without points."""
     points = np.concatenate([np.empty((0, 3)), *(strip.points for strip in strips)])
     return float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
 
 
 def _places(strips: Sequence[Strip]) -> Any:
-    """The map frame in 3D, and the plan of reach probability."""
+    """Return the views of the map frame in 3D and of the reach probability in plan."""
     rrb = import_rerun().blueprint
     eye = None
     if strips:
@@ -99,7 +99,10 @@ def _places(strips: Sequence[Strip]) -> Any:
 
 
 def _as_samples(strips: Sequence[Strip]) -> PathSamples:
-    """The points of strips as samples of as many rocks; times and velocities are not known."""
+    """Return the points of strips as samples, one rock for each strip.
+
+    Times and velocities are zero, because unknown.
+    """
     x = np.concatenate([strip.points for strip in strips])
     row = np.repeat(np.arange(len(strips)), [len(strip.points) for strip in strips])
     return PathSamples(row=row, t=np.zeros(len(x)), x=x, v=np.zeros_like(x), mode=np.zeros(len(x), dtype=np.int64))

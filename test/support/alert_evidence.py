@@ -1,4 +1,4 @@
-"""Evidence and thresholds of a small site, and an alert log of it, for tests."""
+"""Evidence, thresholds and an alert log of a small site, for tests."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.ensemble.statistics import wilson_interval
 
 S = 1_000_000_000
-"""ns of a second."""
+"""One second in nanoseconds."""
 NOW = 1_800_000_000 * S
 EXAMPLE = Path(__file__).parents[2] / "config" / "site_example.yaml"
 FLOWN = 10_000
@@ -32,7 +32,7 @@ RAMP = {
 
 
 def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
-    """The small site, with other areas or other terms of evidence."""
+    """Return the thresholds of the small site, with other areas or other terms of evidence."""
     return Thresholds.model_validate(
         {
             "site": "test pit",
@@ -45,7 +45,7 @@ def site(areas: dict[str, Any] | None = None, **terms: Any) -> Thresholds:
 
 
 def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any) -> AreaEvidence:
-    """What came to an area: slow, weak and late rocks unless said otherwise."""
+    """Return the evidence of an area; by default the rocks that reach it are slow, weak and late."""
     came = reached > 0
     measured = {
         "p95_energy": 1e3 if came else None,
@@ -58,7 +58,7 @@ def area(reached: int = 0, name: str = "ramp", flown: int = FLOWN, **facts: Any)
 
 
 def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
-    """An answer of a second ago about areas; of the ramp, untouched by 10,000 rocks, unless said otherwise."""
+    """Return an answer that is one second old; the default area is the ramp, which none of 10,000 rocks reaches."""
     made = Evidence(
         result=7, stage=3, at_ns=now - S, trigger_stamp_ns=now - 2 * S, terrain_stamp_ns=now - 60 * S,
         terrain_digest="t" * 64, sources_digest="s" * 64, sources=20, seed=1, version="0.1.0", areas=areas or (area(),),
@@ -67,7 +67,7 @@ def evidence(*areas: AreaEvidence, now: int = NOW, **facts: Any) -> Evidence:
 
 
 def nothing_seen(now: int = NOW, **facts: Any) -> Evidence:
-    """The answer to a message of no sources."""
+    """Return the answer to a message without sources."""
     return evidence(*untouched(["ramp"]), now=now, sources=0, **facts)
 
 
@@ -76,7 +76,7 @@ NORMAL, WATCH, RESTRICT, EVACUATE = (evidence(area(reached)) for reached in (0, 
 
 
 def later(answer: Evidence, seconds: int) -> Evidence:
-    """The same answer, made of inputs that are newer by so many seconds."""
+    """Return the same answer with all times later by `seconds`."""
     shift = seconds * S
     return answer._replace(
         at_ns=answer.at_ns + shift,
@@ -86,7 +86,7 @@ def later(answer: Evidence, seconds: int) -> Evidence:
 
 
 def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> Alert:
-    """The last of decisions on answers that came a second apart, each made of inputs of its own time."""
+    """Return the last of the decisions on answers one second apart, each with inputs of its own time."""
     alert = None
     for step, answer in enumerate(answers):
         told = None if answer is None else later(answer, step)
@@ -96,16 +96,16 @@ def decided(*answers: Evidence | None, thresholds: Thresholds | None = None) -> 
 
 
 def seen_by(at_ns: int) -> Acknowledgement:
-    """Somebody's acknowledgement at a time (ns)."""
+    """Return an acknowledgement at a time (ns)."""
     return acknowledgement("A. Shift", "inspected from the other side", at_ns)
 
 
 SHIFT = (NORMAL, WATCH, EVACUATE, None, NORMAL, "acknowledged", NORMAL)
-"""A shift in seconds: it goes up, the evidence fails, and somebody steps it down."""
+"""A shift, one entry a second: the level rises, the evidence fails, and an acknowledgement lowers the level."""
 
 
 def logged_shift(folder: Path, thresholds: Thresholds | None = None, **options: Any) -> list[Alert]:
-    """Decide and log a shift; the alerts."""
+    """Decide and log a shift; return the alerts."""
     alerts: list[Alert] = []
     thresholds = thresholds or site()
     with DecisionLog(folder, "0.1.0", **options) as log:

@@ -1,4 +1,4 @@
-"""Which rocks came into an area, told from stored paths by shapely: what the tallies are checked against."""
+"""Find the rocks that reach an area by shapely from stored paths, as an independent check of the tallies."""
 
 from typing import Any
 
@@ -13,9 +13,10 @@ from rpf3d_core.terrain.zones import in_plan
 
 
 def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]:
-    """Tracks in plan, one line (shapely) for each rock's contacts and each path that was kept, and the rock of each.
+    """Return the tracks in plan, lines (shapely), and the rock of each track.
 
-    In plan a flight is a straight line, so contacts joined by straight lines are its exact track.
+    Each track is the line through the contacts of a rock, or a kept path. In plan a flight is a straight line, so
+    contacts joined by straight lines are the exact track of the rock.
     """
     contacts, paths = _contacts(flights), (flights.paths.row, flights.paths.x)
     lines = [_lines(frame, *contacts), _lines(frame, *paths)]
@@ -23,9 +24,9 @@ def plan_tracks(frame: Frame, flights: Flights) -> tuple[Any, NDArray[np.int64]]
 
 
 def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks: int) -> NDArray[np.bool_]:
-    """(R,) whether a track of the rock meets the polygons."""
+    """Return (R,) whether a track of the rock meets the polygons."""
     lines, row = tracks
-    union = shapely.union_all(list(polygons.geoms))  # a multi-polygon whose parts overlap is not valid
+    union = shapely.union_all(list(polygons.geoms))  # a multi-polygon with overlapping parts is not valid
     shapely.prepare(union)
     answer = np.zeros(rocks, dtype=bool)
     answer[row[shapely.intersects(union, lines)]] = True
@@ -33,7 +34,7 @@ def reached(tracks: tuple[Any, NDArray[np.int64]], polygons: MultiPolygon, rocks
 
 
 def _contacts(flights: Flights) -> tuple[NDArray[np.int64], FloatArray]:
-    """Release, impacts and end of all rocks, as rows (N,) and points (N, 3), grouped by rock in order of time."""
+    """Return release, impacts and end of all rocks: rows (N,) and points (N, 3) m, grouped by rock in order of time."""
     deposits, impacts = flights.deposits, flights.impacts
     every = np.arange(len(deposits.x))
     rows = np.concatenate([every, impacts.row, every])
@@ -43,7 +44,7 @@ def _contacts(flights: Flights) -> tuple[NDArray[np.int64], FloatArray]:
 
 
 def _lines(frame: Frame, row: NDArray[np.int64], points: FloatArray) -> tuple[Any, NDArray[np.int64]]:
-    """One line in plan for each run of equal rows that has at least two points, and its row."""
+    """Return one line in plan for each group of equal rows with at least two points, and the row of each line."""
     rows, place, count = np.unique(row, return_inverse=True, return_counts=True)
     several = count[place] > 1
     if not several.any():

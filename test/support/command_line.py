@@ -1,4 +1,4 @@
-"""The program as a user runs it: in a process of its own, or, quicker, in this one."""
+"""Run the program as a user does: in a process of its own, or, faster, in this process."""
 
 import os
 import subprocess
@@ -13,11 +13,11 @@ from rpf3d_core import cli
 ROOT = Path(__file__).parents[2]
 COMMAND = [sys.executable, "-m", "rpf3d_core.cli"]
 LONGEST = 120.0
-"""Seconds after which a command hangs: the compiled engine may have to be compiled first (10 s), on a busy machine."""
+"""Timeout of a command (s): the compiled engine may first have to be compiled (10 s), on a busy machine."""
 
 
 def environment(**changes: str) -> dict[str, str]:
-    """This process' environment, with the package in reach from any folder."""
+    """Return this process' environment, with the package importable from any folder."""
     return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
 
 
@@ -28,7 +28,7 @@ def rpf3d(*arguments: Any, cwd: Path | None = None, **changes: str) -> "subproce
 
 
 def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess.CompletedProcess[str]":
-    """Run a Python program in a fresh interpreter."""
+    """Run a Python program in a new interpreter."""
     return subprocess.run(
         [sys.executable, "-c", program], cwd=cwd, env=environment(**changes), capture_output=True, text=True,
         timeout=LONGEST,
@@ -36,7 +36,7 @@ def python(program: str, cwd: Path | None = None, **changes: str) -> "subprocess
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
-    """The exit code of a command that runs in this process: what it raises is a traceback, and fails the test."""
+    """Return the exit code of a command in this process; an exception of the command fails the test."""
     monkeypatch.setattr(sys, "argv", ["rpf3d", *map(str, words)])
     try:
         cli.main()
@@ -46,7 +46,7 @@ def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
 
 
 def refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *words: object) -> str:
-    """What a command that is refused says; it must be one line, and the exit code 2."""
+    """Return the message of a refused command; the message must be one line, and the exit code 2."""
     assert call(monkeypatch, *words) == 2
     printed = capsys.readouterr()
     assert printed.out == "", "nothing but the complaint is said"

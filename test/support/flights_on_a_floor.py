@@ -1,7 +1,7 @@
-"""Flights whose every number is known in closed form: rocks thrown on flat ground, and the scene they belong to.
+"""Flights in closed form: rocks thrown on flat ground, and the scene that they belong to.
 
-Bounces as in reference/validation.md 2.1 (R_n, R_t on a flat floor); the last bounces settle, then the rock slides to
-rest under Coulomb friction.
+The bounces are those of reference/validation.md 2.1 (R_n, R_t on a flat floor). The last bounces settle, then the rock
+slides until Coulomb friction stops it.
 """
 
 import math
@@ -56,20 +56,23 @@ sources:
 
 
 def scene(folder: Path, more: str = "") -> Scene:
-    """The scene of the flights; `more` is further YAML. Its terrain is never read."""
+    """Return the scene of the flights; `more` is further YAML. The terrain of the scene is never read."""
     path = folder / "floor.yaml"
     path.write_text(SCENE + more)
     return read_scene(path)
 
 
 def faults(terrain: Terrain) -> FaultReport:
-    """The fault report of a terrain."""
+    """Return the fault report of a terrain."""
     edges = edges_of(terrain.triangles, len(terrain.vertices))
     return fault_report(terrain, repair_winding(terrain.vertices, terrain.triangles, edges), edges, ("floor",))
 
 
 def floor(frame: Frame = UNMOVED, cells: int = CELLS) -> Terrain:
-    """A square floor at z = 0, x and y from -SIDE/2 to SIDE/2, its western half zone `bench_1`, the rest `floor`."""
+    """Return a square floor at z = 0.
+
+    x and y are from -SIDE/2 to SIDE/2; the western half is zone `bench_1`, the rest zone `floor`.
+    """
     ticks = np.linspace(-SIDE / 2, SIDE / 2, cells + 1)
     x, y = np.meshgrid(ticks, ticks, indexing="ij")
     vertices = np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
@@ -82,13 +85,16 @@ def floor(frame: Frame = UNMOVED, cells: int = CELLS) -> Terrain:
 
 
 def facet_under(terrain: Terrain, x: np.ndarray) -> int:
-    """The facet whose centroid is nearest in plan: good enough away from edges."""
+    """Return the facet with the nearest centroid in plan, which is exact enough away from edges."""
     centroids = terrain.vertices[terrain.triangles].mean(axis=1)
     return int(np.argmin(np.linalg.norm(centroids[:, :2] - x[:2], axis=1)))
 
 
 def events_of_a_throw(x: np.ndarray, v: np.ndarray) -> tuple[list, list]:
-    """Events (t, x, v, v_end, mode) and impacts (t, x, v_in, v_out) of a rock thrown from x with v, ending at rest."""
+    """Return the events (t, x, v, v_end, mode) and impacts (t, x, v_in, v_out) of a rock thrown from x with velocity v.
+
+    The rock stops at the last event.
+    """
     events, impacts, t = [], [], 0.0
     for _ in range(BOUNCES):
         fall = (v[2] + np.sqrt(v[2] ** 2 + 2 * G * x[2])) / G
@@ -109,7 +115,7 @@ def events_of_a_throw(x: np.ndarray, v: np.ndarray) -> tuple[list, list]:
 
 
 def thrown(terrain: Terrain, rocks: int = 6) -> Flights:
-    """`rocks` rocks of two sources, thrown from x = -10, the last one marked as having left the terrain."""
+    """Return the flights of `rocks` rocks of two sources, thrown from x = -10; the last rock leaves the terrain."""
     throws = [events_of_a_throw(*start_of(i)) for i in range(rocks)]
     events = [(row, *event) for row, throw in enumerate(throws) for event in throw[0]]
     impacts = [(row, *impact) for row, throw in enumerate(throws) for impact in throw[1]]
@@ -117,12 +123,12 @@ def thrown(terrain: Terrain, rocks: int = 6) -> Flights:
 
 
 def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Position and velocity of throw i."""
+    """Return the position (m) and the velocity (m/s) of throw i."""
     return np.array([-10.0, -6.0 + 2.0 * i % 12, 5.0 + i % 7]), np.array([2.0 + 0.5 * (i % 9), 0.3, 1.0])
 
 
 def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Findings:
-    """What a run of the scene over the floor would have found, had these been its flights."""
+    """Return the findings of a run of the scene over the floor with these flights."""
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
     return Findings(
@@ -133,7 +139,7 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
 
 
 def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
-    """The maps of flights whose paths are all there, by the tallies."""
+    """Return the maps of flights with complete paths, by the tallies."""
     facets = facets_of(terrain)
     ground = ground_over(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
     outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
@@ -148,7 +154,7 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
 
 
 def batch_of(flights: Flights) -> Batch:
-    """Flights as the engine hands them to who watches: all impacts and paths, written down rock after rock."""
+    """Return the flights in the form that the engine passes to tallies: all impacts and paths, rock after rock."""
     deposits, impacts, paths = flights.deposits, flights.impacts, flights.paths
     edges = np.arange(len(deposits.rock) + 1)
     events = np.bincount(paths.row, minlength=len(deposits.rock))
@@ -167,7 +173,7 @@ def batch_of(flights: Flights) -> Batch:
 
 
 def none_thrown() -> Flights:
-    """The flights of no rock at all."""
+    """Return flights without rocks."""
     whole, real, points = np.empty(0, np.int64), np.empty(0), np.empty((0, 3))
     return Flights(
         Deposits(whole, whole, whole, whole, points, points, real, real, whole, real, real, real, real, real),

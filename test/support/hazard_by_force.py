@@ -1,7 +1,7 @@
-"""Hazard recomputed by force from stored paths: every cell against every piece of path, with sets of times.
+"""Recompute hazard by brute force from stored paths: every cell against every segment of the paths, with sets of times.
 
-Nothing here is shared with `rpf3d_core.hazard`: a square or facet is cut out of a line by solving for the times at
-which the line is on the right side of each border, for all of them at once, in NumPy.
+The code shares nothing with `rpf3d_core.hazard`. A square or facet cuts an interval out of a line. The ends of the
+interval are the times at which the line crosses the borders, solved for all borders at once in NumPy.
 """
 
 import math
@@ -16,14 +16,14 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 CHORDS = 8
-"""Chords that a slide which bends is taken as (`hazard.tracks`)."""
+"""Number of chords that replace a curved slide (`hazard.tracks`)."""
 JOINED = 1e-9
-"""Gap (s) below which two stays are one."""
+"""Gap (s) below which two stays count as one."""
 
 
 @dataclass
 class Stays:
-    """When one rock was in one cell: intervals of time, and its most there."""
+    """The time intervals of one rock in one cell, and its largest values there."""
 
     times: list
     energy: float = 0.0
@@ -34,7 +34,7 @@ class Stays:
 
 
 def straight_pieces(flights: Flights):
-    """(row, t, x, v, duration, gravity, speed at begin, at end) of everything that is straight in plan."""
+    """Yield (row, t, x, v, duration, gravity, speed at begin, at end) of every segment that is straight in plan."""
     p = flights.paths
     for i in np.flatnonzero(p.mode != Mode.END):
         duration = p.t[i + 1] - p.t[i]
@@ -55,7 +55,7 @@ def straight_pieces(flights: Flights):
 
 
 def cut(inside, turning, duration):
-    """Intervals (N, 2) in which inside + turning t >= 0 for all of (N, K) borders, within [0, duration]."""
+    """Return the intervals (N, 2) in which inside + turning t >= 0 for all of (N, K) borders, within [0, duration]."""
     with np.errstate(divide="ignore", invalid="ignore"):
         at = -inside / turning
     low = np.where(turning > 0, at, np.where((turning == 0) & (inside < 0), np.inf, -np.inf)).max(axis=1)
@@ -64,9 +64,9 @@ def cut(inside, turning, duration):
 
 
 def clock(gravity, ends, duration, t):
-    """When (s) a straight piece has gone as far as at a constant pace it would have t seconds into it.
+    """Return the time (s) at which a segment reaches the point that constant speed would reach after t seconds.
 
-    A slide goes u t + a t^2 / 2 with its acceleration a, by which it changes its speed from u to that at its end.
+    A slide covers u t + a t^2 / 2, where its acceleration a changes its speed from u to the speed at its end.
     """
     a = 0.0 if gravity else (ends[1] - ends[0]) / duration
     if a == 0.0:
@@ -76,14 +76,17 @@ def clock(gravity, ends, duration, t):
 
 
 def speed(v, gravity, ends, duration, t):
-    """Speed (m/s) of a straight piece at a time of `clock` (s)."""
+    """Return the speed (m/s) on a straight segment at a time of `clock` (s)."""
     if gravity == 0.0:
         return ends[0] + (ends[1] - ends[0]) * t / duration
     return math.hypot(v[0], v[1], v[2] - gravity * t)
 
 
 def height_above(facets, f, x, v, gravity, low, high):
-    """Largest height (m) above the plane of facet f between two times: at a fine set of times, or where it is level."""
+    """Return the largest height (m) above the plane of facet f between two times.
+
+    The height is taken at three times, and where the velocity is parallel to the plane.
+    """
     n, a = facets.normals[f], facets.corners[f, :3]
     times = np.linspace(low, high, 3)
     if gravity:
@@ -94,7 +97,7 @@ def height_above(facets, f, x, v, gravity, low, high):
 
 
 def by_force(flights: Flights, facets: Facets, raster, mass):
-    """{(rock, cell): Stays} over squares, facets and zones."""
+    """Return {(rock, cell): Stays} for squares, facets and zones."""
     squares, ground, zones = {}, {}, {}
     corners = np.asarray(facets.corners).reshape(-1, 3, 3)
     side = np.sign(facets.normals[:, 2])
@@ -139,7 +142,7 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
 
 
 def count(flights, facets, raster, mass, squares, ground, zones):
-    """Count impacts, which strike a facet with the speed they come with, and deposits."""
+    """Count deposits and impacts; an impact has the speed before the impact."""
 
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
@@ -157,7 +160,7 @@ def count(flights, facets, raster, mass, squares, ground, zones):
 
 
 def passages(times):
-    """How many stays are left of intervals once those that join are one."""
+    """Return the number of stays after adjoining intervals are joined."""
     entered, until = 0, -math.inf
     for begin, end in sorted(times):
         entered += begin > until + JOINED

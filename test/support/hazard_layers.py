@@ -1,4 +1,4 @@
-"""Hazard maps made from points along the paths of rocks, by brute force: what the products are tested with."""
+"""Hazard maps by brute force from points on the paths of rocks, as a reference for tests of the products."""
 
 from types import SimpleNamespace
 
@@ -13,19 +13,24 @@ MASS = 1400.0
 
 
 class Points:
-    """Points (N,) of rocks: which rock, where in plan (N, 2) m local, when (s), how fast (m/s), how high (m), touching.
+    """Points (N,) on the paths of rocks.
 
+    rock : (N,); plan : (N, 2) m, local; t : (N,) s; speed : (N,) m/s; height : (N,) m; touching : (N,) contact with
+        ground
     The last point of each rock is where it stopped.
     """
 
     def __init__(self, rock, plan, t, speed, height, touching):
-        """Arrays of one length, grouped by rock in order of time."""
+        """Keep the arrays, all of one length, grouped by rock in order of time."""
         self.rock, self.plan, self.t, self.speed, self.height, self.touching = rock, plan, t, speed, height, touching
         self.last = np.append(rock[1:] != rock[:-1], True)
 
 
 def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: int = 7) -> Points:
-    """Rocks that fly from one place on the western rim towards the middle, each a random part of the way."""
+    """Return points of rocks that fly from one place on the western rim towards the middle.
+
+    Each rock flies a random part of the way.
+    """
     random = np.random.default_rng(seed)
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     start = np.array([0.88 * low[0] + 0.12 * high[0], (low[1] + high[1]) / 2])
@@ -46,7 +51,7 @@ def lines_of_rocks(terrain: Terrain, rocks: int = 300, points: int = 80, seed: i
 
 
 def laid_out(layers: Layers) -> SimpleNamespace:
-    """Layers as arrays (C,) of all cells: counts 0 and statistics NaN where no rock came."""
+    """Return the layers as arrays (C,) of all cells; counts are 0 and statistics NaN where no rock came."""
 
     def column(values):
         return layers.everywhere(values, 0 if values.dtype.kind in "iu" else np.nan)
@@ -61,13 +66,13 @@ def laid_out(layers: Layers) -> SimpleNamespace:
 
 
 def laid_out_maps(maps: HazardMaps) -> SimpleNamespace:
-    """The same maps with the layers of each kind of cell laid out."""
+    """Return the maps with the layers of each kind of cell as arrays of all cells."""
     kinds = {kind: laid_out(getattr(maps, kind)) for kind in ("cells", "facets", "zones", "areas")}
     return SimpleNamespace(**{**vars(maps), **kinds})
 
 
 def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=()) -> HazardMaps:
-    """The maps of points over a terrain; `areas` are (name, (N,) flag of each point) pairs."""
+    """Return the maps of points over a terrain; `areas` are (name, (N,) flag of each point) pairs."""
     raster = raster_over(terrain, cell)
     facet = facets_below(terrain, points.plan)
     flown = int(points.rock.max()) + 1 if len(points.rock) else 0
@@ -86,14 +91,14 @@ def maps_of(terrain: Terrain, points: Points, cell: float | None = None, areas=(
 
 
 def cell_of(raster: Raster, plan: np.ndarray) -> np.ndarray:
-    """The cell (N,) of points (N, 2) m."""
+    """Return the cell (N,) of points (N, 2) m; -1 outside the raster."""
     column, row = np.floor((plan - (raster.x, raster.y)) / raster.cell).astype(int).T
     inside = (column >= 0) & (column < raster.nx) & (row >= 0) & (row < raster.ny)
     return np.where(inside, row * raster.nx + column, -1)
 
 
 def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.ndarray:
-    """The facet (N,) below points (N, 2) m, to within a pixel; -1 beside the terrain."""
+    """Return the facet (N,) below points (N, 2) m, exact to one pixel; -1 outside the terrain."""
     low, high = terrain.vertices[:, :2].min(axis=0), terrain.vertices[:, :2].max(axis=0)
     shown = seen_from_above(terrain, Window(low[0], high[0], low[1], high[1]), pixels).facet
     at = np.floor((plan - low) / (high - low) * shown.shape[::-1]).astype(int)
@@ -103,7 +108,7 @@ def facets_below(terrain: Terrain, plan: np.ndarray, pixels: int = 500) -> np.nd
 
 
 def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
-    """The layers of so many cells from points in cells (N,), -1 for none."""
+    """Return the layers of `cells` cells from points in cells (N,); -1 is no cell."""
     inside = cell >= 0
     rock, cell = points.rock[inside], cell[inside]
     entered = np.append(True, (cell[1:] != cell[:-1]) | (rock[1:] != rock[:-1])) if len(cell) else np.empty(0, bool)
@@ -130,14 +135,14 @@ def layers_of(points: Points, cell: np.ndarray, cells: int) -> Layers:
 
 
 def gathered(everywhere: tuple[np.ndarray, ...], kept: np.ndarray) -> Layers:
-    """The layers of the cells to keep (C,) from arrays (C,) of all cells, and from tables (C, 6) of their spreads."""
+    """Return the layers of the cells to keep (C,) from arrays (C,) of all cells and tables (C, 6) of their spreads."""
     *counts, arrival, energy, speed, height = (array[kept] for array in everywhere)
     spreads = [CellStatistics(*table.T) for table in (energy, speed, height)]
     return Layers(len(kept), np.flatnonzero(kept), *counts, arrival, *spreads, 0.0)
 
 
 def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
-    """The spread over the rocks in each cell of their maxima (N,), a table (C, 6)."""
+    """Return a table (C, 6): the statistics of the maxima (N,) of the rocks in each cell."""
     order = np.argsort(cell, kind="stable")
     reached, first = np.unique(cell[order], return_index=True)
     table = np.full((cells, 2 + len(PERCENTILES)), np.nan)
@@ -149,7 +154,7 @@ def spread_of(cell: np.ndarray, most: np.ndarray, cells: int) -> np.ndarray:
 
 
 def _merged(parts: list[Layers]) -> Layers:
-    """Areas may overlap: each was counted alone, with the numbers of the others empty."""
+    """Return the layers of areas that may overlap, each counted separately."""
     count = parts[0].count
     laid = [laid_out(part) for part in parts]
 

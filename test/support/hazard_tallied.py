@@ -1,4 +1,4 @@
-"""Rocks thrown about over small terrains, and tallies of them."""
+"""Rocks thrown over small terrains, and their tallies."""
 
 import numpy as np
 import scenes_of_facets as made
@@ -12,13 +12,13 @@ from rpf3d_core.hazard.walks.ground import ground_over
 from rpf3d_core.terrain.facets import facets_of
 
 MASS = 1000.0
-"""Of the rocks that `scenes_of_facets.fly` makes (kg)."""
+"""Mass of the rocks of `scenes_of_facets.fly` (kg)."""
 MEMORY = 1e9
-"""Bytes that bins may take."""
+"""Memory limit of the bins (bytes)."""
 
 
 def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
-    """Tallies over a terrain with a raster that does not line up with its grid."""
+    """Return tallies over a terrain with a raster that is not aligned with the terrain's grid."""
     facets = facets_of(terrain)
     low = (facets.low[0] - 0.37, facets.low[1] - 0.53)
     raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
@@ -28,7 +28,7 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
 
 
 def rocks_above(count, size=18.0, seed=3):
-    """Rocks thrown about over a grid of some size."""
+    """Return random positions and velocities of rocks over a grid of a size (m)."""
     random = np.random.default_rng(seed)
     x = random.uniform(1.0, size - 1.0, (count, 3))
     x[:, 2] = 6.0
@@ -36,21 +36,21 @@ def rocks_above(count, size=18.0, seed=3):
 
 
 def rough(slope=0.3, amplitude=0.6):
-    """A rough grid of 12 by 12 squares of 1.5 m, its facets in three zones."""
+    """Return a rough grid of 12 by 12 squares of 1.5 m, with facets in three zones."""
     terrain = made.rough_grid(12, 18.0, slope, amplitude, seed=5)
     zone = (np.arange(len(terrain.triangles)) // 40 % 3).astype(np.int32)
     return type(terrain)(terrain.vertices, terrain.triangles, zone, ("a", "b", "c"), terrain.frame)
 
 
 def flown(terrain, tallies, engine="compiled", count=60, model="sliding", **how):
-    """Rocks flown over a terrain and counted."""
+    """Return the flights of rocks over a terrain, counted by the tallies."""
     x, v = rocks_above(count)
     physics = made.flight(made.surface(0.6, 0.85, 25.0), model)
     return made.fly(made.engine_over(engine, terrain), physics, x, v, watch=tallies, **how)
 
 
 def numbers(maps):
-    """Every array of some maps, by name."""
+    """Yield the name and the values of every array of the maps."""
     for kind in ("cells", "facets", "zones", "areas"):
         for name, value in vars(getattr(maps, kind)).items():
             parts = vars(value) if hasattr(value, "p95") else {"": value}

@@ -1,4 +1,4 @@
-"""Small input folders of other programs, as their users have them."""
+"""Small input folders of other programs, in the form that their users have."""
 
 from pathlib import Path
 
@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 ROWS, COLUMNS, CELL = 14, 12, 5.0
 CORNER = (601000.0, 201000.0)
-"""x and y of the south-west corner, m."""
+"""x and y of the south-west corner (m)."""
 NODATA = -9999.0
 
 Grid = NDArray[np.float64]
 
 
 def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float, float] = CORNER) -> Path:
-    """An ESRI ASCII grid; NaN is written as NODATA."""
+    """Write an ESRI ASCII grid; NaN is written as NODATA."""
     rows, columns = values.shape
     header = f"ncols {columns}\nnrows {rows}\nxllcorner {corner[0]!r}\nyllcorner {corner[1]!r}\ncellsize {cell!r}\n"
     shown = np.where(np.isnan(values), NODATA, values)
@@ -24,19 +24,19 @@ def write_grid(path: Path, values: Grid, cell: float = CELL, corner: tuple[float
 
 
 def slope(rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """Heights of a bumpy slope of about 40 degrees that falls to the south and becomes level."""
+    """Return the heights of a bumpy slope of about 40 degrees that falls to the south and becomes level."""
     row, column = np.mgrid[0:rows, 0:columns].astype(float)
     fall = np.maximum(0.0, 0.7 * rows - row) * CELL * 0.84
     return np.asarray(400.0 + fall + 0.4 * np.sin(1.3 * column) + 0.3 * np.cos(row))
 
 
 def full(value: float, rows: int = ROWS, columns: int = COLUMNS) -> Grid:
-    """The same number everywhere."""
+    """Return a grid with one value everywhere."""
     return np.full((rows, columns), value)
 
 
 def rockyfor3d_grids() -> dict[str, Grid]:
-    """A slope of three soils and a river, with six source cells of two sizes, and one that the program ignores."""
+    """Return a slope of three soils and a river, with six source cells of two sizes, and a cell that is ignored."""
     soil, rough = full(4.0), {"rg70": full(0.05), "rg20": full(0.1), "rg10": full(0.3)}
     soil[9:11] = 3.0
     soil[11, 3:9] = 0.0
@@ -55,7 +55,7 @@ def rockyfor3d_grids() -> dict[str, Grid]:
 
 
 def stone_grids() -> dict[str, Grid]:
-    """A slope of two lithologies above a lake, with sources of 10 and 4 rocks; no value where there is no source."""
+    """Return a slope of two lithologies above a lake, with sources of 10 and 4 rocks; other cells have no sources."""
     sources = full(np.nan)
     sources[2, 3:6], sources[3, 8] = 10.0, 4.0
     sources[12:, 2:10] = -1.0
@@ -65,7 +65,7 @@ def stone_grids() -> dict[str, Grid]:
 
 
 def write_folder(folder: Path, grids: dict[str, Grid]) -> Path:
-    """A folder of such grids, each as .asc."""
+    """Write a folder of grids, each as .asc."""
     folder.mkdir()
     for name, values in grids.items():
         write_grid(folder / f"{name}.asc", values)

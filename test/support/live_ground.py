@@ -1,4 +1,4 @@
-"""Grounds and sources to answer over: a small pit."""
+"""Grounds and sources for answers over a small pit."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ ENGINES = ["reference", *(["compiled"] if HAS_NUMBA else [])]
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A ground as it is asked for."""
+    """A ground with the attributes that an answer reads."""
 
     terrain: Any
     facets: Any
@@ -29,25 +29,25 @@ class Ground:
 
 
 def pit_scene(folder, more="", **of_pit):
-    """The scene of the pit."""
+    """Return the scene of the pit."""
     return read_scene(small_pit.scene_file(folder, more=more, **of_pit))
 
 
 def pit_ground(scene, engine=ENGINES[-1]):
-    """The pit as a ground."""
+    """Return the pit as a ground."""
     terrain, _ = read_terrain(scene)
     facets = facets_of(terrain)
     return Ground(terrain, facets, engine_of(engine, facets))
 
 
 def pit_standing(folder, engine=ENGINES[-1], more="", **of_pit):
-    """Everything that answers over the pit share."""
+    """Return the prepared terrain that all answers over the pit share."""
     scene = pit_scene(folder, more, **of_pit)
     return stand_on(pit_ground(scene, engine), scene)
 
 
 def over_the_wall(count=5, height=4.0, stamp_ns=7, topic=""):
-    """A trigger of sources on the pit's wall, thrown towards its middle."""
+    """Return a trigger of sources on the pit's wall, thrown towards the pit's middle."""
     angle = np.linspace(0.0, 1.5 * np.pi, count)
     towards = np.stack([-np.cos(angle), -np.sin(angle), np.zeros(count)], axis=1)
     places = -170.0 * towards

@@ -1,4 +1,4 @@
-"""The mine around a live simulator: sends it terrain, sources and areas, and hears all that it says."""
+"""The mine around a live simulator: publishes terrain, sources and areas, and receives all topics of the simulator."""
 
 import resource
 import time
@@ -29,25 +29,25 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 NODE = "rpf3d_simulator"
 CONFIGURE, SHUT_DOWN = Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_UNCONFIGURED_SHUTDOWN
 PATIENCE = 120.0
-"""Seconds until something that should happen is given up; a cold compiler cache and two busy cores take 60."""
+"""Longest wait for an expected event (s); with a cold compiler cache and two busy cores it takes 60 s."""
 
 TURN = 0.02
-"""Seconds that a peer waits for a message before it looks whether what it waits for has happened."""
+"""Time that a peer waits for a message before it checks its condition again (s)."""
 
 SECOND = 1_000_000_000
 INPUTS = [name for name, topic in TOPICS.items() if topic.given]
 SIDE, SLOPE_ENDS, DROP = 60, 40, 40.0
 TOE = ((42.0, 20.0), (52.0, 20.0), (52.0, 40.0), (42.0, 40.0))
-"""Corners (m) of an area at the toe that nearly every rock from the slope comes to."""
+"""Corners (m) of an area at the toe that nearly every rock from the slope reaches."""
 
 ON_THE_SLOPE = (10.0, 30.3, DROP - 10.0 + 2.0)
-"""Two metres above the slope."""
+"""A point two metres above the slope (m)."""
 
 SPACING = 1.0
 
 
 class Said(NamedTuple):
-    """A part of a node's state, as it was told once."""
+    """One received state of a part of a node."""
 
     part: str
     level: int
@@ -55,46 +55,46 @@ class Said(NamedTuple):
 
 
 def ramp(lowered=0.0):
-    """Points (61, 61, 3) m: a slope of 45 degrees from x = 0 down to x = 40, and a level floor from there to x = 60."""
+    """Return points (61, 61, 3) m: a slope of 45 degrees from x = 0 to x = 40, and a level floor up to x = 60."""
     y, x = np.mgrid[0 : SIDE + 1, 0 : SIDE + 1].astype(float) * SPACING
     return np.stack([x, y, np.maximum(DROP - x, 0.0) - lowered], axis=-1)
 
 
 def ramp_of(side):
-    """Points (side, side, 3) m of the same slope and floor, as fine as that takes."""
+    """Return points (side, side, 3) m of the same slope and floor at another resolution."""
     y, x = np.mgrid[0:side, 0:side] * (SIDE / (side - 1))
     return np.stack([x, y, np.maximum(DROP - x, 0.0)], axis=-1)
 
 
 def cloud(points, stamp_ns, frame="map"):
-    """A PointCloud2 of points (H, W, 3) or (N, 3) m, organised or not."""
+    """Return a PointCloud2 of points (H, W, 3) or (N, 3) m, organised or not."""
     return cloud_of_columns(header(stamp_ns, frame), {name: points[..., i] for i, name in enumerate("xyz")})
 
 
 def poses(places, stamp_ns, frame="map"):
-    """A PoseArray of places, not turned."""
+    """Return a PoseArray of positions, without rotation."""
     each = [Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(w=1.0)) for x, y, z in places]
     return PoseArray(header=header(stamp_ns, frame), poses=each)
 
 
 def polygon(corners, stamp_ns, frame="map"):
-    """A PolygonStamped of corners (x, y) m."""
+    """Return a PolygonStamped of corners (x, y) m."""
     points = [Point32(x=x, y=y, z=0.0) for x, y in corners]
     return PolygonStamped(header=header(stamp_ns, frame), polygon=Polygon(points=points))
 
 
 def header(stamp_ns, frame="map"):
-    """A header of a time (ns)."""
+    """Return a header with a time (ns)."""
     return Header(stamp=Time(sec=stamp_ns // SECOND, nanosec=stamp_ns % SECOND), frame_id=frame)
 
 
 def nanoseconds(stamp):
-    """The time (ns) of a stamp."""
+    """Return the time (ns) of a stamp."""
     return stamp.sec * SECOND + stamp.nanosec
 
 
 def resident(pid):
-    """Memory (MB) that a process holds."""
+    """Return the resident memory (MB) of a process."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * resource.getpagesize() / 1e6
 
 
@@ -102,7 +102,7 @@ class LivePeer:
     """Publishes every input of a simulator; keeps its results, alerts and diagnostics."""
 
     def __init__(self, clock=False):
-        """clock : whether to publish /clock."""
+        """Create the node; clock : whether to publish /clock."""
         self.said, self.health, self.results, self.alerts, self.alarms, self.grids = [], {}, [], [], [], []
         self.context = Context()
         self.context.init()
@@ -128,18 +128,18 @@ class LivePeer:
             self.health[status.name] = status
 
     def now(self):
-        """The time (ns) of this peer's clock, later than any that it told before."""
+        """Return the time (ns) of this peer's clock, later than any time that it returned earlier."""
         now = time.time_ns() if self._clock is None else self._clock()
         self._last_stamp = max(now, self._last_stamp + 1)
         return self._last_stamp
 
     def run_clock(self, from_ns):
-        """Publish /clock from now on, whenever this peer turns: from a time (ns), as fast as the wall's."""
+        """Publish /clock from a time (ns) at the rate of the wall clock, on each turn of this peer."""
         began = time.monotonic_ns()
         self._clock, self._last_stamp = lambda: from_ns + time.monotonic_ns() - began, 0
 
     def spin(self, seconds=0.0, until_something_is_said=False):
-        """Take what comes for so long, or until the simulator says anything."""
+        """Take messages for some seconds, or until the simulator publishes a state."""
         until, said = time.monotonic() + seconds, len(self.said)
         self._turn(0.0)
         while (left := until - time.monotonic()) > 0 and not (until_something_is_said and len(self.said) > said):
@@ -151,7 +151,7 @@ class LivePeer:
         self.executor.spin_once(timeout_sec=min(longest, TURN))
 
     def wait(self, condition, what):
-        """Spin until the condition holds, and return what it gave."""
+        """Spin until the condition holds, and return its value."""
         deadline = time.monotonic() + PATIENCE
         while not (answer := condition()):
             assert time.monotonic() < deadline, f"waited {PATIENCE:g} s for {what}; said: {self.said[-12:]}"
@@ -159,17 +159,20 @@ class LivePeer:
         return answer
 
     def wait_for_simulator(self):
-        """Spin until a simulator listens to every topic and has said something."""
+        """Spin until a simulator subscribes to every topic and has published a state."""
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= 1, f"a subscriber of {topic}")
         self.wait(lambda: any(said.part.startswith(NODE) for said in self.said), "a word of the simulator")
 
     def send(self, topic, message):
-        """Publish a message, or bytes that claim to be one."""
+        """Publish a message, or bytes in place of a message."""
         self.publishers[topic].publish(message)
 
     def wait_for_sentence(self, sentence, after=0, node=NODE):
-        """Spin until a node says a sentence that holds this one, after so many others; what it said."""
+        """Spin until a node publishes a state that contains a sentence, after `after` earlier states.
+
+        Return the state.
+        """
 
         def found():
             return next((s for s in self.said[after:] if s.part.startswith(node) and sentence in s.message), None)
@@ -177,23 +180,23 @@ class LivePeer:
         return self.wait(found, f"{node} to say {sentence!r}")
 
     def refused(self, topic, message, sentence):
-        """Send what has to be refused, and wait for the refusal."""
+        """Publish an invalid message, and wait for its refusal."""
         before = len(self.said)
         self.send(topic, message)
         return self.wait_for_sentence(sentence, before)
 
     def stand_on_ramp(self, lowered=0.0, stamp_ns=None):
-        """Send the ramp and wait until it is the ground; its stamp (ns)."""
+        """Publish the ramp as terrain and return its stamp (ns)."""
         stamp_ns = stamp_ns or self.now()
         self.send("terrain/points", cloud(ramp(lowered), stamp_ns))
         return stamp_ns
 
     def watch_toe(self):
-        """Send the area at the toe."""
+        """Publish the area at the toe."""
         self.send("areas/polygon", polygon(TOE, self.now()))
 
     def see_rocks_reach_the_toe(self):
-        """Send ramp, area and sources, and wait until that evacuates: the values of the answer's status."""
+        """Publish ramp, area and sources, and wait for the level evacuate; return the values of the answer's status."""
         self.stand_on_ramp()
         self.watch_toe()
         values = self.answered()
@@ -201,13 +204,13 @@ class LivePeer:
         return values
 
     def answered(self, places=(ON_THE_SLOPE,), stamp_ns=None):
-        """Send sources and wait for an answer to them: its status."""
+        """Publish sources and wait for their answer; return the values of its status."""
         stamp_ns = stamp_ns or self.now()
         self.send("sources", poses(places, stamp_ns))
         return self.wait_for_answer(stamp_ns)
 
     def wait_for_answer(self, stamp_ns):
-        """Wait for an answer to the sources of a stamp (ns): the values of its status."""
+        """Wait for the answer to the sources of a stamp (ns); return the values of its status."""
 
         def found():
             return next((r for r in self.results if nanoseconds(r.header.stamp) == stamp_ns), None)
@@ -216,11 +219,11 @@ class LivePeer:
         return {pair.key: pair.value for pair in status.values}
 
     def answer_values(self):
-        """The values of the last answer's status."""
+        """Return the values of the last answer's status."""
         return {pair.key: pair.value for pair in self.results[-1].status[0].values}
 
     def wait_for_alert(self, level, after=0):
-        """Wait for an alert of a level (a word), after so many others: its status."""
+        """Wait for an alert of a level (a word), after `after` earlier alerts; return its status."""
 
         def found():
             told = (status for array in self.alerts[after:] for status in array.status if status.name == ALERT)
@@ -229,21 +232,21 @@ class LivePeer:
         return self.wait(found, f"an alert of level {level}, not {[a.status[0].message for a in self.alerts[-3:]]}")
 
     def state(self):
-        """The simulator's lifecycle state, a word."""
+        """Return the name of the simulator's lifecycle state."""
         return self.call(GetState, f"{NODE}/get_state", GetState.Request()).current_state.label
 
     def change(self, transition):
-        """Ask the simulator for a transition (lifecycle_msgs/Transition); whether it succeeded."""
+        """Request a transition of the simulator (lifecycle_msgs/Transition); True if it succeeded."""
         request = ChangeState.Request()
         request.transition.id = transition
         return self.call(ChangeState, f"{NODE}/change_state", request).success
 
     def acknowledge(self):
-        """Call ~/acknowledge: its response."""
+        """Call ~/acknowledge and return the response."""
         return self.call(Trigger, f"{NODE}/acknowledge", Trigger.Request())
 
     def call(self, kind, name, request):
-        """Call a service and wait for its response."""
+        """Call a service and return its response."""
         client = self.node.create_client(kind, name)
         self.wait(client.service_is_ready, f"the service {name}")
         future = client.call_async(request)
@@ -266,11 +269,11 @@ areas:
   live_area*: {{restrict: {{reach_probability: 0.1}}, evacuate: {{reach_probability: 0.5}}}}
 """
 FEW_ROCKS = {"ground": "sliding", "first_rocks": 200, "target.most_rocks": 400}
-"""Parameters of answers that take milliseconds."""
+"""Parameters for answers that take milliseconds."""
 
 
 def with_alerts(folder, oldest=3600):
-    """Parameters of a simulator that decides on alerts, and keeps its terrain and decisions in a folder.
+    """Return the parameters of a simulator that decides on alerts and keeps its terrain and decisions in a folder.
 
     oldest : age (s) at which sources are stale
     """
@@ -281,6 +284,6 @@ def with_alerts(folder, oldest=3600):
 
 
 def full_disk(pid, limit):
-    """From now on no file of a process grows beyond a limit (bytes), as on a full disk; None lifts that again."""
+    """Limit the size of all files of a process (bytes), as on a full disk; None removes the limit."""
     hard = resource.prlimit(pid, resource.RLIMIT_FSIZE)[1]
     resource.prlimit(pid, resource.RLIMIT_FSIZE, (hard if limit is None else limit, hard))

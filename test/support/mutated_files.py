@@ -1,4 +1,4 @@
-"""Small sound files of every kind that is read, and damage to them."""
+"""Small valid files of every format that is read, and damage to them."""
 
 import gzip
 import random
@@ -34,7 +34,7 @@ WORDS = (b"", b"float", b"int", b"list", b"vertex", b"\0", b"\xff\xfe", b"'", b'
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:
-    """The content of a file with one to three pieces of damage."""
+    """Return the content of a file after one to three kinds of damage."""
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         data = rng.choice((_cut, _bits, _bytes, _number, _number, _number, _word, _line, _twice))(data, rng)
     return data
@@ -52,7 +52,7 @@ def _bits(data: bytes, rng: random.Random) -> bytes:
 
 
 def _bytes(data: bytes, rng: random.Random) -> bytes:
-    """Four or eight bytes set to ones that mean something in binary files."""
+    """Return the data with four or eight bytes replaced by values that have a meaning in binary files."""
     what = rng.choice((b"\xff\xff\xff\xff", b"\0\0\0\0", b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f" * 2))
     place = rng.randrange(len(data) + 1)
     return data[:place] + what + data[place + len(what) :]
@@ -82,7 +82,7 @@ def _exchanged(data: bytes, pattern: bytes, others: tuple[bytes, ...], rng: rand
     found = list(re.finditer(pattern, data))
     if not found:
         return data
-    # Headers decide most, so half of the damage goes there.
+    # Headers affect the reader most, so half of the damage goes there.
     place = rng.choice(found[:20] if rng.random() < 0.5 else found)
     return data[: place.start()] + rng.choice(others) + data[place.end() :]
 
@@ -112,7 +112,10 @@ def _by_vtk(writer_of: Callable[[], object], binary: bool | None) -> Callable[[P
 
 
 def _ply(order: str) -> Callable[[Path], None]:
-    """One triangle becomes a square, so that faces of mixed sizes are read too."""
+    """Return a function that writes a PLY file.
+
+    One triangle becomes a square, so that faces of mixed sizes are read too.
+    """
     sign = {"binary_little_endian": "<", "binary_big_endian": ">"}.get(order)
     faces = [[*TRIANGLES[0], 5], *TRIANGLES[1:].tolist()]
     header = (
@@ -180,4 +183,4 @@ READERS: dict[str, tuple[Callable[[Path], object], Callable[[Path], object]]] = 
     "xyz text": (lambda path: path.write_bytes(b"# x y z\n1, 2, 3\n4, 5, 6, more\n\n7, 8, 9\n"), read_points),
     "yaml text": (lambda path: path.write_bytes(SCENE), read_scene),
 }
-"""How to write a sound file of each kind, and how to read it; the first word is the file's extension."""
+"""How to write a valid file of each format, and how to read it; the first word of a key is the file's extension."""

@@ -1,4 +1,4 @@
-"""Small sound messages of every kind that is converted, and their conversions."""
+"""Small valid messages of every converted kind, and their conversions."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,11 +26,11 @@ from rpf3d_ros.messages.terrain_messages import check_cloud, check_mesh, mesh_of
 
 MAP, HEADER = MapFrame(), Header(frame_id="map")
 MOST = 1000
-"""Points that a terrain may have here."""
+"""Largest number of points of a terrain in these tests."""
 POINTS = np.arange(60.0).reshape(20, 3)
 
 Case = tuple[Any, type, Callable[[Any], object]]
-"""A sound message, what the conversion takes (a message class, or bytes), and the conversion."""
+"""A valid message, the input of its conversion (a message class, or bytes), and the conversion."""
 
 
 def _grid() -> Case:
@@ -39,7 +39,7 @@ def _grid() -> Case:
 
 
 def _survey(cloud: PointCloud2) -> object:
-    """As the node does: what can be told at once, then the points."""
+    """Convert as the node does: first the quick check, then the points."""
     check_cloud(cloud, MAP, MOST)
     return survey_of_cloud(cloud, MAP, MOST)
 

@@ -1,6 +1,6 @@
-"""The campaign of releases on vertices, edges and faces: no rock may be below the ground that it was above.
+"""The campaign of releases on vertices, edges and faces: no rock may be below the ground that it started above.
 
-    python test/support/never_below.py --rocks 1250000 --first 1    print a line for each family and the seed of each fall
+    python test/support/never_below.py --rocks 1250000 --first 1    print a line a family, and the seed of each fall
 
 A case is a mesh, 250 rocks and one physics, drawn from a family and a seed (`test/support/random_ground.py`).
 """
@@ -18,24 +18,24 @@ from rpf3d_core.ensemble.fly import fly_ensemble
 from rpf3d_core.values import Outcome
 
 ROCKS = 250
-"""Rocks of a case."""
+"""Rocks in each case."""
 FEW = 20
-"""Rocks of a case that the reference engine flies as well: it takes a thousand times as long."""
+"""Rocks of a case that also fly on the reference engine, which takes a thousand times as long."""
 
 
 def flown(case: Case, engine: str = "compiled", some: slice = slice(None)) -> Flights:
-    """The flights of a case's rocks, or of some of them, on an engine."""
+    """Return the flights of a case's rocks, or of some of them, on an engine."""
     return fly_ensemble(engine_over(engine, case.terrain), case.flight, released(case.x[some], case.v[some]), threads=1)
 
 
 def engines_differ(case: Case) -> bool:
-    """Whether the engines give other bits for the first rocks of a case."""
+    """True if the engines give different bits for the first rocks of a case."""
     first = slice(0, FEW)
     return not same_bits(flown(case, "compiled", first), flown(case, "reference", first))
 
 
 def wrongs(case: Case, flights: Flights, both: bool) -> int:
-    """Print what is wrong with the flights of a case, with its seed; return how many rocks that concerns."""
+    """Print the faults in the flights of a case, with its seed; return the number of faulty rocks."""
     rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights)}
     for word, some in rows.items():
         if len(some):
@@ -47,7 +47,7 @@ def wrongs(case: Case, flights: Flights, both: bool) -> int:
 
 
 def campaign(family: str, seeds: range, rebounds: list[str], both: int) -> int:
-    """Fly the cases of a family, every n-th on both engines; print a line; return how many rocks went wrong."""
+    """Fly the cases of a family, every n-th case on both engines; print a line; return the number of faulty rocks."""
     began, outcomes, wrong = time.process_time(), Counter[str](), 0
     for seed in seeds:
         case = case_of(family, seed, ROCKS, rebounds[seed % len(rebounds)])
@@ -61,7 +61,7 @@ def campaign(family: str, seeds: range, rebounds: list[str], both: int) -> int:
 
 
 def main() -> int:
-    """Fly the campaign; the exit code is 1 if a rock fell, hung in the air, or differed between the engines."""
+    """Fly the campaign; return 1 if a rock fell, hung in the air, or differed between the engines, else 0."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rocks", type=int, default=1_250_000)
     parser.add_argument("--first", type=int, default=1, help="the first seed")

@@ -1,4 +1,4 @@
-"""Barriers and trees made for tests without a scene, and rocks flown against them."""
+"""Barriers and trees for tests without a scene, and rocks flown against them."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -17,9 +17,9 @@ from rpf3d_core.terrain.facets import Terrain, tolerance_of
 from rpf3d_core.terrain.sections import ground_at, section_of
 
 MASS, RADIUS = 1000.0, 0.5
-"""Of the rocks that `scenes_of_facets.fly` makes (kg, m)."""
+"""Mass and radius of the rocks of `scenes_of_facets.fly` (kg, m)."""
 STRAIGHT = Deflection(0.35, 0.75, (1.0, 0.0, 0.0) * 3, (0.0, 0.0, 67.5, 76.0))
-"""Rocks go on where they went."""
+"""A deflection that keeps the direction of rocks."""
 ASIDE = Deflection(0.35, 0.75, (0.4, 0.4, 0.2) * 3, (0.0, 22.5, 67.5, 76.0))
 
 
@@ -27,7 +27,7 @@ def fence(
     terrain: Terrain, corners: Sequence[tuple[float, float]], height: float, capacity: float, taken: float = 1.0,
     top: bool = False, first: int = 0,
 ) -> Barriers:  # fmt: skip
-    """One barrier along a line on a terrain."""
+    """Return one barrier along a line on a terrain."""
     feet, facets, lines = [], [], []
     for number, (begin, end) in enumerate(pairwise(np.array(corners, dtype=float))):
         section = section_of(terrain, begin, end)
@@ -46,7 +46,7 @@ def fence(
 
 
 def fences(*some: Barriers) -> Barriers:
-    """Several barriers as those of one scene, in this order."""
+    """Return several barriers in the form of the barriers of one scene, in this order."""
     rows, lines = [len(one.panel.x) for one in some], np.cumsum([0, *(one.panel.line.max() + 1 for one in some[:-1])])
     columns = {name: np.concatenate([getattr(one.panel, name) for one in some]) for name in Panel._fields}
     columns["line"] = columns["line"] + np.repeat(lines, rows)
@@ -61,7 +61,7 @@ def trees(
     terrain: Terrain, places: Sequence[tuple[float, float]], dbh_cm: float = 40.0, height: float = 20.0,
     energy: float = 1e5, deflection: Deflection = STRAIGHT, first: int = 0,
 ) -> Forest:  # fmt: skip
-    """Trees of one kind on a terrain; energy : what each takes at most, J."""
+    """Return trees of one kind on a terrain; energy : largest energy that a tree absorbs (J)."""
     plan = np.array(places, dtype=float).reshape(-1, 2)
     z, _ = ground_at(terrain, plan)
     some = np.ones(len(plan))
@@ -73,23 +73,23 @@ def trees(
 
 
 def with_effects(physics: Flight, *effects: object) -> Flight:
-    """The same physics with effects."""
+    """Return the same physics with effects."""
     models = physics.models
     return dataclasses.replace(physics, models=Models(models.rebound, models.ground, chain_of(effects)))
 
 
 def energy_of(speed: float) -> float:
-    """Translational energy (J) of a rock at a speed (m/s)."""
+    """Return the translational energy (J) of a rock at a speed (m/s)."""
     return 0.5 * MASS * speed * speed
 
 
 def thrown(count: int, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
-    """Rocks thrown down an incline that falls towards +x."""
+    """Return positions and velocities of rocks thrown down an incline that falls towards +x."""
     random = np.random.default_rng(seed)
     x = np.stack([random.uniform(-2, 0, count), random.uniform(-7, 7, count), random.uniform(2, 6, count)], 1)
     return x, np.stack([random.uniform(0, 8, count), random.uniform(-2, 2, count), np.zeros(count)], 1)
 
 
 def rough_ground() -> made.Terrain:
-    """An incline of 35 degrees in uneven facets."""
+    """Return an incline of 35 degrees with uneven facets."""
     return made.incline(35, cells=(30, 8), jitter=3)

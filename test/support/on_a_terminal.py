@@ -1,4 +1,4 @@
-"""The program as a user runs it at a terminal: it shows what it is doing, and may be interrupted."""
+"""Run the program as a user does at a terminal: with progress on the screen, and interruptible."""
 
 import os
 import pty
@@ -16,20 +16,20 @@ WIDTH = 100
 
 
 class OnATerminal:
-    """A command on a terminal of its own, so that it shows what it is doing."""
+    """A command on a terminal of its own, so that the command shows its progress."""
 
     def __init__(self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)) -> None:
         self.screen, other = pty.openpty()
         self.process = subprocess.Popen(
             [*command, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS=str(width)),
             stdin=subprocess.DEVNULL, stdout=other, stderr=other, start_new_session=True,
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores Ctrl-C
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # background jobs ignore Ctrl-C by default
         )  # fmt: skip
         os.close(other)
         self.shown = ""
 
     def until(self, text: str) -> None:
-        """Wait for a text to appear on the screen."""
+        """Wait until a text appears on the screen."""
         end = time.monotonic() + LONGEST
         while text not in self.shown:
             assert time.monotonic() < end, f"{text!r} did not appear: {self.shown[-500:]!r}"
@@ -37,17 +37,17 @@ class OnATerminal:
                 pytest.fail(f"{text!r} did not appear before the end: {self.shown[-500:]!r}")
 
     def send(self, number: int) -> None:
-        """Send a signal: SIGINT is what Ctrl-C sends."""
+        """Send a signal; Ctrl-C sends SIGINT."""
         self.process.send_signal(number)
 
     def end(self) -> int:
-        """Wait for the end; the exit code."""
+        """Wait for the end and return the exit code."""
         while self._read():
             pass
         return self.process.wait(LONGEST)
 
     def close(self) -> None:
-        """Leave nothing running."""
+        """Kill the command and close the terminal."""
         self.process.kill()
         self.process.wait()
         os.close(self.screen)

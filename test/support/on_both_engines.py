@@ -1,4 +1,4 @@
-"""What tests of hard cases have in common: both engines, both ground models, and what holds for every rock."""
+"""Shared parts of the tests of hard cases: both engines, both ground models, conditions that hold for every rock."""
 
 from dataclasses import replace
 
@@ -15,31 +15,31 @@ from rpf3d_core.values import Mode, Outcome
 
 G = 9.81
 NEAR = 1e-6
-"""m: far above the contact tolerance (1e-11 m on these terrains), far below anything of interest."""
+"""m: far above the contact tolerance (1e-11 m on these terrains), far below any relevant distance."""
 BOTH = pytest.mark.parametrize("engine", ENGINES)
 MODELS = pytest.mark.parametrize("model", ["none", "sliding"])
 
 
 def as_loaded(terrain: Terrain) -> Terrain:
-    """The terrain with its winding repaired, as every terrain that is read from a file."""
+    """Return the terrain with its winding repaired, like every terrain that is read from a file."""
     winding = repair_winding(terrain.vertices, terrain.triangles, edges_of(terrain.triangles, len(terrain.vertices)))
     return replace(terrain, triangles=winding.triangles)
 
 
 def lies_on(engine: Engine, flights: Flights) -> bool:
-    """Whether every rock that stopped has ground within NEAR below it."""
+    """True if every rock that stopped has ground within NEAR below it."""
     x = flights.deposits.x[flights.deposits.outcome == Outcome.STOPPED] + (0, 0, NEAR)
     below = engine.ground_below(x)
     return bool(np.all(below[:, 1] >= 0) and np.all(below[:, 0] <= 2 * NEAR))
 
 
 def outcomes(flights: Flights) -> set[Outcome]:
-    """The outcomes that occurred."""
+    """Return the outcomes that occurred."""
     return {Outcome(outcome) for outcome in flights.deposits.outcome}
 
 
 def along_flights(flights: Flights, gravity: float = G, samples: int = 9) -> np.ndarray:
-    """Points on all paths: events, and `samples` on each flight between them: (N, 3)."""
+    """Return points (N, 3) m on all paths: events, and `samples` points on each flight between them."""
     paths = flights.paths
     going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     t = np.linspace(0.0, 1.0, samples)[:, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]
@@ -48,7 +48,7 @@ def along_flights(flights: Flights, gravity: float = G, samples: int = 9) -> np.
 
 
 def loses_energy(flights: Flights, gravity: float = G, room: float = 1e-9) -> bool:
-    """Whether the energy of no rock rises anywhere on its way, up to a share `room` of the largest of all."""
+    """True if no rock's energy rises on its path by more than a share `room` of the largest energy of all rocks."""
     paths = flights.paths
     after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
     before = gravity * paths.x[1:, 2] + 0.5 * (paths.v_end[:-1] ** 2).sum(1)

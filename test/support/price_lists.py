@@ -1,4 +1,4 @@
-"""A price list of accuracy that nobody measured: round figures, to be chosen from and drawn."""
+"""An invented price list of accuracy with round figures, for tests of choices and drawings."""
 
 import math
 from typing import Any
@@ -9,7 +9,7 @@ STEPS = {"method": "stepping", "dt": 1e-3, "threshold": 0.05, "squared": False}
 
 
 def price_list(**changes: Any) -> PriceList:
-    """Errors and seconds that are easy to add up; changes : attributes that are to be others."""
+    """Return errors and seconds that are easy to add up; changes : attributes with other values."""
     statistical = [Priced({"rocks": n}, 2.0 / math.sqrt(n), 0.01, {"seconds": 1e-5 * n}) for n in (100, 400, 1600)]
     numerical = [
         Priced(EVENTS, 0.0, 0.01, {}), Priced(STEPS, 0.02, 5.0, {}), Priced({**STEPS, "dt": 1e-1}, 0.4, 0.001, {}),

@@ -1,6 +1,6 @@
-"""How many examples a property is tried on: a few, always the same, or a campaign's.
+"""The number of examples for each property test: a few fixed examples, or the examples of a campaign.
 
-`make campaign` sets RPF3D_EXAMPLES and a seed; what came of it stands in test/properties/README.md.
+`make campaign` sets RPF3D_EXAMPLES and a seed; test/properties/README.md has the results.
 """
 
 import os
@@ -8,13 +8,13 @@ import os
 from hypothesis import HealthCheck, Phase, settings
 
 CAMPAIGN = int(os.environ.get("RPF3D_EXAMPLES", "0"))
-"""Examples of each property; 0 for the few of every test run."""
+"""Examples for each property; 0 for the few examples of every test run."""
 
 
 def examples(few: int) -> settings:
-    """Settings for so many examples, or the campaign's."""
+    """Return settings for `few` examples, or for the campaign's number."""
     return settings(
         max_examples=CAMPAIGN or few, derandomize=not CAMPAIGN, deadline=None, database=None,
         suppress_health_check=list(HealthCheck),
-        phases=[Phase.explicit, Phase.generate],  # a failing case of a few numbers needs no minutes of shrinking
+        phases=[Phase.explicit, Phase.generate],  # no shrinking, which takes minutes: failing cases are small
     )  # fmt: skip

@@ -1,7 +1,8 @@
-"""Random meshes, rocks released on their vertices, edges and faces, and an independent check that none falls through.
+"""Random meshes, rocks released on them, and an independent check that no rock falls through.
 
-The check shares no code with the contact search: it asks every facet over which a point lies in plan, in numpy, whether
-the point is below its plane. The meshes are height fields over a square, so no facet faces downwards.
+The rocks start on vertices, edges and faces. The check shares no code with the contact search. For every facet that a
+point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. The meshes are height
+fields over a square, so no facet faces downwards.
 """
 
 import math
@@ -23,22 +24,22 @@ from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.values import Mode, Outcome
 
 SIDE = 12.0
-"""m: side of the square that a mesh covers, if it is not LARGE."""
+"""Side of the square that a mesh covers, if the mesh is not LARGE (m)."""
 LARGE = 100.0
-"""How much larger some meshes are: the tolerance grows with them, and so does what may go wrong within it."""
+"""Factor on the size of some meshes: the tolerance grows with the size, and so do the faults within the tolerance."""
 UTM = (512_345.678, 4_567_890.123, 1_687.0)
-"""m: an offset as of survey coordinates, which is added and taken off again, so that vertices are rounded by it."""
+"""Offset like survey coordinates (m), added and subtracted again, so that vertices are rounded by it."""
 DEEP = 1e-6
-"""m: a rock this far below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
+"""A rock this far (m) below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
 NEXT_TO = 1e-6
-"""m in plan: points this close to a facet's edge are judged by the facets on either side of it."""
+"""Points this close to a facet's edge in plan (m) are judged by the facets on both sides of the edge."""
 
 Draw = np.random.Generator
 
 
 @dataclass(frozen=True)
 class Case:
-    """A mesh of a family, rocks released on it, and the physics by which they fall; all drawn from one seed."""
+    """A mesh of a family, rocks released on the mesh, and the physics of their fall; all drawn from one seed."""
 
     family: str
     seed: int
@@ -54,7 +55,7 @@ class Case:
 
 
 def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points (V, 2) of a square grid and its triangles (F, 3), each cell cut along either diagonal."""
+    """Return points (V, 2) of a square grid and its triangles (F, 3), each cell cut along a random diagonal."""
     ticks = np.linspace(0.0, SIDE, cells + 1)
     plan = np.stack(np.meshgrid(ticks, ticks, indexing="ij"), -1).reshape(-1, 2)
     a = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
@@ -66,26 +67,26 @@ def _grid(draw: Draw, cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _sloping(draw: Draw, plan: np.ndarray, steepest: float = 1.2) -> np.ndarray:
-    """Heights (V,) of a plane that falls along an axis, along a diagonal or anywhere."""
+    """Return heights (V,) of a plane that falls along an axis, along a diagonal or in a random direction."""
     angle = draw.choice([0.0, 0.25, 0.5, draw.uniform()]) * math.pi
     return -draw.uniform(0.0, steepest) * (plan @ (math.cos(angle), math.sin(angle)))
 
 
 def rough(draw: Draw) -> Terrain:
-    """A grid with noise from nanometres to metres."""
+    """Return a grid with noise from nanometres to metres."""
     plan, triangles = _grid(draw, int(draw.integers(2, 13)))
     noise = 10.0 ** draw.uniform(-9.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
     return _mesh(plan, _sloping(draw, plan) + noise, triangles)
 
 
 def planes(draw: Draw) -> Terrain:
-    """One plane, cut into facets."""
+    """Return one plane, cut into facets."""
     plan, triangles = _grid(draw, int(draw.integers(2, 6)))
     return _mesh(plan, _sloping(draw, plan), triangles)
 
 
 def ridges(draw: Draw) -> Terrain:
-    """Ridges and gullies along the grid, sharp at every other row, on a slope."""
+    """Return ridges and gullies along the grid, sharp at every other row, on a slope."""
     plan, triangles = _grid(draw, cells := int(draw.integers(3, 13)))
     row = np.repeat(np.arange(cells + 1), cells + 1)
     height = draw.uniform(0.01, 3.0) * (row % 2) + draw.choice([0.0, 1e-3, 0.3]) * draw.uniform(-1, 1, len(plan))
@@ -93,14 +94,14 @@ def ridges(draw: Draw) -> Terrain:
 
 
 def steps(draw: Draw) -> Terrain:
-    """Heights of few values: level facets, equal heights, faces of one slope."""
+    """Return heights of few values: level facets, equal heights, faces of one slope."""
     plan, triangles = _grid(draw, int(draw.integers(2, 13)))
     step = draw.choice([0.25, 0.5, 1.0])
     return _mesh(plan, step * np.round((_sloping(draw, plan) + draw.uniform(-1, 1, len(plan))) / step), triangles)
 
 
 def benches(draw: Draw) -> Terrain:
-    """Level berms and faces of up to 85 degrees, across which the mesh has noise."""
+    """Return level berms and faces of up to 85 degrees, with noise."""
     plan, triangles = _grid(draw, cells := 6)
     run = SIDE / cells * math.tan(math.radians(draw.uniform(5.0, 40.0))) / 2.0
     plan[:, 0] += np.where(np.round(plan[:, 0] * cells / SIDE) % 2 == 1, run - SIDE / cells, 0.0)
@@ -109,7 +110,7 @@ def benches(draw: Draw) -> Terrain:
 
 
 def scattered(draw: Draw) -> Terrain:
-    """Delaunay's triangles of scattered points, and so fans around vertices of any number of facets."""
+    """Return the Delaunay triangles of scattered points: vertices with any number of facets."""
     square = [(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)]
     plan = np.concatenate([square, draw.uniform(0.3, SIDE - 0.3, (int(draw.integers(5, 80)), 2))])
     noise = 10.0 ** draw.uniform(-4.0, 0.5) * draw.uniform(-1.0, 1.0, len(plan))
@@ -117,7 +118,7 @@ def scattered(draw: Draw) -> Terrain:
 
 
 def junctions(draw: Draw) -> Terrain:
-    """A rough grid in which some facets are cut at the middle of an edge that their neighbour keeps: T-junctions."""
+    """Return a rough grid with T-junctions: some facets are cut at an edge that their neighbour does not share."""
     whole = rough(draw)
     vertices, triangles = whole.vertices.tolist(), []
     for a, b, c in whole.triangles.tolist():
@@ -131,7 +132,7 @@ def junctions(draw: Draw) -> Terrain:
 
 
 def fans(draw: Draw) -> Terrain:
-    """Four to eight facets of any slope around one vertex, with ridges and gullies between them."""
+    """Return four to eight facets of any slope around one vertex, with ridges and gullies between them."""
     count = int(draw.integers(4, 9))
     angles = 2.0 * math.pi * (np.arange(count) + draw.uniform(-0.3, 0.3, count)) / count
     rim = 0.5 * SIDE * np.stack([np.cos(angles), np.sin(angles)], 1)
@@ -141,7 +142,7 @@ def fans(draw: Draw) -> Terrain:
 
 
 def walls(draw: Draw) -> Terrain:
-    """A plateau, an upright wall and a floor that slopes along the wall, in strips: along its foot seams follow."""
+    """Return a plateau, an upright wall and a floor that slopes along the wall, in strips with seams along the foot."""
     rows, foot = np.linspace(0.0, SIDE, int(draw.integers(2, 6))), 0.5 * SIDE
     lean = float(draw.choice([0.0, 0.0, 0.0, 1e-9, 1e-6, 1e-4, 0.1]))
     along, towards = draw.uniform(-1.0, 1.0), draw.uniform(-0.2, 1.0)
@@ -156,7 +157,10 @@ def walls(draw: Draw) -> Terrain:
 
 
 def seams(draw: Draw) -> Terrain:
-    """One plane of three facets, two of which share one edge of the third: a T-junction, down the dip or anywhere."""
+    """Return one plane of three facets with a T-junction, down the dip or anywhere.
+
+    Two of the facets share one edge of the third.
+    """
     turn, slope = draw.uniform(0.0, 2.0 * math.pi), math.tan(math.radians(draw.uniform(5.0, 65.0)))
     plan = 0.5 * SIDE * np.array([(-1.0, -0.05), (1.0, 0.07), (0.1, 1.0), (0.0, -1.0)])
     plan = plan @ np.array([(math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))])
@@ -172,7 +176,7 @@ FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
 
 
 def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terrain:
-    """The terrain over a plan (V, 2) with heights (V,); every facet is wound so that it faces up."""
+    """Return the terrain over a plan (V, 2) with heights (V,); the winding of every facet makes it face up."""
     u, w = plan[triangles[:, 1]] - plan[triangles[:, 0]], plan[triangles[:, 2]] - plan[triangles[:, 0]]
     turned = (u[:, 0] * w[:, 1] - u[:, 1] * w[:, 0] < 0.0)[:, None]
     return terrain_of(
@@ -184,7 +188,7 @@ def _mesh(plan: np.ndarray, heights: np.ndarray, triangles: np.ndarray) -> Terra
 
 
 def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Case:
-    """The case of a family and a seed, with so many rocks."""
+    """Return the case of a family and a seed, with `rocks` rocks."""
     draw = np.random.default_rng([list(FAMILIES).index(family), seed])
     terrain = FAMILIES[family](draw)
     if draw.uniform() < 0.3:
@@ -210,7 +214,7 @@ def case_of(family: str, seed: int, rocks: int, rebound: str = "constant") -> Ca
 
 
 def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.ndarray]:
-    """Places (R, 3) m on vertices, edges and faces, some of them above, and velocities (R, 3) m/s, most of them 0."""
+    """Return positions (R, 3) m on vertices, edges and faces, some above, and velocities (R, 3) m/s, most of them 0."""
     corners = terrain.vertices[terrain.triangles[draw.integers(0, len(terrain.triangles), rocks)]]
     kind = draw.choice(3, rocks, p=[0.5, 0.25, 0.25])
     share = draw.dirichlet([1.0, 1.0, 1.0], rocks)
@@ -235,10 +239,11 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
 
 
 def fallen(case: Case, flights: Flights) -> np.ndarray:
-    """Rows of the rocks that were below the ground anywhere on their paths, by more than DEEP.
+    """Return the rows of the rocks that were more than DEEP below the ground anywhere on their paths.
 
-    Such a point lies below all facets that it lies over, or beside by no more than NEXT_TO: at the foot of an upright
-    wall, below the floor as well as the plateau. Points that close to the rim of the mesh, a convex one, do not count.
+    Such a point is below all facets that it lies over, including facets within NEXT_TO in plan: at the foot of an
+    upright wall, below the floor and below the plateau. Points within NEXT_TO of the rim of the mesh, which is convex,
+    do not count.
     """
     rows, points = _points(flights, case.flight.settings.gravity)
     over, above = (np.zeros(len(points), dtype=bool) for _ in range(2))
@@ -251,14 +256,17 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _within(terrain: Terrain, points: np.ndarray) -> np.ndarray:
-    """Which points (N, 3) lie inside the rim of a mesh, convex in plan, by more than NEXT_TO."""
+    """Return whether each of points (N, 3) m is inside the rim of a mesh, convex in plan, by more than NEXT_TO."""
     corner, along = (sides.T for sides in np.split(_rim(terrain.vertices[:, :2]), 2, axis=1))
     across = (points[:, :1] - corner[0]) * -along[1] + (points[:, 1:2] - corner[1]) * along[0]
     return np.asarray((across > NEXT_TO).all(axis=1))
 
 
 def _rim(plan: np.ndarray) -> np.ndarray:
-    """Sides (S, 4) of the convex hull of points (V, 2) m, counter-clockwise: a corner, and a unit vector along it."""
+    """Return the sides (S, 4) of the convex hull of points (V, 2) m, counter-clockwise.
+
+    Each side is a corner and a unit vector from the corner along the side.
+    """
     hull = shapely.orient_polygons(shapely.convex_hull(shapely.multipoints(plan)))
     corners = shapely.get_coordinates(hull)[:-1]
     along = np.roll(corners, -1, axis=0) - corners
@@ -266,7 +274,7 @@ def _rim(plan: np.ndarray) -> np.ndarray:
 
 
 def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
-    """The row of the rock and the place (m) of every event, of three points of each flight and of each end."""
+    """Return rows of rocks and positions (m): every event, three points of each flight, and each end."""
     paths, deposits = flights.paths, flights.deposits
     fly = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     lasts = paths.t[fly + 1] - paths.t[fly]
@@ -279,19 +287,19 @@ def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _lies_over(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points (N, 3) lie over or below a facet (3, 3), or beside it by no more than NEXT_TO in plan."""
+    """Return whether each of points (N, 3) m lies over or below a facet (3, 3), or within NEXT_TO of it in plan."""
     over = np.ones(len(points), dtype=bool)
     for k in range(3):
         edge = (facet[(k + 1) % 3] - facet[k])[:2]
         length = np.linalg.norm(edge)
         if length == 0.0:
-            return np.zeros(len(points), dtype=bool)  # a wall has no plan
+            return np.zeros(len(points), dtype=bool)  # an upright wall has no area in plan
         over &= (points[:, :2] - facet[k, :2]) @ (np.array([-edge[1], edge[0]]) / length) >= -NEXT_TO
     return over
 
 
 def in_the_air(case: Case, flights: Flights) -> np.ndarray:
-    """Rows of the rocks that stopped more than DEEP above all facets that they lie over, or near, in plan."""
+    """Return the rows of the rocks that stopped more than DEEP away from every facet."""
     stopped = np.flatnonzero(flights.deposits.outcome == Outcome.STOPPED)
     points = flights.deposits.x[stopped]
     on = np.zeros(len(points), dtype=bool)
@@ -301,7 +309,7 @@ def in_the_air(case: Case, flights: Flights) -> np.ndarray:
 
 
 def _touches(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Which points (N, 3) lie within DEEP of the plane of a facet (3, 3), and in it or within DEEP of its edges."""
+    """Return whether each of points (N, 3) m is on a facet (3, 3), within DEEP across it and beyond its edges."""
     normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
     normal /= np.linalg.norm(normal)
     on = np.abs((points - facet[0]) @ normal) <= DEEP

@@ -1,4 +1,4 @@
-"""Every rebound model with parameters as a scene may give them, and impacts and flights with one of them."""
+"""Every rebound model with parameters as in a scene, and impacts and flights with one of the models."""
 
 from dataclasses import replace
 from typing import Any
@@ -23,22 +23,22 @@ from rpf3d_core.values import ZERO, Motion, Rock, Vec
 
 UP: Vec = (0.0, 0.0, 1.0)
 NO_TERRAIN: Any = None
-"""Builders of rebounds look at neither scene nor terrain."""
+"""Builders of rebounds use neither scene nor terrain."""
 
 ROWS = ((5.0, 1.6, 0.6), (30.0, 0.7, 0.7), (60.0, 0.35, 0.85), (90.0, 0.25, 0.9))
-"""Made up: R_n falls with the angle and R_t rises, as tests show."""
+"""Invented values: R_n falls with the angle and R_t rises, as in experiments."""
 MEAN = ((0.75, 0.05, 0.1), (0.1, 0.4, 0.0), (0.4, 0.1, 0.3))
 SPREAD = 0.15
-"""Standard deviation of the coefficients, made up, with correlations of 0.3."""
+"""Invented standard deviation of the coefficients, with correlations of 0.3."""
 
 
 def table_of(rows: Any) -> Any:
-    """An `AngleTable` as a scene's rows make it."""
+    """Return an `AngleTable` from a scene's rows."""
     return angle_table(AngleTableSpec(rows=rows), NO_TERRAIN, NO_TERRAIN)
 
 
 def matrix_of(spread: float = SPREAD, mean: Any = MEAN) -> StochasticMatrix:
-    """A `StochasticMatrix` whose coefficients vary by `spread`."""
+    """Return a `StochasticMatrix` whose coefficients vary by `spread`."""
     covariance = spread * spread * (0.7 * np.eye(9) + 0.3)
     return StochasticMatrix(np.array(mean), cholesky(covariance))
 
@@ -54,29 +54,29 @@ MODELS = {
     "wyllie": angle_table(AngleTableSpec(law="wyllie"), NO_TERRAIN, NO_TERRAIN),
     "stochastic_matrix": matrix_of(),
 }
-"""Whose kinetic energy never rises."""
+"""Models whose kinetic energy never rises."""
 ALL = {**MODELS, "thesis_literal": ThesisLiteral()}
 
 
 def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, rock: int = 0) -> RockContext:
-    """A rock with everything that a model may ask for."""
+    """Return a rock with all attributes that a model may read."""
     return RockContext(Rock(mass, radius), RockKey(7, 1, rock), impacts)
 
 
 def struck(
     model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, falling: RockContext | None = None
 ) -> Motion:
-    """The motion after an impact."""
+    """Return the motion after an impact."""
     after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, falling or falling_rock())
     return after
 
 
 def energy(motion: Motion, radius: float = 0.5) -> float:
-    """Kinetic energy for a kilogram (J/kg), rotation of a sphere included."""
+    """Return the kinetic energy per kilogram (J/kg), including the rotation of a sphere."""
     return 0.5 * float(np.dot(motion.v, motion.v) + 0.4 * radius * radius * np.dot(motion.w, motion.w))
 
 
 def flight_with(model: Any, ground: Any, resting: str = "sliding", effects: Any = None, **settings: Any) -> Flight:
-    """The physics of a flight with a rebound model."""
+    """Return the physics of a flight with a rebound model."""
     plain = flight(ground, resting, **settings)
     return replace(plain, models=Models(model, plain.models.ground, effects))

@@ -40,17 +40,17 @@ def header(second, frame="map"):
 
 
 def markers(data):
-    """The array in the bytes that are published."""
+    """Return the array in published bytes."""
     return deserialize_message(data, MarkerArray)
 
 
 def hazard(of, levels):
-    """Zones of corners (F, 3, 3) by level, without outlines."""
+    """Return zones of corners (F, 3, 3) m by level, without outlines."""
     return markers(zone_markers(of, [ShownZone(name, c, np.empty((0, 2, 3))) for name, c in levels.items()]))
 
 
 def slope():
-    """Points (SIDE, SIDE, 3) of a slope that falls to the north."""
+    """Return points (SIDE, SIDE, 3) m of a slope that falls to the north."""
     y, x = np.mgrid[0:SIDE, 0:SIDE].astype(float)
     return np.stack([x, y, 0.5 * (SIDE - y)], axis=-1)
 
@@ -60,7 +60,7 @@ def mesh():
 
 
 def falls(rocks=6, points=30, seconds=4.0):
-    """Columns of rocks that hop down the slope."""
+    """Return the columns of rocks that bounce down the slope."""
     rock = np.repeat(np.arange(rocks), points)
     t = np.tile(np.linspace(0.0, seconds, points), rocks)
     y = 2.0 + 30.0 * t / seconds
@@ -94,21 +94,21 @@ def grid(second):
 
 
 def areas(second, *names, raised=0.0):
-    """The outlines of areas of interest, of the haul ramp unless others are named."""
+    """Return the outlines of areas of interest; by default of the haul ramp."""
     ring = np.array([[5.0, 30.0, 5.0], [35.0, 30.0, 5.0], [35.0, 34.0, 4.0], [5.0, 30.0, 5.0]])
     ring[:, 2] += raised
     return markers(area_markers(header(second), {name: [ring] for name in names or ("haul_ramp",)}))
 
 
 def alerts(second, level, area="haul_ramp"):
-    """The alert of the site and of one area."""
+    """Return the alert of the site and of one area."""
     values = {"level": level, "valid_until": str(second + 5), "reasons": "reach", "result": "1"}
     site = Health(ALERT, LEVEL_OF_ALERT[level], f"{level}: reach of {area} 12 %", values)
     return diagnostics_of(Time(sec=second), [site, Health(f"{ALERT} {area}", site.level, site.message, values)])
 
 
 def inputs(second):
-    """What the simulator is given besides terrain."""
+    """Return the inputs of the simulator other than whole terrain."""
     patch = slope()[4:8, 4:10] + np.array([0.0, 0.0, 0.4])
     return {
         "terrain/update": cloud_of_columns(header(second), {n: patch[..., i] for i, n in enumerate("xyz")}),
@@ -128,7 +128,7 @@ def inputs(second):
 
 
 def answers(second, seconds=4.0):
-    """What the simulator publishes of an event."""
+    """Return the messages that the simulator publishes for an event."""
     fallen = falls(seconds=seconds)
     fallen["energy"] = fallen["energy"] * seconds
     cloud = cloud_of_columns(header(second), fallen)
@@ -150,7 +150,7 @@ def answers(second, seconds=4.0):
 
 
 def shift(start=1_700_000_000):
-    """(receive stamp ns, topic, message) of two events with an alert up and down, in order; the mesh as CDR."""
+    """Yield (receive stamp ns, topic, message) of two events with an alert up and down, in order; the mesh as CDR."""
     yield start * SECOND, "terrain/mesh", mesh()
     yield start * SECOND, "alarm", Bool(data=False)
     for number, level in enumerate(("evacuate", "normal")):
@@ -174,14 +174,14 @@ def as_cdr(message):
 
 
 def without_chance(message):
-    """A message as CDR, its padding zeros: rclpy leaves there what the memory held before."""
+    """Return a message as CDR with zeros as padding; rclpy leaves the previous contents of the memory there."""
     kind, types = type(message), typestore()
     name = f"{kind.__module__.split('.')[0]}/msg/{kind.__name__}"
     return bytes(types.serialize_cdr(types.deserialize_cdr(serialize_message(message), name), name))
 
 
 def write_bag(folder, messages, namespace="/"):
-    """A bag of (stamp ns, topic, message)."""
+    """Write a bag of (stamp ns, topic, message)."""
     bag = BagWriter(folder)
     for stamp_ns, topic, message in messages:
         bag.write(topic, topic if topic.startswith("/") else namespace + topic, stamp_ns, as_cdr(message))

@@ -1,4 +1,4 @@
-"""Rigid spheres flown over terrains made for tests, and how far they are from them."""
+"""Rigid spheres flown over test terrains, and their distances from the facets."""
 
 import dataclasses
 
@@ -19,18 +19,18 @@ from rpf3d_core.simulation.engines import Engine, Models
 from rpf3d_core.values import Mode
 
 REGISTERED = (vtk_swept, sphere)
-"""Importing them registers the rules of spheres."""
+"""The import of these modules registers the rules of spheres."""
 SPHERE = CoulombSphere(MATERIALS_OWN, 0.0)
 
 
 def spheres(ground: Surface, model=SPHERE, on_ground=None, **settings: float) -> Flight:
-    """The physics of spheres over one ground."""
+    """Return the physics of spheres over one ground."""
     physics = flight(ground, **settings)
     return dataclasses.replace(physics, models=Models(model, SphereGround() if on_ground is None else on_ground))
 
 
 def roll(engine: Engine, physics: Flight, radius, x, v=(0.0, 0.0, 0.0), **how) -> Flights:
-    """Fly spheres of one radius (m), or one each, from positions (3,) or (R, 3)."""
+    """Fly spheres with one radius (m), or with one radius each, from positions (3,) or (R, 3) m."""
     places = np.atleast_2d(np.array(x, dtype=float))
     rocks = np.arange(len(places))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
@@ -44,7 +44,7 @@ def roll(engine: Engine, physics: Flight, radius, x, v=(0.0, 0.0, 0.0), **how) -
 
 
 def clearance(engine: Engine, points: np.ndarray) -> np.ndarray:
-    """Distance (N,) m of points (N, 3) from the nearest facet, looked for among all."""
+    """Return the distance (N,) m of points (N, 3) m from the nearest facet, by a search over all facets."""
     facets = engine.facets
     return np.array(
         [min(distance_to_facet(facets, f, tuple(p)) for f in range(len(facets.zone))) for p in points.tolist()]
@@ -52,7 +52,7 @@ def clearance(engine: Engine, points: np.ndarray) -> np.ndarray:
 
 
 def places_of(flights: Flights, samples: int = 3) -> np.ndarray:
-    """Events of all paths, and some points on the flights between them (N, 3) m."""
+    """Return the events of all paths, and some points on the flights between them (N, 3) m."""
     paths = flights.paths
     going = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     t = np.linspace(0.0, 1.0, samples + 2)[1:-1, None, None] * (paths.t[going + 1] - paths.t[going])[:, None]

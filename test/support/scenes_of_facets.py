@@ -1,4 +1,4 @@
-"""Terrains made for tests, and rocks flown over them: inclines, profiles, boxes, gullies, rough grids.
+"""Test terrains, and rocks flown over them: inclines, profiles, boxes, gullies, rough grids.
 
 Everything is in the local frame, z up. A slope falls towards +x; `strike` turns it counter-clockwise about the z axis.
 """
@@ -20,7 +20,7 @@ from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain, facets_of
 
 ENGINES = ("reference", "compiled")
-"""Every test of flights runs on both; the compiled one needs numba, which is a normal dependency."""
+"""Every test of flights runs on both engines; the compiled engine needs numba, which is a normal dependency."""
 
 AT_REST = (0.0, 0.0, 0.0)
 
@@ -34,20 +34,23 @@ def terrain_of(
     zone: Sequence[int] | None = None,
     zones: tuple[str, ...] = ("ground",),
 ) -> Terrain:
-    """A terrain as it is given: nothing is welded, wound or checked."""
+    """Return a terrain of the given values, without welding, winding repair or checks."""
     corners = np.array([tuple(t) for t in triangles], dtype=np.int32).reshape(-1, 3)
     numbers = np.zeros(len(corners), np.int32) if zone is None else np.array(zone, np.int32)
     return Terrain(np.array([tuple(v) for v in vertices], dtype=float), corners, numbers, zones)
 
 
 def grid_triangles(rows: int, columns: int) -> np.ndarray:
-    """Two triangles a cell over rows by columns points, numbered row by row; x grows by row, y by column."""
+    """Return two triangles for each cell over rows by columns points, numbered row by row.
+
+    X grows by row, y by column.
+    """
     a = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     return np.concatenate([np.stack([a, a + columns, a + columns + 1], 1), np.stack([a, a + columns + 1, a + 1], 1)])
 
 
 def turned(vertices: np.ndarray, degrees: float) -> np.ndarray:
-    """Points (V, 3) turned counter-clockwise about the z axis; multiples of 90 degrees turn exactly."""
+    """Return points (V, 3) turned counter-clockwise about the z axis; multiples of 90 degrees turn exactly."""
     quarter, rest = divmod(degrees, 90.0)
     c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
     if rest:
@@ -60,7 +63,7 @@ def turned(vertices: np.ndarray, degrees: float) -> np.ndarray:
 def strip(
     profile: Sequence[tuple[float, float]], half_width: float = 10.0, across: int = 1, strike: float = 0.0
 ) -> Terrain:
-    """A profile of (x, z) drawn out along y, `across` cells wide; its zones are the profile's segments."""
+    """Return a profile of (x, z) extruded along y, `across` cells wide; its zones are the segments of the profile."""
     x, z = np.array(profile, dtype=float).T
     y = np.linspace(-half_width, half_width, across + 1)
     vertices = np.stack([np.repeat(x, across + 1), np.tile(y, len(x)), np.repeat(z, across + 1)], 1)
@@ -73,9 +76,11 @@ def incline(
     angle: float, strike: float = 0.0, down: float = 60.0, up: float = 5.0, cells: tuple[int, int] = (1, 1),
     jitter: int | None = None, half_width: float = 8.0,
 ) -> Terrain:  # fmt: skip
-    """A plane through the origin that falls by `angle` degrees, from `up` m above to `down` m below, along the slope.
+    """Return a plane through the origin that falls by `angle` degrees, between `up` and `down` m from the origin.
 
-    cells : down the slope and across; jitter : seed by which inner vertices are moved within the plane
+    up, down : distances along the slope, above and below the origin (m)
+    cells : number down the slope and across
+    jitter : seed of the movement of inner vertices within the plane
     """
     s, y = np.meshgrid(
         np.linspace(-up, down, cells[0] + 1), np.linspace(-half_width, half_width, cells[1] + 1), indexing="ij"
@@ -91,7 +96,7 @@ def incline(
 
 
 def down_the_slope(angle: float, strike: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors of an incline: steepest descent, and the normal towards the free side."""
+    """Return two unit vectors of an incline: steepest descent, and the normal towards the free side."""
     a = math.radians(angle)
     both = np.array([[math.cos(a), 0.0, -math.sin(a)], [math.sin(a), 0.0, math.cos(a)]])
     descent, normal = turned(both, strike)
@@ -99,14 +104,17 @@ def down_the_slope(angle: float, strike: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def floor(half: float = 20.0, z: float = 0.0, cells: int = 1) -> Terrain:
-    """A level square about the origin."""
+    """Return a level square about the origin."""
     return rough_grid(cells, 2.0 * half, 0.0, 0.0, centred=True, z=z)
 
 
 def rough_grid(
     cells: int, size: float, slope: float, amplitude: float, seed: int = 0, centred: bool = False, z: float = 0.0
 ) -> Terrain:
-    """A square grid of so many cells a side whose heights fall by `slope` along x, with noise of an amplitude (m)."""
+    """Return a square grid with `cells` cells a side.
+
+    The heights fall by `slope` along x, with noise of an amplitude (m).
+    """
     ticks = np.linspace(0.0, size, cells + 1) - (0.5 * size if centred else 0.0)
     x, y = np.meshgrid(ticks, ticks, indexing="ij")
     heights = z - slope * x + amplitude * np.random.default_rng(seed).uniform(-1, 1, x.shape)
@@ -114,7 +122,7 @@ def rough_grid(
 
 
 def box(half: float = 5.0, height: float = 10.0) -> Terrain:
-    """A box open at the top: a level floor at z = 0 and four vertical walls."""
+    """Return a box open at the top: a level floor at z = 0 and four vertical walls."""
     low = [(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)]
     high = [(x, y, height) for x, y, _ in low]
     walls = [t for i in range(4) for t in ((i, i + 4, (i + 1) % 4 + 4), (i, (i + 1) % 4 + 4, (i + 1) % 4))]
@@ -124,9 +132,9 @@ def box(half: float = 5.0, height: float = 10.0) -> Terrain:
 def gully(
     left: float, right: float, dip: float, length: float = 60.0, side: float = 5.0, cells: int = 1, strike: float = 0.0
 ) -> Terrain:
-    """A V whose line falls towards +x by `dip` degrees through the origin; its sides rise by left (+y) and right (-y).
+    """Return a V whose line falls towards +x by `dip` degrees through the origin.
 
-    The side angles are those of the profile across x. Zones: left, right.
+    The sides rise by the angles left (+y) and right (-y), measured in the profile across x. Zones: left, right.
     """
     x = np.linspace(-2.0, length, cells + 1)
     z = -x * math.tan(math.radians(dip))
@@ -138,14 +146,14 @@ def gully(
 
 
 def cone(sides: int, radius: float = 5.0, height: float = 5.0) -> Terrain:
-    """Facets around one vertex at the origin, rising by `height` (falling, if negative) out to `radius`."""
+    """Return facets around one vertex at the origin that rise by `height` (fall, if negative) out to `radius`."""
     angles = 2.0 * np.pi * np.arange(sides) / sides
     rim = [(radius * math.cos(a), radius * math.sin(a), height) for a in angles]
     return terrain_of([(0, 0, 0), *rim], [(0, 1 + i, 1 + (i + 1) % sides) for i in range(sides)])
 
 
 def joined(*parts: Terrain) -> Terrain:
-    """Several terrains as one, facets in order; zones are the parts'."""
+    """Return several terrains as one, facets in order; each terrain is a zone."""
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     return Terrain(
         np.concatenate([part.vertices for part in parts]),
@@ -156,7 +164,7 @@ def joined(*parts: Terrain) -> Terrain:
 
 
 def without_facets(terrain: Terrain, *numbers: int) -> Terrain:
-    """The terrain with holes in place of some facets."""
+    """Return the terrain with holes in place of some facets."""
     keep = np.setdiff1d(np.arange(len(terrain.triangles)), numbers)
     return Terrain(terrain.vertices, terrain.triangles[keep], terrain.zone[keep], terrain.zones, terrain.frame)
 
@@ -165,19 +173,19 @@ def without_facets(terrain: Terrain, *numbers: int) -> Terrain:
 
 
 def surface(R_n: float = 0.5, R_t: float = 0.8, friction_angle: float = 30.0, stop_speed: float = 0.5) -> Surface:
-    """The ground at a contact; the friction angle in degrees."""
+    """Return the ground at a contact; the friction angle is in degrees."""
     return Surface(R_n, R_t, math.tan(math.radians(friction_angle)), stop_speed)
 
 
 def engine_over(name: str, terrain: Terrain) -> Engine:
-    """The engine of a name over a terrain."""
+    """Return the engine of a name over a terrain."""
     return engine_of(name, facets_of(terrain))
 
 
 def flight(
     ground: Surface | Sequence[Surface], model: str = "sliding", rebound: str = "constant", **settings: float
 ) -> Flight:
-    """The physics of a flight: one ground for all zones or one for each, a ground model, a rebound."""
+    """Return the physics of a flight: one ground for all zones or one for each, a ground model, a rebound."""
     surfaces = [ground] if isinstance(ground, Surface) else list(ground)
     return Flight(materials_of(surfaces), Settings(**settings), models_called(rebound, model))  # type: ignore[arg-type]
 
@@ -186,9 +194,9 @@ def fly(
     engine: Engine, physics: Flight, x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST,
     **how: Any,
 ) -> Flights:  # fmt: skip
-    """Fly rocks from positions (3,) or (R, 3) with velocities of either shape, with everything written down.
+    """Fly rocks from positions (3,) or (R, 3) m with velocities of either shape (m/s), and record everything.
 
-    how : more for `fly_ensemble`
+    how : further arguments of `fly_ensemble`
     """
     zones = len(physics.materials.R_n)
     needed = int(np.max(engine.facets.zone)) + 1
@@ -202,7 +210,7 @@ def fly(
 
 
 def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = AT_REST) -> Releases:
-    """Releases of R rocks of 1 t from positions (3,) or (R, 3) with velocities of either shape."""
+    """Return releases of R rocks of 1 t from positions (3,) or (R, 3) m with velocities of either shape (m/s)."""
     places = np.atleast_2d(np.array(x, dtype=float))
     speeds = np.ascontiguousarray(np.broadcast_to(np.array(v, dtype=float), places.shape))
     rocks, ones = np.arange(len(places)), np.ones(len(places))
@@ -210,7 +218,7 @@ def released(x: Sequence[float] | np.ndarray, v: Sequence[float] | np.ndarray = 
 
 
 def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray, np.ndarray]:
-    """Energy per unit mass (J/kg) just after every event of the paths, and at the end of the piece it begins."""
+    """Return the energy per unit mass (J/kg) just after every event of the paths, and at the end of its segment."""
     paths = flights.paths
     after = gravity * paths.x[:, 2] + 0.5 * (paths.v**2).sum(1)
     z_end = np.append(paths.x[1:, 2], paths.x[-1:, 2])
@@ -218,7 +226,7 @@ def specific_energy(flights: Flights, gravity: float = 9.81) -> tuple[np.ndarray
 
 
 def same_bits(one: Flights, other: Flights) -> bool:
-    """Whether everything that two ensembles left behind is equal to the last bit."""
+    """True if all results of two ensembles are equal to the last bit."""
     return all(
         np.array_equal(a, b, equal_nan=True)
         for name in ("deposits", "impacts", "paths")

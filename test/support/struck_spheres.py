@@ -10,11 +10,11 @@ from rpf3d_core.values import ZERO, Motion, Rock
 
 UP = (0.0, 0.0, 1.0)
 FULL = 1e9
-"""Friction that never lets a contact slip."""
+"""Coefficient of friction at which a contact never slips."""
 
 
 def struck(v, w, e, mu, radius=0.5, e_t=0.0, mu_r=0.0, n=UP):
-    """v and w after an impact."""
+    """Return the velocity v and the angular velocity w after an impact."""
     model, ground = CoulombSphere(mu, e_t), Surface(e, 0.8, 0.3, 0.5, mu_r)
     falling = RockContext(Rock(1000.0, radius), None, 0)
     after = rebound(model, ground, Motion(0.0, ZERO, tuple(v), tuple(w)), n, falling)

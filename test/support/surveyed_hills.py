@@ -1,4 +1,4 @@
-"""Surveys of the same hills for tests of live grounds, and what is asked of every ground."""
+"""Surveys of the same hills for tests of live grounds, and properties of every ground."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ EAST, NORTH = 5000.0, 3000.0
 
 
 def heights(x: np.ndarray, y: np.ndarray, seed: int) -> np.ndarray:
-    """Hills with noise of 0.2 m."""
+    """Return the heights of hills with noise of 0.2 m."""
     return 6.0 * np.sin(x / 9.0) + 4.0 * np.cos(y / 7.0) - 0.5 * x + np.random.default_rng(seed).normal(0, 0.2, x.shape)
 
 
@@ -19,7 +19,7 @@ def grid(
     rows: int = 40, columns: int = 44, east: float = 0.0, north: float = 0.0, step: float = 1.0, seed: int = 0,
     turned: float = 0.0,
 ) -> GridSurvey:  # fmt: skip
-    """Points in rows, `turned` counter-clockwise (rad) about their first."""
+    """Return points in rows, `turned` counter-clockwise (rad) about the first point."""
     v, u = np.mgrid[0:rows, 0:columns] * step
     x = EAST + east + np.cos(turned) * u - np.sin(turned) * v
     y = NORTH + north + np.sin(turned) * u + np.cos(turned) * v
@@ -27,31 +27,31 @@ def grid(
 
 
 def cloud(count: int, east: float, north: float, width: float, seed: int = 0) -> CloudSurvey:
-    """Points scattered over a square."""
+    """Return points scattered over a square."""
     places = np.random.default_rng(seed).uniform(0.0, width, (count, 2)) + np.array([EAST + east, NORTH + north])
     z = heights(places[:, 0] - EAST, places[:, 1] - NORTH, seed)
     return CloudSurvey(np.column_stack([places, z]))
 
 
 def mesh(survey: GridSurvey) -> MeshSurvey:
-    """The mesh of a grid."""
+    """Return the mesh of a grid."""
     made = grid_mesh(survey.points)
     return MeshSurvey(made.vertices + np.array(made.origin), made.triangles)
 
 
 def live_facets(ground: LiveTerrain) -> np.ndarray:
-    """Numbers of the facets that have an area."""
+    """Return the indices of the facets that have an area."""
     return np.flatnonzero(ground.facets.normals.any(axis=1))
 
 
 def corner_sets(ground: LiveTerrain, facets: np.ndarray) -> set[bytes]:
-    """Corners and normals of facets, bit for bit."""
+    """Return the corners and normals of facets as bytes."""
     geometry = ground.facets.geometry.reshape(-1, 12)
     return {geometry[f].tobytes() for f in facets}
 
 
 def edge_counts(ground: LiveTerrain) -> tuple[int, int]:
-    """Edges of one facet, and of more than two; corners are one vertex where they are equal to the last bit."""
+    """Return the number of edges with one facet, and with more than two; corners with equal bits are one vertex."""
     corners = np.asarray(ground.facets.corners)[live_facets(ground)].reshape(-1, 3)
     vertices, numbers = np.unique(corners, axis=0, return_inverse=True)
     uses = edges_of(numbers.reshape(-1, 3).astype(np.int32), len(vertices)).uses

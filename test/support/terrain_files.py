@@ -21,7 +21,7 @@ sources:
 
 
 def with_models(text: str, rebound: str = "constant", ground: str = "none") -> str:
-    """A scene that names its models: those of the thesis, where the text names none."""
+    """Return a scene that names its models: the thesis' models where the text names none."""
     named = "".join(
         f"{key}: {name}\n" for key, name in (("rebound", rebound), ("ground", ground)) if f"\n{key}:" not in f"\n{text}"
     )
@@ -32,7 +32,7 @@ STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attri
 
 
 def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain: Any) -> Scene:
-    """A scene over terrain files, each a zone of its own name."""
+    """Return a scene over terrain files; each file is a zone of its own name."""
     return Scene.model_validate(
         {
             "path": Path("scene.yaml"),
@@ -45,7 +45,7 @@ def scene_of(*files: Path, zones: list[dict[str, Any]] | None = None, **terrain:
 
 
 def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (V, 3) and upward triangles (F, 3) of a bumpy surface."""
+    """Return the vertices (V, 3) and upward triangles (F, 3) of a bumpy surface."""
     y, x = np.meshgrid(np.arange(rows) * step, np.arange(columns) * step, indexing="ij")
     vertices = np.stack([x, y, np.sin(x) + np.cos(0.7 * y)], axis=-1).reshape(-1, 3)
     number = np.arange(rows * columns).reshape(rows, columns)
@@ -54,7 +54,10 @@ def grid(rows: int, columns: int, step: float = 1.0) -> tuple[np.ndarray, np.nda
 
 
 def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = None, header: bytes = b"") -> Path:
-    """A binary STL of corners (F, 3, 3), which may announce another number of facets than it holds."""
+    """Write a binary STL of corners (F, 3, 3).
+
+    `announced` is the number of facets in its header, if it is to be wrong.
+    """
     records = np.zeros(len(corners), STL_RECORD)
     records["corners"] = corners
     count = np.uint32(len(corners) if announced is None else announced)
@@ -63,7 +66,7 @@ def write_binary_stl(path: Path, corners: np.ndarray, announced: int | None = No
 
 
 def ascii_stl(corners: np.ndarray) -> str:
-    """The text of an ASCII STL of corners (F, 3, 3)."""
+    """Return the text of an ASCII STL of corners (F, 3, 3)."""
     facets = []
     for facet in corners:
         lines = "\n".join("vertex " + " ".join(repr(float(c)) for c in corner) for corner in facet)
