@@ -64,7 +64,7 @@ AT_REST = (
 )
 
 HEAD = (
-    f"ImportedScene by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
+    f"Made by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
     "Speeds, gravity and stop_speed are r.stone's defaults: no grid holds them. A rock stops below stop_speed where "
     "it rolls or slides, not in flight.",
 )

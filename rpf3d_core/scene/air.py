@@ -27,7 +27,7 @@ class DragSpec(Offer):
 
 
 class DragLayerSpec(Offer):
-    """Forest as a layer above the ground that brakes: F = -c v below its top."""
+    """Forest as a layer above the ground that slows rocks: F = -c v below its top."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag_layer:DragLayer"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.drag_layer:drag_layer"

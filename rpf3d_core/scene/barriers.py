@@ -40,7 +40,7 @@ class BarrierSpec(StrictModel):
 
 
 class BarriersSpec(Offer):
-    """Nets and fences: they catch rocks, are broken through or flown over, and count all three."""
+    """Nets and fences: rocks are caught, break through or fly over, and all three cases are counted."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.barriers:Barriers"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.barriers:barriers_of"

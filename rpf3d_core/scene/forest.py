@@ -71,7 +71,7 @@ class DeflectionSpec(StrictModel):
 
 
 class ForestSpec(Offer):
-    """Single trees that take energy from rocks and turn them aside; how much is unconfirmed."""
+    """Single trees that take energy from rocks and deflect rocks; the amounts are unconfirmed."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.forest:Forest"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.forest:forest_of"

@@ -9,7 +9,7 @@ GIS = "RockGIS, defaults"
 
 
 class FragmentationSpec(Offer):
-    """Rocks break at hard impacts, and pieces fly on as rocks of their own; unconfirmed by measured fragments."""
+    """Rocks break at hard impacts, and fragments fly on as rocks of their own; unconfirmed by measured fragments."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.fragmentation:fragmentation"

@@ -6,7 +6,7 @@ from rpf3d_core.scene.offers import Confirmed, Offer, parameter
 
 
 class RollingSpec(Offer):
-    """A sphere that rolls against the material's rolling friction; its rotation takes 2/7 of what gravity gives."""
+    """A sphere that rolls against the material's rolling friction; its rotation takes 2/7 of the work of gravity."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling:Rolling"
     SOURCE: ClassVar[str] = "Azzoni et al. 1995, Int. J. Rock Mech. Min. Sci. 32:709"
@@ -15,7 +15,7 @@ class RollingSpec(Offer):
 
 
 class RollingStoneSpec(Offer):
-    """STONE's rule: gravity along the ground against g sin(atan(rolling friction)); it stops by its speed alone."""
+    """STONE's rule: gravity along the ground against g sin(atan(rolling friction)); a rock stops by its speed alone."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling_stone:RollingStone"
     SOURCE: ClassVar[str] = "Guzzetti et al. 2002, Comput. Geosci. 28:1079, as implemented in r.stone"

@@ -39,9 +39,9 @@ class ConstantSpec(Offer):
 
 
 class NoGroundSpec(Offer):
-    """A rock slower than stop_speed when its bounces have died out has stopped; a faster one is left unresolved.
+    """A rock slower than stop_speed when its bounces have died out stops; a faster rock is left unresolved.
 
-    Friction is not asked: a rock may rest on any slope.
+    Friction is ignored, so a rock may stop on any slope.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:NoGround"

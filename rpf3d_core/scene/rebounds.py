@@ -27,10 +27,10 @@ Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Num
 
 
 class CoulombLimitedSpec(Offer):
-    """R_n and R_t of the material, but along the ground an impact takes no more than Coulomb friction allows.
+    """R_n and R_t of the material, but Coulomb friction limits the loss of speed along the ground.
 
     The loss of speed along the ground is at most the tangent of friction_angle_deg times the change of speed across the
-    ground: mu (1 + R_n) |v_n|. Where R_t takes less than that, the rebound is that of `constant`.
+    ground: mu (1 + R_n) |v_n|. If R_t takes less, the rebound is that of `constant`.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.coulomb_limited:CoulombLimited"
@@ -54,7 +54,7 @@ class ThesisLiteralSpec(Offer):
 class PfeifferBowenSpec(Offer):
     """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
 
-    R_n and R_t are those of slow impacts, and R_t multiplies energy: values for a lumped mass are other values.
+    R_n and R_t are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.pfeiffer_bowen:PfeifferBowen"
@@ -86,7 +86,7 @@ class VelocityScaledSpec(Offer):
 
 
 class MassScaledSpec(Offer):
-    """R_n of the material over 1 + (m / C)^2; with K scaled by speed as well. The form is unconfirmed."""
+    """R_n of the material over 1 + (m / C)^2; if K is given, R_n is also scaled by speed. The form is unconfirmed."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
     BUILDER: ClassVar[str] = f"{BUILDERS}:mass_scaled"
@@ -106,7 +106,7 @@ class MassScaledSpec(Offer):
 class VHalfSpec(Offer):
     """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used.
 
-    Its bounces have no end of their own, so they end where they would rise less than smallest_bounce.
+    Bounces do not die out by themselves, so bouncing ends if a bounce would rise less than smallest_bounce.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.v_half:VHalf"
@@ -133,8 +133,8 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
 class AngleTableSpec(Offer):
     """R_n and R_t from the angle between velocity and surface, of a lumped mass.
 
-    R_n may be above 1 where impacts are flat; what that adds across the ground is limited to what is lost along it, so
-    energy never rises.
+    R_n may be above 1 for flat impacts. The energy gained across the ground is limited to the energy lost along the
+    ground, so energy never rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.angle_table:AngleTable"
@@ -172,11 +172,12 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
 
 
 class StochasticMatrixSpec(Offer):
-    """(v_t, v_n, R w) after an impact is a drawn matrix times that before; the user's own, no figures are offered.
+    """(v_t, v_n, R w) after an impact is a random matrix times the values before; the user gives all figures.
 
-    v_t is the speed along the ground where it was heading, v_n that into the ground before and away from it after, R w
-    the radius times the spin, positive where a rolling rock has it: [[R_t, 0, 0], [0, R_n, 0], [0, 0, 0]] is a lumped
-    mass. A draw that leads into the ground takes v_n from the mean, and energy never rises.
+    v_t is the speed along the ground in the direction of motion, v_n the speed into the ground before the impact and
+    away from the ground after it, and R w the radius times the spin, positive for a rolling rock: [[R_t, 0, 0], [0,
+    R_n, 0], [0, 0, 0]] is a lumped mass. If a drawn matrix leads into the ground, v_n comes from the mean. Energy never
+    rises.
     """
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.stochastic_matrix:StochasticMatrix"

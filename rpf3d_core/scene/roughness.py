@@ -14,10 +14,10 @@ Flag = Annotated[bool, Field(strict=True)]
 
 
 class RoughnessSpec(Offer):
-    """Each impact feels a normal of its own: tilted against the motion (amplitude), or along it (angle_sd_deg).
+    """Each impact has a random normal: tilted against the motion (amplitude), or along it (angle_sd_deg).
 
-    With angle_sd_deg alone rocks on a plane do not spread to the sides; lateral_sd_deg adds that. With amplitude a
-    smaller rock feels more. A tilt that would send the rock into the ground is dropped.
+    With angle_sd_deg alone, rocks on a plane do not spread to the sides; lateral_sd_deg adds this spread. With
+    amplitude, roughness has more effect on smaller rocks. A tilt that would send the rock into the ground is dropped.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.roughness:CrspRoughness"

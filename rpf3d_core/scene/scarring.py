@@ -25,7 +25,7 @@ class SoftZoneSpec(StrictModel):
 
 
 class ScarringSpec(Offer):
-    """Soft ground that a rock goes into: depth after Gerber, drag in the scar, slippage friction out of it."""
+    """Soft ground that a rock penetrates: depth after Gerber, drag in the scar, slippage friction on the way out."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.scarring:Scarring"
     BUILDER: ClassVar[str | None] = "rpf3d_core.setup.builders.scarring:scarring"

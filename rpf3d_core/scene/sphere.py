@@ -14,8 +14,8 @@ SPHERE_GROUND = "sphere"
 class CoulombSphereSpec(Offer):
     """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there.
 
-    An impact of normal impulse P turns the spin by an angular impulse of at most mu_r R P, mu_r the material's
-    rolling_friction.
+    An impact of normal impulse P changes the spin by an angular impulse of at most mu_r R P, where mu_r is the
+    material's rolling_friction.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.coulomb_sphere:CoulombSphere"
@@ -52,9 +52,10 @@ class CoulombSphereSpec(Offer):
 
 
 class SphereGroundSpec(Offer):
-    """A sphere that skids with the material's friction angle until it rolls; with the rebound `coulomb_sphere` only.
+    """A sphere that skids with the material's friction angle until it rolls; only with the rebound `coulomb_sphere`.
 
-    Rolling it is braked by the material's rolling_friction; without one it rolls through the pit.
+    The material's rolling_friction slows the rolling sphere; without rolling_friction, the sphere rolls through the
+    pit.
     """
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.sphere_ground:SphereGround"

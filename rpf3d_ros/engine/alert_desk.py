@@ -133,7 +133,7 @@ class AlertDesk:
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
         self._thread.start()
 
-    def report_error(self, region: Hashable, evidence: Evidence, topic: str) -> None:
+    def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
         """Decide on new evidence of a region; evidence without sources applies to all regions of its topic."""
         self._requests.put(Request(region, evidence, topic))
 

@@ -225,7 +225,7 @@ class Station:
     def answered(self, answer: Answer) -> None:
         """Decide on an answer and publish it."""
         if self.desk is not None:
-            self.desk.tell(self.region_of(answer.trigger), self._evidence(answer), answer.trigger.topic)
+            self.desk.decide_on(self.region_of(answer.trigger), self._evidence(answer), answer.trigger.topic)
         made = stamp_of(self._outlets.now())
         self._outlets.answers.publish(answer, self._equipment.parameters, made)
         warnings = warnings_of(answer)
@@ -237,14 +237,14 @@ class Station:
         """Report why a trigger has no answer; for alerts that is a fault."""
         self._outlets.health.set("run", WARN, f"sources refused: {why}")
         if self.desk is not None:
-            self.desk.tell(self.region_of(trigger), self._no_evidence(trigger, why), trigger.topic)
+            self.desk.decide_on(self.region_of(trigger), self._no_evidence(trigger, why), trigger.topic)
 
     def groundless(self, trigger: Trigger) -> None:
         """Report that there is no terrain to answer on; for alerts that is a fault."""
         self.waiting("terrain")
         if self.desk is not None:
             evidence = self._no_evidence(trigger, "there is no terrain to fly over")
-            self.desk.tell(self.region_of(trigger), evidence, trigger.topic)
+            self.desk.decide_on(self.region_of(trigger), evidence, trigger.topic)
 
     def waiting(self, what: str) -> None:
         """Report that an input is still missing."""

@@ -123,60 +123,60 @@ def nothing_seen(stamp):
 
 def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
-    desk.tell("nobody", nothing_seen(NOW - 2 * S), RADAR)
+    desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW - 2 * S), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert heard.alerts[-1].evident == Level.EVACUATE
-    desk.tell("nobody", nothing_seen(NOW), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(heard.alerts) == 3)
     assert heard.alerts[-1].evident == Level.NORMAL
 
 
 def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
-    desk.tell("nobody", nothing_seen(NOW), OTHER)
+    desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW), OTHER)
     wait(lambda: len(heard.alerts) == 2)
     assert heard.alerts[-1].evident == Level.EVACUATE
     replies = []
     desk.acknowledge("J. Meyer", "the other radar sees nothing", replies.append)
     lowered, why = wait(lambda: replies)[0]
     assert not lowered and "evidence" in why, why
-    desk.tell("nobody", nothing_seen(NOW), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: heard.alerts[-1].evident == Level.NORMAL)
 
 
 def test_an_older_answer_does_not_take_the_place_of_a_newer_fault_of_its_wall(desk):
     desk, heard, _ = desk
     lacking = evidence()._replace(areas=(), faults=("no room",), trigger_stamp_ns=NOW - S)
-    desk.tell("wall", lacking, RADAR)
-    desk.tell("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - 2 * S), RADAR)
+    desk.decide_on("wall", lacking, RADAR)
+    desk.decide_on("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - 2 * S), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert "no room" in heard.alerts[-1].faults
 
 
 def test_where_one_radar_goes_clear_what_another_told_before_it_is_no_step_back(desk):
     desk, heard, clock = desk
-    desk.tell("other wall", evidence(area(0)), OTHER)
-    desk.tell("wall", evidence(area(0), now=NOW + S), RADAR)
+    desk.decide_on("other wall", evidence(area(0)), OTHER)
+    desk.decide_on("wall", evidence(area(0), now=NOW + S), RADAR)
     clock.now = NOW + 2 * S
-    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     wait(lambda: len(heard.alerts) == 3)
     assert heard.alerts[-1].faults == ()
 
 
 def test_a_fault_of_what_is_not_kept_is(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - S), RADAR)
-    desk.tell("nobody", nothing_seen(NOW)._replace(faults=("2 patches are not in the terrain",)), OTHER)
+    desk.decide_on("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - S), RADAR)
+    desk.decide_on("nobody", nothing_seen(NOW)._replace(faults=("2 patches are not in the terrain",)), OTHER)
     wait(lambda: len(heard.alerts) == 2)
     assert heard.alerts[-1].faults == ("2 patches are not in the terrain",)
 
 
 def test_what_was_clicked_is_cleared_by_whoever_watches_and_sees_nothing(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
-    desk.tell("nobody", nothing_seen(NOW), RADAR)
+    desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
+    desk.decide_on("nobody", nothing_seen(NOW), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert heard.alerts[-1].evident == Level.NORMAL
 
@@ -186,7 +186,7 @@ def test_a_disk_that_hangs_is_told_of_while_it_does(monkeypatch):
     heard, log = Heard(), HangingLog()
     desk = AlertDesk(site(), log, Clock(), heard)
     try:
-        desk.tell("wall", evidence(area(5000)), RADAR)
+        desk.decide_on("wall", evidence(area(5000)), RADAR)
         wait(lambda: desk.tick() or heard.hangs)
         desk.tick()
         assert not heard.alerts and heard.hangs == 1, "once is enough"
@@ -202,11 +202,11 @@ def test_a_disk_that_hangs_is_told_of_while_it_does(monkeypatch):
 
 def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_was_given(desk):
     desk, heard, clock = desk
-    desk.tell("wall", evidence(area(5000)), RADAR)
-    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     heard.hold.clear()
-    desk.tell("wall", evidence(area(200)), RADAR)
+    desk.decide_on("wall", evidence(area(200)), RADAR)
     replies = []
     time.sleep(0.05)
     clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
@@ -220,7 +220,7 @@ def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_
 def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not_without_end(desk):
     desk, heard, _ = desk
     heard.broken = True
-    desk.tell("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
     wait(lambda: heard.errors)
     time.sleep(0.1)
     assert len(heard.errors) == 1
@@ -232,7 +232,7 @@ def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not
 def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
     heard = Heard()
     desk = AlertDesk(site(), BrokenLog(), Clock(), heard)
-    desk.tell("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
     assert wait(lambda: heard.alerts)[0].level == Level.EVACUATE
     assert desk.close(PATIENCE) and "broken" in heard.faults[0]
 
@@ -242,7 +242,7 @@ def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done
     heard = Heard()
     heard.hold.clear()
     desk = AlertDesk(site(), DecisionLog(tmp_path, "0.0.0"), Clock(), heard)
-    desk.tell("wall", evidence(area(5000)), RADAR)
+    desk.decide_on("wall", evidence(area(5000)), RADAR)
     wait(lambda: heard.faults == [""])  # it is being told of
     assert not desk.close(0.05)
     with pytest.raises(NotLogged):
@@ -261,7 +261,7 @@ def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done
 def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
     desk, heard, clock = desk
     heard.hold.clear()
-    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
     time.sleep(0.05)
     clock.now = NOW + 100 * S
     for _ in range(1000):
@@ -271,15 +271,15 @@ def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
 
 def test_of_sources_that_are_all_stale_the_newest_are_told_of(desk):
     desk, heard, _ = desk
-    desk.tell("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S), RADAR)
-    desk.tell("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S), RADAR)
+    desk.decide_on("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S), RADAR)
+    desk.decide_on("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S), RADAR)
     wait(lambda: len(heard.alerts) == 2)
     assert "stamped 40.000 s ago" in " ".join(heard.alerts[-1].faults)
 
 
 def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
     desk, heard, _ = desk
-    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
     told = []
     desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
     assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]
@@ -295,7 +295,7 @@ def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_ti
     replies = []
     desk.forget("just activated", replies.append)
     desk.acknowledge("J. Meyer", "looks quiet", replies.append)
-    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
     desk.tick()
     assert wait(lambda: len(replies) == 2 and replies) == [(True, NO_CLOCK), (False, NO_CLOCK)]
     wait(lambda: len(heard.hindrances) >= 3)
@@ -320,7 +320,7 @@ def logged(folder):
 
 def test_a_clock_that_goes_back_to_0_is_decided_on(desk):
     desk, heard, clock = desk
-    desk.tell("wall", evidence(area(0)), RADAR)
+    desk.decide_on("wall", evidence(area(0)), RADAR)
     wait(lambda: heard.alerts)
     clock.now = 0
     desk.forget("the clock went back")
@@ -330,46 +330,46 @@ def test_a_clock_that_goes_back_to_0_is_decided_on(desk):
 
 def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_names_it_whoever_else_speaks(desk):
     desk, heard, clock = desk
-    desk.tell("other wall", evidence(), OTHER)
-    desk.tell("wall", evidence(), RADAR)
+    desk.decide_on("other wall", evidence(), OTHER)
+    desk.decide_on("wall", evidence(), RADAR)
     assert decided(heard, 2).level == Level.NORMAL
     clock.now = NOW + 20 * S
-    desk.tell("wall", evidence(now=clock.now), RADAR)
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
     assert decided(heard, 3).level == Level.NORMAL
     clock.now = NOW + 30 * S
-    desk.tell("wall", evidence(now=clock.now), RADAR)
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
     alert = decided(heard, 4)
     assert (alert.level, alert.faults) == (Level.FAULT, (f"nothing has been heard of sources on {OTHER} for 32.000 s",))
-    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
+    desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
     assert decided(heard, 5).faults == alert.faults, "that is what another radar sees"
-    desk.tell("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), OTHER)
+    desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), OTHER)
     assert decided(heard, 6).level == Level.NORMAL
 
 
 def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_not_silent(desk):
     desk, heard, clock = desk
-    desk.tell("wall", evidence(), OTHER)
-    desk.tell("clicked", evidence(), "/clicked_point")
+    desk.decide_on("wall", evidence(), OTHER)
+    desk.decide_on("clicked", evidence(), "/clicked_point")
     clock.now = NOW + 40 * S
-    desk.tell("nobody", nothing_seen(NOW + 30 * S), OTHER)
-    desk.tell("elsewhere", evidence(now=clock.now), RADAR)
-    desk.tell("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered anew, over new ground
+    desk.decide_on("nobody", nothing_seen(NOW + 30 * S), OTHER)
+    desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
+    desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered anew, over new ground
     wait(lambda: len(heard.alerts) == 5)
     clock.now = NOW + 80 * S  # who sees nothing need not say so for ever
-    desk.tell("elsewhere", evidence(now=clock.now), RADAR)
+    desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
     wait(lambda: len(heard.alerts) == 6)
     assert not any("nothing has been heard" in fault for alert in heard.alerts for fault in alert.faults)
 
 
 def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginning_does(desk):
     desk, heard, clock = desk
-    desk.tell("other wall", evidence(), OTHER)
+    desk.decide_on("other wall", evidence(), OTHER)
     desk.lose("an answer failed")
     clock.now = NOW + 40 * S
-    desk.tell("wall", evidence(now=clock.now), RADAR)
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
     assert OTHER in decided(heard, 3).faults[0]
     desk.forget("the node has just been activated")
-    desk.tell("wall", evidence(now=clock.now), RADAR)
+    desk.decide_on("wall", evidence(now=clock.now), RADAR)
     assert decided(heard, 5).faults == ()
 
 
