@@ -319,7 +319,7 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
         return Contact(t, f, side, approach)
     if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
         return best
-    t = _entry_time(facets, f, arc, n, t, approach)
+    t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
         t == best.t and t < math.inf and wins_tie(facets, f, best.facet, arc, t, approach, best.approach)
     ):
@@ -328,22 +328,28 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 
 @kernel
-def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: float) -> float:
+def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     """When an arc that passed the plane of f beside f, at time t, comes over f; inf if it has sunk by then.
 
     Two facets that share an edge are known to rounding, so a glancing arc may come to the plane of one of them just
     before that facet begins and to that of the other just after that one ends: it would slip between them. It meets the
-    facet where it comes over it, unless it is more than NEAR tolerances below the plane by then.
+    facet where it comes over it, unless it is more than NEAR tolerances below the plane by then. An arc that bounced
+    off the other facet still rises there; it meets f where it falls back onto the plane.
     """
     p, v = position(arc, t), velocity(arc, t)
     later = 0.0
     for k in range(3):
         _, distance = edge_distance(facets, f, k, p)
         if distance < 0.0:
-            closing = dot(edge_inward(facets, f, k), v)
-            later = max(later, -distance / closing) if closing > 0.0 else math.inf
-    sinks = (approach + 0.5 * arc.gravity * abs(n[2]) * later) * later
-    if sinks <= NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
+            inward = edge_inward(facets, f, k)
+            later = max(later, falling_time(-distance, -dot(inward, v), 0.5 * arc.gravity * inward[2]))
+    if later == math.inf:
+        return math.inf
+    b, a = dot(n, v), -0.5 * arc.gravity * n[2]
+    height = (b + a * later) * later
+    if height > 0.0:
+        later = -b / a if a < 0.0 else math.inf
+    if height >= -NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
         return t + later
     return math.inf
 

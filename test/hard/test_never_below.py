@@ -25,6 +25,7 @@ FALLEN = [
     ("junctions", 419, "coulomb_limited", 163),
     ("walls", 1, "constant", 26),  # along the foot of an upright wall, past a seam of the mesh
     ("walls", 4, "coulomb_limited", 0),
+    ("walls", 473, "coulomb_limited", 174),  # up a wall in bounces of 5e-10 m, over the edge between two of its facets
     ("seams", 30, "constant", 15),  # along a T-junction, down the dip
     ("seams", 32, "coulomb_limited", 37),
     ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
