@@ -132,7 +132,6 @@ def model_function(stub: Callable[..., Any]) -> ModelFunction:
         return rule_of(type(model))(model, *args)
 
     if numba is not None:
-
         # numba compares parameter lists with annotations, so neither side may have any
         @numba.extending.overload(call, jit_options=INLINED)
         def compiled(model, *args):  # type: ignore[no-untyped-def]

@@ -131,7 +131,12 @@ def run_scene(
         terrain, outputs = prepared.terrain, prepared.scene.outputs
         sources = [source.name for source in prepared.scene.sources]
         with open_tables(
-            part, sources, terrain, prepared.scene.rock.density, outputs.impacts, prepared.obstacles,
+            part,
+            sources,
+            terrain,
+            prepared.scene.rock.density,
+            outputs.impacts,
+            prepared.obstacles,
             spins_of(prepared.flight.models),
         ) as sink:
             run = _fly(prepared, SHOWN, sink, progress, stop, beside=beside)

@@ -140,6 +140,7 @@ def stay(kind, row, cell, t, low, high, v, gravity, ends, duration, mass):
 
 def count(flights, facets, raster, mass, squares, ground, zones):
     """Count impacts, which strike a facet with the speed they come with, and deposits."""
+
     def square(x):
         return math.floor((x[1] - raster.y) / raster.cell) * raster.nx + math.floor((x[0] - raster.x) / raster.cell)
 

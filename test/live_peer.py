@@ -208,6 +208,7 @@ class LivePeer:
 
     def wait_for_answer(self, stamp_ns):
         """Wait for an answer to the sources of a stamp (ns): the values of its status."""
+
         def found():
             return next((r for r in self.results if nanoseconds(r.header.stamp) == stamp_ns), None)
 
@@ -220,6 +221,7 @@ class LivePeer:
 
     def wait_for_alert(self, level, after=0):
         """Wait for an alert of a level (a word), after so many others: its status."""
+
         def found():
             told = (status for array in self.alerts[after:] for status in array.status if status.name == ALERT)
             return next((status for status in told if status.message.startswith(f"{level}: ")), None)

@@ -18,9 +18,7 @@ WIDTH = 100
 class OnATerminal:
     """A command on a terminal of its own, so that it shows what it is doing."""
 
-    def __init__(
-        self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)
-    ) -> None:
+    def __init__(self, *words: object, cwd: Path, width: int = WIDTH, command: Sequence[str] = tuple(COMMAND)) -> None:
         self.screen, other = pty.openpty()
         self.process = subprocess.Popen(
             [*command, *map(str, words)], cwd=cwd, env=environment(TERM="xterm", COLUMNS=str(width)),

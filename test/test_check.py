@@ -119,9 +119,7 @@ def test_rocks_and_engine_can_be_chosen_and_the_scenes_own_number_counts(folder:
         assert report.cost.rocks == (scene.target.most_rocks if rocks == "auto" else sum(expected))
 
 
-def test_of_very_many_rocks_a_part_is_looked_at_and_said_to_be(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_of_very_many_rocks_a_part_is_looked_at_and_said_to_be(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rpf3d_core.check.LOOKED_AT", 100)
     (source,) = checked(folder, SLOPE + ABOVE.replace("rocks: 4", "rocks: 1001")).sources
     assert (source.rocks, source.looked_at) == (1001, 91)
@@ -256,9 +254,7 @@ def test_a_source_half_off_the_terrain_says_how_much_of_it_is_on(folder: Path) -
 @pytest.mark.parametrize(
     ("written", "told"), [("slpoe", "did you mean 'slope'?"), ("bench_*", "the zones are slope; correct it, or remove")]
 )
-def test_a_material_of_a_zone_that_is_not_there_is_refused(
-    folder: Path, command: str, written: str, told: str
-) -> None:
+def test_a_material_of_a_zone_that_is_not_there_is_refused(folder: Path, command: str, written: str, told: str) -> None:
     materials = "{normal_restitution: 0.5, tangential_restitution: 0.8}"
     text = SLOPE.replace("zone: rock", "zone: slope").replace("  rock:", f"  default: {materials}\n  '{written}':")
     (folder / "scene.yaml").write_text(text + ABOVE)

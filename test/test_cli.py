@@ -162,6 +162,7 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, table: str
 ) -> None:
     """While rocks fly, and after."""
+
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -125,9 +125,7 @@ def test_positions_at_given_times_agree_with_the_samples(paths):
 
 def test_a_rock_lies_still_before_its_release_and_after_its_end(paths):
     own = paths.row == 3
-    np.testing.assert_array_equal(
-        positions_at(paths, 3, np.array([-5.0, 1e4])), [paths.x[own][0], paths.x[own][-1]]
-    )
+    np.testing.assert_array_equal(positions_at(paths, 3, np.array([-5.0, 1e4])), [paths.x[own][0], paths.x[own][-1]])
 
 
 def test_asking_where_a_rock_without_a_path_is_is_an_error(paths):

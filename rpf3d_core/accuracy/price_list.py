@@ -144,7 +144,10 @@ def section(prices: PriceList) -> dict[str, Any]:
     return {
         "program": "rpf3d",
         "scene": {
-            "file": prices.scene, "digest": prices.digest, "rocks": prices.rocks, "auto": prices.auto,
+            "file": prices.scene,
+            "digest": prices.digest,
+            "rocks": prices.rocks,
+            "auto": prices.auto,
             "method": dict(prices.method),
         },
         "terrain": {"triangles": prices.triangles},

@@ -66,6 +66,8 @@ GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
 """Vertical part of a unit normal below which a facet has no plan to speak of: a wall."""
+LAST_LOOK = 1.0 + 2.0**-40
+"""Tolerance of the last look over a crack; it is larger only to tell that look from the second."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = Left(-1, -1, 1.0, False, -1)
 
@@ -102,7 +104,7 @@ def plain_already(locator: object) -> Any:
 
 @model_function
 def comes_behind(contact: object, left: Left) -> bool:
-    """Return whether a rock that slid on one side of the ground meets the ground from the other side."""
+    """Return whether a rock that was on one side of the ground meets the ground from the other side."""
 
 
 @comes_behind.otherwise
@@ -114,7 +116,18 @@ def not_known_to(contact: object, left: Left) -> bool:
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: Left) -> bool:
     """Return whether the sides differ: on ground without holes the rock has fallen through it."""
-    return left.resting and contact.side != left.side
+    return left.facet >= 0 and contact.side != left.side
+
+
+@model_function
+def has_fallen_through(locator: object, facets: Facets, arc: Arc) -> bool:
+    """Return whether an arc that leaves the terrain sets out below the ground; a rule per locator."""
+
+
+@has_fallen_through.otherwise
+def falls_as_it_may(locator: object, facets: Facets, arc: Arc) -> bool:
+    """Return False: fixed steps are there to show what falls through, and spheres have contacts of their own."""
+    return False
 
 
 @kernel
@@ -124,21 +137,29 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
     What is a hole to the tolerance may be a crack to anyone else: the sliver between an edge and a vertex that lies on
     it but for rounding (a T-junction), or the few tolerances that a rock has drifted on its way from facet to facet.
     Only rocks that would leave the terrain, or come behind it, look twice, so all others meet the facets as they are.
-    What they pay for it is a rim that is CRACK tolerances wider.
+    What they pay for it is a rim that is CRACK tolerances wider. One that slid, and would still go on below the ground,
+    looks a last time: then any facet takes it that it moves into where it is.
     """
-    looked, again = facets, False
+    looked, looks = facets, 0
     while True:  # a loop, so that the search is compiled once
         contact: Contact = first_contact(locator, looked, arc, left, end)
-        if again or (contact.t <= end and not comes_behind(contact, left)):
+        looks += 1
+        if contact.t <= end and not (left.resting and comes_behind(contact, left)):
             return contact
-        looked, again = _widened(facets), True
+        if looks == 1:
+            looked = _with_tolerance(facets, facets.crack)
+        elif looks == 2 and left.resting and has_fallen_through(locator, facets, arc):
+            looked = _with_tolerance(facets, LAST_LOOK * facets.crack)
+        else:
+            return contact
 
 
 @kernel
-def _widened(facets: Facets) -> Facets:
-    """The same facets for a second look."""
-    crack = facets.crack
-    return Facets(facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack)
+def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
+    """The same facets with a tolerance (m): that of the second look is the crack, that of the last one is more."""
+    return Facets(
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, tolerance, facets.crack
+    )
 
 
 @kernel
@@ -201,7 +222,8 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
+    if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
     if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
         return 0.0
@@ -216,7 +238,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
     The facet it has just slid off takes it back only along an edge. At rest it may go on over any other (`_approach`
     prefers the right one).
     """
-    if not left.resting:
+    if not left.resting or facets.tolerance > facets.crack:
         return True
     if f == left.facet:
         return _goes_beside(facets, f, arc, left.side)
@@ -315,9 +337,11 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
+    glances = approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
     if contains(facets, f, position(arc, t), side < 0.0, slack):
-        return Contact(t, f, side, approach)
-    if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
+        passes = side < 0.0 and glances and _came_over_edge(facets, f, arc, n, t)
+        return best if passes else Contact(t, f, side, approach)
+    if side < 0.0 or not glances:
         return best
     t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
@@ -352,6 +376,23 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     if height >= -NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
         return t + later
     return math.inf
+
+
+@kernel
+def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
+    """Whether an arc that comes through the plane of f from behind, at time t, was on the plane where f begins.
+
+    A rock in the plane of one facet that flies on over another, bent away from it, comes out of the plane of that just
+    behind the edge by rounding. It has not been in the ground.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    since = math.inf
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        _, distance = edge_distance(facets, f, k, p)
+        since = min(since, falling_time(distance, -dot(inward, v), -0.5 * arc.gravity * inward[2]))
+    depth = (dot(n, v) + 0.5 * arc.gravity * n[2] * since) * since
+    return since < t and depth <= NEAR * facets.tolerance
 
 
 @kernel

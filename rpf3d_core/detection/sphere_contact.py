@@ -155,9 +155,7 @@ def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
 
 
 @kernel
-def _earlier_on_rim(
-    facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch
-) -> Touch:
+def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, before: float, best: Touch) -> Touch:
     """The earlier of `best` and the contact with edge k (0, 1, 2) or corner k - 3 of facet f."""
     at, length, along = corner(facets, f, k % 3), 0.0, ZERO
     if k < 3:

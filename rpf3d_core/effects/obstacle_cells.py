@@ -105,9 +105,7 @@ def _comes_near(cells: Cells, arc: Arc, until: float) -> bool:
         return False
     end_x, end_y = arc.x[0] + arc.v[0] * until, arc.x[1] + arc.v[1] * until
     beside = max(arc.x[0], end_x) < cells.x or min(arc.x[0], end_x) > cells.x + cells.nx * cells.cell
-    return not (
-        beside or max(arc.x[1], end_y) < cells.y or min(arc.x[1], end_y) > cells.y + cells.ny * cells.cell
-    )
+    return not (beside or max(arc.x[1], end_y) < cells.y or min(arc.x[1], end_y) > cells.y + cells.ny * cells.cell)
 
 
 @kernel

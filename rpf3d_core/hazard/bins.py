@@ -38,7 +38,12 @@ class Scales(NamedTuple):
 
 
 def scales_of(
-    drop: float, gravity: float, fastest: float, lightest: float, heaviest: float, per_octave: int = PER_OCTAVE,
+    drop: float,
+    gravity: float,
+    fastest: float,
+    lightest: float,
+    heaviest: float,
+    per_octave: int = PER_OCTAVE,
     spins: bool = False,
 ) -> Scales:
     """Scales for rocks that fall no deeper than `drop` (m) from where they are released, no faster than `fastest`.
@@ -88,5 +93,3 @@ def relative_error(edges: FloatArray) -> float:
 def _power_of_two(value: float) -> float:
     """The smallest power of two that is not below a value."""
     return float(2.0 ** math.ceil(math.log2(value)))
-
-

@@ -167,10 +167,7 @@ def tallies_over(
     scales : of squares and facets; fine : of zones and areas; limit : bytes that the bins of the former may take
     """
     squares, facets = (
-        Tally(n, scales, 0.5 * limit, compiled)
-        for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
+        Tally(n, scales, 0.5 * limit, compiled) for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
     )
     places, inside = (Tally(n, fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
     return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())
-
-

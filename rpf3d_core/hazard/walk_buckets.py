@@ -135,9 +135,7 @@ def _visit_span(
 
 
 @kernel
-def _spans_over(
-    ground: Ground, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float
-) -> int:
+def _spans_over(ground: Ground, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
     """Find the facets of a bucket that lie under a stretch of track, and are not above it as a roof is; how many."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i

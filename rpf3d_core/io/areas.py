@@ -69,4 +69,3 @@ def local_outlines(frame: Frame, polygons: MultiPolygon) -> list[FloatArray]:
     """Outer and inner rings (N, 2) m in plan, local frame."""
     rings = [ring for polygon in polygons.geoms for ring in (polygon.exterior, *polygon.interiors)]
     return [local_plan(frame, np.asarray(ring.coords)[:, :2]) for ring in rings]
-

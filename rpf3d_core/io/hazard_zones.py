@@ -88,8 +88,12 @@ def zones_section(maps: HazardMaps, spec: HazardSpec) -> list[dict[str, Any]]:
     """The zones that a scene asks for, for summary.json: those with 0 cells have no feature."""
     return [
         {
-            "kind": zone.kind, "level": zone.level, "class": zone.name, "cells": int(zone.cells.sum()),
-            "cell_m": maps.raster.cell, "object_width_m": zone.object_width,
+            "kind": zone.kind,
+            "level": zone.level,
+            "class": zone.name,
+            "cells": int(zone.cells.sum()),
+            "cell_m": maps.raster.cell,
+            "object_width_m": zone.object_width,
         }
         for zone in hazard_zones(maps, spec)
     ]

@@ -36,4 +36,3 @@ def circles_around(places: FloatArray, radius: float) -> list[FloatArray]:
 def _rings(area: shapely.Geometry) -> list[FloatArray]:
     rings = [ring for polygon in shapely.get_parts(area) for ring in (polygon.exterior, *polygon.interiors)]
     return [shapely.get_coordinates(ring) for ring in rings]
-

@@ -176,9 +176,7 @@ def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatA
     write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
 
 
-def _write_pictures(
-    folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]
-) -> None:
+def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]) -> None:
     # matplotlib takes most of a second to import: only a run that draws pays for it.
     from rpf3d_core.io.plots_convergence import write_convergence
     from rpf3d_core.io.plots_map import write_map

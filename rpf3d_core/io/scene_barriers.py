@@ -18,9 +18,7 @@ class BarrierSpec(Part):
     """One net or fence: vertical panels on the ground below a line. Every rock finds it as it is written here."""
 
     name: Name = Field(description="a name that no other barrier has")
-    along: Along = Field(
-        description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines"
-    )
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
     height: Number = parameter(
         ..., f"a number from 0 to {HIGHEST:g} (m), vertical above the ground below", "m", BALANCE, "C", ge=0, le=HIGHEST
     )

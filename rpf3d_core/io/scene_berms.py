@@ -14,9 +14,7 @@ class BermSpec(Part):
     """One berm along lines; its facets are the zone `berm_<name>`, so materials and tables know it."""
 
     name: Name = Field(description="a name that no other berm has")
-    along: Along = Field(
-        description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines"
-    )
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
     height: Number = Field(
         gt=0, le=HIGHEST, description=f"a number above 0 up to {HIGHEST:g} (m), of its crest over the ground below it"
     )

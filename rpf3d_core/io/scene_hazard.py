@@ -40,9 +40,7 @@ def _table(rows: Any) -> Any:
 
 Share = Annotated[Number, Field(gt=0, le=1)]
 Shares = Annotated[tuple[Share, ...], Field(min_length=1), AfterValidator(_ascending)]
-Energies = Annotated[
-    tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=1), AfterValidator(_ascending)
-]
+Energies = Annotated[tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=1), AfterValidator(_ascending)]
 
 
 class MatrixSpec(Part):

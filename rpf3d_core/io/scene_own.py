@@ -122,5 +122,3 @@ OWN = "[own]"
 def is_own(name: Any) -> bool:
     """Whether a name in a scene is the import path of a class of the user's own."""
     return isinstance(name, str) and all(part.isidentifier() for part in name.split(".")) and "." in name
-
-

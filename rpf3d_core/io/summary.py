@@ -47,7 +47,9 @@ def summary(findings: Findings) -> dict[str, Any]:
         "program": "rpf3d",
         "versions": versions(),
         "scene": {
-            "file": scene.path.name, **_digests(scene), **_settings(scene),
+            "file": scene.path.name,
+            **_digests(scene),
+            **_settings(scene),
             "materials_with_default_friction": list(without_friction(scene, terrain.zones)),
         },
         "terrain": _terrain(scene, terrain, findings.faults),
@@ -59,7 +61,9 @@ def summary(findings: Findings) -> dict[str, Any]:
         "areas_of_interest": benches["areas_of_interest"],
         "benches": benches["zones"],
         "hazard": {
-            **_hazard(findings.maps), **_reach(findings.maps), "zones": zones_section(findings.maps, scene.hazard)
+            **_hazard(findings.maps),
+            **_reach(findings.maps),
+            "zones": zones_section(findings.maps, scene.hazard),
         },
     }
     if findings.maps.barriers:
@@ -194,7 +198,8 @@ def _energies_of_spin(totals: Totals) -> dict[str, Any]:
     return {
         "max_rotational_energy_j": {"of": f"{of} rotational", **totals.max_rotational_energy.summary(PERCENTILES)},
         "max_total_energy_j": {
-            "of": f"{of} translational and rotational together", **totals.max_total_energy.summary(PERCENTILES)
+            "of": f"{of} translational and rotational together",
+            **totals.max_total_energy.summary(PERCENTILES),
         },
     }
 

@@ -165,9 +165,7 @@ def with_spins(table: pa.Table, deposits: Deposits, impacts: Impacts, density: f
     )
 
 
-def trajectories_table(
-    sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples
-) -> pa.Table:
+def trajectories_table(sources: Sequence[str], terrain: Terrain, deposits: Deposits, samples: PathSamples) -> pa.Table:
     """Points of paths as a table of S rows; `mode` is what the rock does from this point on."""
     return _table(
         {

@@ -40,9 +40,7 @@ def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: Fa
 
 
 @model_function
-def rest_of_bounces(
-    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling
-) -> Rest:
+def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: Falling) -> Rest:
     """Where the infinitely many bounces after `motion`, which has just left the plane of normal n, come to an end."""
 
 

@@ -194,4 +194,3 @@ def mesh_of(ground: Ground) -> MeshSurvey:
     return MeshSurvey(
         ground.terrain.frame.points_to_input(ground.terrain.vertices), triangles[triangles[:, 0] != triangles[:, 1]]
     )
-

@@ -24,9 +24,7 @@ HEADROOM = 1.05
 """Top of a series' axis over its largest value (-)."""
 
 
-def blueprint(
-    terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False
-) -> Any:
+def blueprint(terrain: Terrain, samples: PathSamples, fastest: float, most_energy: float, hazard: bool = False) -> Any:
     """The layout, with the eye in front of the wall that the sampled rocks come down.
 
     `fastest` (m/s) and `most_energy` (J) are the largest values of the series; with `hazard` there is a view for each
@@ -71,9 +69,7 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
     target, position = eye
     controls = rrb.EyeControls3D(position=position, look_target=target, eye_up=(0.0, 0.0, 1.0))
     overrides: dict[Any, Any] = {entity: rrb.EntityBehavior(visible=False) for entity in hidden}
-    return rrb.Spatial3DView(
-        origin="world", name=name, eye_controls=controls, line_grid=False, overrides=overrides
-    )
+    return rrb.Spatial3DView(origin="world", name=name, eye_controls=controls, line_grid=False, overrides=overrides)
 
 
 def _series(origin: str, name: str, largest: float) -> Any:

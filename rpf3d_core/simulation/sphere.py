@@ -60,6 +60,7 @@ What rolls against a wall slower than 14 mm/s stays there (at a smallest bounce 
 the wall itself, but along the floor, so its bounces would die out without an end.
 """
 
+
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
     """Fly off the ground."""

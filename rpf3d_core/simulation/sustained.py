@@ -54,9 +54,7 @@ STILL = 1e-12
 
 
 @model_function
-def carry_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
-) -> State:
+def carry_on(ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """The next state of a rock in sustained contact; one rule per ground model.
 
     locator : of what the rock may meet meanwhile, for models that look
@@ -73,9 +71,7 @@ def stop_or_give_up(
 
 
 @carry_on.otherwise
-def slide_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record
-) -> State:
+def slide_on(ground: object, physics: Physics, locator: Any, state: State, falling: Falling, record: Record) -> State:
     """Slide, or roll, one piece further, on a facet or in a gully; then stop, turn, or fly off the facet that was left.
 
     So do all ground models that have a `Law`.

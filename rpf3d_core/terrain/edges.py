@@ -81,8 +81,11 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
     """
     count = len(triangles)
     for f in range(count):
-        out = triangles[f, 0] == triangles[f, 1] or triangles[f, 1] == triangles[f, 2] \
+        out = (
+            triangles[f, 0] == triangles[f, 1]
+            or triangles[f, 1] == triangles[f, 2]
             or triangles[f, 2] == triangles[f, 0]
+        )
         for k in range(3):
             a, b = np.int64(triangles[f, k]), np.int64(triangles[f, (k + 1) % 3])
             key = (((min(a, b) << reach) + abs(b - a)) << 1) + (1 if a > b else 0)

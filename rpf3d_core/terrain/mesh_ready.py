@@ -197,5 +197,3 @@ def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> boo
             if not back:
                 border[v], border[w] = True, True
     return True
-
-

@@ -140,9 +140,7 @@ def test_cost_needs_the_compiled_engine(tmp_path: Path, monkeypatch: pytest.Monk
         ("{stepping: {squared: 1}}", "`method.stepping.squared` is 1, but must be true or false"),
     ],
 )
-def test_a_method_that_is_none_is_refused_with_what_would_be_right(
-    tmp_path: Path, method: str, complaint: str
-) -> None:
+def test_a_method_that_is_none_is_refused_with_what_would_be_right(tmp_path: Path, method: str, complaint: str) -> None:
     with pytest.raises(SceneError) as caught:
         read_scene(scene_file(tmp_path, more=f"method: {method}"))
     assert complaint in str(caught.value)

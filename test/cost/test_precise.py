@@ -143,9 +143,7 @@ def first_crossing(corners: list, x, v, g: Decimal, after: Decimal) -> tuple[Dec
             continue
         t = (b + under_root.sqrt()) / (g * n[2])  # all facets look up
         at = [x[0] + v[0] * t, x[1] + v[1] * t]
-        sides = [
-            (j[0] - i[0]) * (at[1] - i[1]) - (j[1] - i[1]) * (at[0] - i[0]) for i, j in ((p, q), (q, r), (r, p))
-        ]
+        sides = [(j[0] - i[0]) * (at[1] - i[1]) - (j[1] - i[1]) * (at[0] - i[0]) for i, j in ((p, q), (q, r), (r, p))]
         if after < t < found[0] and min(sides) >= 0:
             found = (t, f)
     return found

@@ -78,7 +78,7 @@ def test_chance_falls_with_the_square_root_of_the_number_of_rocks() -> None:
 
 @pytest.mark.parametrize("chance", [1e-3, 0.2])
 def test_the_error_of_some_rocks_is_their_distance_from_the_truth_however_rarely_cells_are_reached(
-    chance: float
+    chance: float,
 ) -> None:
     # The mean absolute deviation of a binomial number (de Moivre 1730): 2 (k + 1) C(n, k + 1) p^(k+1) q^(n-k), with k
     # the whole part of n p.

@@ -56,6 +56,7 @@ def test_rocks_that_skim_a_rough_floor_are_thrown_up_and_those_on_a_smooth_floor
         ups.append(np.array([flights.paths.v[flights.paths.row == k, 2].max() for k in range(len(x))]))
     assert np.all(ups[0] < 0.1) and np.sum(ups[1] > 0.5) > 10
 
+
 # --- air --------------------------------------------------------------------------------------------------------------
 
 

@@ -20,13 +20,23 @@ TWO = [[1.0, 2.0, 3.0], [4.0, -5.5, 6e3]]
         ("a.csv", '"id","Z","X","note","Y"\r\n7,3,1,,2\r\n8,6000,4,seen,-5.5\r\n'),
         ("a.csv", "\ufeffx;y;z;date\n1;2;3;2020-01-02\n4;-5.5;6e3;2020-01-02\n"),
         ("a.xyz", "x y z\n1 2 3\n4 -5.5 6e3\n"),
-        ("a.csv", "name,x,y,z\nBlock 30,1,2,3\n\"30, the other\",4,-5.5,6e3\n"),
+        ("a.csv", 'name,x,y,z\nBlock 30,1,2,3\n"30, the other",4,-5.5,6e3\n'),
         ("a.csv", "# survey\nEasting (m),Northing (m),Elevation (m),id\n1,2,3,a\n# done\n4,-5.5,6e3,#b\n"),
         ("a.txt", "E\tN\tz\n1\t2\t3\n4\t-5.5\t6e3\n"),
         ("a.csv", "X_m,Y_m,Z_m,height\n1,2,3,99\n4,-5.5,6e3,99\n"),
     ],
-    ids=["blanks", "commas", "CSV", "columns-in-another-order", "semicolons-and-a-mark", "header-in-text",
-         "names-with-blanks-and-separators", "eastings", "tabs", "a-height-beside-z"],
+    ids=[
+        "blanks",
+        "commas",
+        "CSV",
+        "columns-in-another-order",
+        "semicolons-and-a-mark",
+        "header-in-text",
+        "names-with-blanks-and-separators",
+        "eastings",
+        "tabs",
+        "a-height-beside-z",
+    ],
 )
 def test_points_are_read_from_text_and_csv(tmp_path: Path, name: str, text: str) -> None:
     (tmp_path / name).write_bytes(text.encode())

@@ -181,8 +181,16 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
         *(
             (f"rocks: {written}", f"`rocks` is {shown}, but must be a whole number from 1 to 4000000000, or auto")
             for written, shown in (
-                ("Auto", "'Auto'"), ("0", "0"), ("-5", "-5"), ("1e4", "10000.0"), ("10.5", "10.5"), ('"100"', "'100'"),
-                ("10,000", "'10,000'"), ("[3]", "[3]"), ("1" + 20 * "0", "1" + 20 * "0"), ("true", "true"),
+                ("Auto", "'Auto'"),
+                ("0", "0"),
+                ("-5", "-5"),
+                ("1e4", "10000.0"),
+                ("10.5", "10.5"),
+                ('"100"', "'100'"),
+                ("10,000", "'10,000'"),
+                ("[3]", "[3]"),
+                ("1" + 20 * "0", "1" + 20 * "0"),
+                ("true", "true"),
             )
         ),
         ("target: {most_rocks: 0}", "`target.most_rocks` is 0, but must be a whole number from 1 to 4000000000"),

@@ -74,7 +74,8 @@ def test_a_matrix_has_the_factor_of_its_covariance(tmp_path):
         ("effects: {roughness: {amplitude: 0.1, deviates: true}}", "CrspRoughness", (0.1, True)),
         ("effects: {roughness: {angle_sd_deg: 8}}", "RocfallRoughness", (math.radians(8.0),)),
         (
-            "effects: {roughness: {angle_sd_deg: 8, lateral_sd_deg: 4}}", "SpreadRoughness",
+            "effects: {roughness: {angle_sd_deg: 8, lateral_sd_deg: 4}}",
+            "SpreadRoughness",
             (math.radians(8.0), math.radians(4.0)),
         ),
     ],

@@ -249,7 +249,7 @@ def test_a_bad_vertex_that_no_facet_has_does_not_move_the_terrain_nor_hang_a_fli
     assert len(lines) == 2, done.stderr
     for line in lines:
         origin, found = line.split(") ")
-        (height, facet, side), = json.loads(found)
+        ((height, facet, side),) = json.loads(found)
         assert origin == "(1.0, 1.0, 0.0"
         assert height == pytest.approx(5.0, abs=1e-9) and facet in (0, 1) and side == 1.0  # m; a drop of 5 m
 

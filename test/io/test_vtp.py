@@ -100,9 +100,7 @@ def test_trajectories_are_a_line_a_rock_with_speed_time_rock_and_mode(terrain, t
     points = data.GetPointData()
     assert data.GetNumberOfLines() == 2
     assert data.GetPoints().GetDataType() == VTK_DOUBLE
-    np.testing.assert_array_equal(
-        vtk_to_numpy(data.GetPoints().GetData()), terrain.frame.points_to_input(samples.x)
-    )
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), terrain.frame.points_to_input(samples.x))
     np.testing.assert_array_equal(array(points, "time"), samples.t)
     np.testing.assert_array_equal(array(points, "speed"), samples.speed)
     np.testing.assert_array_equal(array(points, "mode"), samples.mode)

@@ -154,7 +154,10 @@ def test_one_more_distribution_leaves_the_other_coefficients_as_they_were() -> N
             assert before.R_n == after.R_n and before.R_t == 0.8 and after.R_t != 0.8
     draws = {
         surface_of(more, zone, rock_numbered(s, r, i)).R_n
-        for zone in (0, 1) for s in (0, 1) for r in (0, 1) for i in (0, 1)
+        for zone in (0, 1)
+        for s in (0, 1)
+        for r in (0, 1)
+        for i in (0, 1)
     }
     assert len(draws) == 16, "zone, source, rock and impact each tell draws apart"
 

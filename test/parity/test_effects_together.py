@@ -20,6 +20,7 @@ from rpf3d_core.prepared import prepare, releases_in_ranges
 
 pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")
 
+
 def ring(name: str, half: float) -> str:
     """A square of panels about the pit's centre, `half` its side (m)."""
     corners = [[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]]

@@ -82,9 +82,7 @@ def test_above_the_layer_a_rock_flies_free(engine):
 def test_a_rock_that_falls_into_the_layer_is_braked_from_there(engine):
     """From 40 m into 30 m of forest: slower than free at the ground, faster than if all 40 m were forest."""
     over, x = engine_over(engine, floor(50.0)), (0.3, 0.2, 40.0)
-    speeds = [
-        throw(over, in_forest(layer(height=height)), x, ZERO).impacts.speed_in[0] for height in (0.0, 30.0, 50.0)
-    ]
+    speeds = [throw(over, in_forest(layer(height=height)), x, ZERO).impacts.speed_in[0] for height in (0.0, 30.0, 50.0)]
     assert speeds[0] > speeds[1] > speeds[2]
     assert speeds[0] == pytest.approx(math.sqrt(2.0 * G * 40.0), rel=1e-12)
 

@@ -151,6 +151,7 @@ def test_a_sphere_that_strikes_a_wall_just_where_a_net_stands_breaks_the_net_onc
         struck = flights.impacts.x[:, 0] > 2.4
         assert struck.sum() == 2 and np.sum(flights.impacts.facet[struck] < 0) == 1, "the net, and the wall"
 
+
 TABLE = {22: (2.624922, 2.765323), 40: (4.504105, 5.554257), 50: (5.367783, 6.884321), 59: (6.006294, 7.903559)}
 
 

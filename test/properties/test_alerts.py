@@ -34,7 +34,8 @@ some_acknowledgement = st.none() | st.builds(Acknowledgement, st.sampled_from(["
 dangers = st.sampled_from([Level.NORMAL, Level.WATCH, Level.RESTRICT, Level.EVACUATE])
 any_areas = st.lists(
     st.builds(AreaAlert, texts, st.sampled_from(list(Level)), dangers, dangers, texts),
-    max_size=3, unique_by=lambda one: one.name,
+    max_size=3,
+    unique_by=lambda one: one.name,
 ).map(tuple)
 any_alert = st.builds(
     Alert, st.sampled_from(list(Level)), dangers, dangers, st.just(("said",)), st.sampled_from([(), ("broken",)]),
@@ -52,9 +53,7 @@ def sound_areas(draw: st.DrawFn) -> AreaEvidence:
         return area(0, flown=2000)
     largest = draw(st.floats(0.0, 2e5))
     p95 = draw(st.none() | st.floats(0.0, largest))
-    return area(
-        reached, flown=2000, largest_energy=largest, p95_energy=p95, first_arrival_s=draw(st.floats(0.0, 30.0))
-    )
+    return area(reached, flown=2000, largest_energy=largest, p95_energy=p95, first_arrival_s=draw(st.floats(0.0, 30.0)))
 
 
 @st.composite
@@ -103,7 +102,6 @@ def test_every_evidence_gets_a_decision_and_always_the_same(previous, answer, th
 def test_a_decision_comes_back_from_its_line_bit_for_bit(previous, answer, thresholds, now, given) -> None:
     alert = decide(previous, answer, thresholds, now, given)
     written = canonical(decision_content(Decision(previous, answer, given, now, alert)))
-
 
     back = decision_of(json.loads(written))
     assert canonical(decision_content(back)) == written

@@ -219,6 +219,7 @@ def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     said = []
+
     def turn():
         executor.spin_once(timeout_sec=0.05)
         said.extend(capfd.readouterr())

@@ -34,9 +34,7 @@ def recorded(peer, topic, count):
     """Wait until the recorder says that it has recorded so many messages of a topic; the seconds that took."""
     began = time.monotonic()
     peer.wait(
-        lambda: (
-            (health := peer.health.get(f"{NODE}: recording")) and int(health.values.get(topic, 0)) >= count
-        ),
+        lambda: (health := peer.health.get(f"{NODE}: recording")) and int(health.values.get(topic, 0)) >= count,
         f"{count} of {topic} recorded",
     )
     return time.monotonic() - began
