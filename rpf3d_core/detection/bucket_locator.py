@@ -11,7 +11,15 @@ import numpy as np
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, earlier_contact, first_contact
+from rpf3d_core.detection.contact import (
+    NO_CONTACT,
+    Contact,
+    PreviousContact,
+    earlier_contact,
+    first_contact,
+    has_fallen_through,
+)
+from rpf3d_core.detection.fallen import sets_out_below
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
@@ -90,6 +98,12 @@ def first_contact_in_buckets(
         if clear >= CLEAR and level < LEVELS - 1:
             level, clear = level + 1, 1
     return best
+
+
+@has_fallen_through.rule(BucketLocator)
+def sets_out_below_buckets(locator: BucketLocator, facets: Facets, arc: Arc) -> bool:
+    """True if the arc begins below the ground."""
+    return sets_out_below(locator, facets, arc)
 
 
 @kernel

@@ -11,13 +11,12 @@ import numpy as np
 
 from rpf3d_core.arc import Arc, time_over
 from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, first_contact
+from rpf3d_core.detection.fallen import STRAIGHT
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
-STRAIGHT = 1e-200
-"""Gravity (m/s^2) of an arc that stands for a straight line; not 0, because the reference engine divides by it."""
 ON_GROUND = REACH / CRACK
 """Tolerances of caps within which a rock that meets the ground behind a cap is on the ground, not in the gap."""
 

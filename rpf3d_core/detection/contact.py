@@ -74,6 +74,8 @@ GLANCING = 1.0 / 128.0
 """Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
 UPRIGHT = 1e-6
 """Vertical component of a unit normal below which a facet counts as a wall: its plan is too narrow to decide in."""
+LAST_LOOK = 1.0 + 2.0**-40
+"""Tolerance of the last search over a crack; larger than 1 only to distinguish the last search from the second."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
 NOTHING_LEFT = PreviousContact(-1, -1, 1.0, False, -1)
 
@@ -110,7 +112,7 @@ def plain_already(locator: object) -> Any:
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock that slid on one side of the ground meets the ground from the other side."""
+    """True if a rock that was on one side of the ground meets the ground from the other side."""
 
 
 @comes_behind.otherwise
@@ -121,8 +123,19 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if the rock slid and the sides differ: on ground without holes the rock has fallen through."""
-    return left.resting and contact.side != left.side
+    """True if the sides differ: on ground without holes the rock has fallen through."""
+    return left.facet >= 0 and contact.side != left.side
+
+
+@model_function
+def has_fallen_through(locator: object, facets: Facets, arc: Arc) -> bool:
+    """True if an arc that leaves the terrain begins below the ground; one rule per locator."""
+
+
+@has_fallen_through.otherwise
+def falls_as_it_may(locator: object, facets: Facets, arc: Arc) -> bool:
+    """Return False: fixed steps are meant to show falls, and spheres have contacts of another class."""
+    return False
 
 
 @kernel
@@ -133,21 +146,29 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: PreviousCo
     vertex that lies on the edge but for rounding (a T-junction), or the few tolerances that a rock has drifted on its
     way from facet to facet. The second search runs only for rocks that would leave the terrain or come behind the
     ground, so all other rocks meet the facets at their true size. In the second search the rim of a facet is CRACK
-    tolerances wide.
+    tolerances wide. A last search runs for a sliding rock that would still fall through the ground: the rock then meets
+    any facet at its position that it moves into.
     """
-    looked, again = facets, False
+    looked, looks = facets, 0
     while True:  # a loop, so that the search is compiled once
         contact: Contact = first_contact(locator, looked, arc, left, end)
-        if again or (contact.t <= end and not comes_behind(contact, left)):
+        looks += 1
+        if contact.t <= end and not (left.resting and comes_behind(contact, left)):
             return contact
-        looked, again = _widened(facets), True
+        if looks == 1:
+            looked = _with_tolerance(facets, facets.crack)
+        elif looks == 2 and left.resting and has_fallen_through(locator, facets, arc):
+            looked = _with_tolerance(facets, LAST_LOOK * facets.crack)
+        else:
+            return contact
 
 
 @kernel
-def _widened(facets: Facets) -> Facets:
-    """Return the facets with the crack width as their tolerance, for the second search."""
-    crack = facets.crack
-    return Facets(facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, crack, crack)
+def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
+    """Return the facets with another tolerance (m): the crack width in the second search, more in the last one."""
+    return Facets(
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, tolerance, facets.crack
+    )
 
 
 @kernel
@@ -212,7 +233,8 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
     """
     if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    if b < 0.0 and left.facet >= 0 and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
+    if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
     if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
         return 0.0
@@ -227,7 +249,7 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
     The facet that the rock has just slid off takes the rock back only along an edge. A rock at rest may go on over any
     other facet (`_approach` prefers the right one).
     """
-    if not left.resting:
+    if not left.resting or facets.tolerance > facets.crack:
         return True
     if f == left.facet:
         return _goes_beside(facets, f, arc, left.side)
@@ -330,11 +352,13 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
         return best
     slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
+    glances = approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
     if contains(facets, f, position(arc, t), side < 0.0, slack):
-        return Contact(t, f, side, approach)
-    if side < 0.0 or approach * approach > GLANCING * GLANCING * dot(arc.v, arc.v):
+        passes = side < 0.0 and glances and _came_over_edge(facets, f, arc, n, t)
+        return best if passes else Contact(t, f, side, approach)
+    if side < 0.0 or not glances:
         return best
-    t = _entry_time(facets, f, arc, n, t, approach)
+    t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
         t == best.t and t < math.inf and wins_tie(facets, f, best.facet, arc, t, approach, best.approach)
     ):
@@ -343,24 +367,47 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 
 @kernel
-def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float, approach: float) -> float:
+def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
     """Return when an arc that passed the plane of f outside f, at time t, comes over f; inf if it has sunk by then.
 
     The planes of two facets with a common edge are known only to rounding. A glancing arc may reach the plane of one
     facet just before that facet begins, and the plane of the other just after that facet ends: the arc would slip
     between them. The arc meets f where it comes over f, unless it is more than NEAR tolerances below the plane by then.
+    An arc that bounced off the other facet may still rise there; it meets f where it falls back onto the plane.
     """
     p, v = position(arc, t), velocity(arc, t)
     later = 0.0
     for k in range(3):
         _, distance = edge_distance(facets, f, k, p)
         if distance < 0.0:
-            closing = dot(edge_inward(facets, f, k), v)
-            later = max(later, -distance / closing) if closing > 0.0 else math.inf
-    sinks = (approach + 0.5 * arc.gravity * abs(n[2]) * later) * later
-    if sinks <= NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
+            inward = edge_inward(facets, f, k)
+            later = max(later, falling_time(-distance, -dot(inward, v), 0.5 * arc.gravity * inward[2]))
+    if later == math.inf:
+        return math.inf
+    b, a = dot(n, v), -0.5 * arc.gravity * n[2]
+    height = (b + a * later) * later
+    if height > 0.0:
+        later = -b / a if a < 0.0 else math.inf
+    if height >= -NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
         return t + later
     return math.inf
+
+
+@kernel
+def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
+    """True if an arc that rises through the plane of f at time t was already on the plane at the edge of f.
+
+    A rock that flies in the plane of one facet may cross onto a second facet that bends away. Rounding then puts the
+    rock just behind the second facet at the common edge, although the rock has never been in the ground.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    since = math.inf
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        _, distance = edge_distance(facets, f, k, p)
+        since = min(since, falling_time(distance, -dot(inward, v), -0.5 * arc.gravity * inward[2]))
+    depth = (dot(n, v) + 0.5 * arc.gravity * n[2] * since) * since
+    return since < t and depth <= NEAR * facets.tolerance
 
 
 @kernel

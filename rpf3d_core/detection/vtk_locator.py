@@ -12,7 +12,15 @@ from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
 from rpf3d_core.arc import Arc, position, time_over
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, earlier_contact, first_contact
+from rpf3d_core.detection.contact import (
+    NO_CONTACT,
+    Contact,
+    PreviousContact,
+    earlier_contact,
+    first_contact,
+    has_fallen_through,
+)
+from rpf3d_core.detection.fallen import sets_out_below
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
@@ -82,6 +90,12 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
         if best.t <= leave or not leave < end:
             return best
         begin, length = leave, min(2.0 * length, LONGEST_BOX)
+
+
+@has_fallen_through.rule(VtkLocator)
+def sets_out_below_boxes(locator: VtkLocator, facets: Facets, arc: Arc) -> bool:
+    """True if the arc begins below the ground."""
+    return sets_out_below(locator, facets, arc)
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:

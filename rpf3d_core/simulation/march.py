@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.detection.contact import Contact, PreviousContact
+from rpf3d_core.detection.contact import Contact, PreviousContact, comes_behind, has_fallen_through
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
@@ -24,7 +24,7 @@ from rpf3d_core.simulation.state import (
     with_meeting,
     with_piece,
 )
-from rpf3d_core.simulation.sustained import carry_on, held_by
+from rpf3d_core.simulation.sustained import UNRESOLVED, carry_on, held_by
 from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
@@ -119,18 +119,20 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, r
     motion = out_of_air(physics, locator, arrived, t, flown.longest, who)
     tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
     after = State(motion, state.left, False, tally, MOVING, state.passed)
-    if t == flown.left:
-        return ended(after, MAX_TIME)
-    if t == flown.meeting.t:
+    if t == flown.meeting.t and t < flown.left:
         return _meet(physics.effects, after, flown.meeting, falling, record)
-    if t == flown.loss.t:
+    if t == flown.loss.t and t < flown.left:
         return ended(after, flown.loss.outcome)
-    if flown.contact.t <= t:
-        return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
-    if t == flown.longest:
+    lands = flown.contact.t <= t and t < flown.left
+    if t == flown.longest and t < flown.left and not lands:
         on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
-    return ended(after, LEFT_TERRAIN)
+    in_doubt = not lands or comes_behind(flown.contact, state.left)
+    if in_doubt and has_fallen_through(locator, physics.facets, Arc(start.x, start.v, gravity)):
+        return ended(state, UNRESOLVED)
+    if lands:
+        return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
+    return ended(after, MAX_TIME if t == flown.left else LEFT_TERRAIN)
 
 
 @kernel

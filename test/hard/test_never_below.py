@@ -25,6 +25,10 @@ FALLEN = [
     ("junctions", 419, "coulomb_limited", 163),
     ("walls", 1, "constant", 26),  # along the foot of an upright wall, past a seam of the mesh
     ("walls", 4, "coulomb_limited", 0),
+    ("walls", 473, "coulomb_limited", 174),  # up a wall in bounces of 5e-10 m, over the edge between two of its facets
+    ("overhangs", 140, "constant", 115),  # where the foot of an overhang bends, into the corner under it
+    ("overhangs", 303, "coulomb_limited", 17),
+    ("overhangs", 401, "coulomb_limited", 137),
     ("seams", 30, "constant", 15),  # along a T-junction, down the dip
     ("seams", 32, "coulomb_limited", 37),
     ("ridges", 250, "constant", 136),  # along a sharp gully, at 1e-9 of its speed towards the other side
@@ -58,6 +62,9 @@ def test_a_rock_at_rest_on_a_vertex_whose_gully_friction_holds_stays_there(engin
     assert deposits.x[0].tolist() == pytest.approx(AT_REST, abs=1e-6)
 
 
+TURNED = math.cos(math.radians(33.0)), math.sin(math.radians(33.0))
+
+
 def wall_over_a_floor(lean: float) -> Terrain:
     """A plateau, a wall of 10 m whose top leans back by `lean` (m), a floor that dips along its foot; two strips."""
     profile = [(-10.0 - lean, 10.0), (-lean, 10.0), (0.0, 0.0), (20.0, 6.0)]
@@ -84,6 +91,36 @@ def test_a_rock_in_the_corner_under_an_overhang_does_not_fall_through_the_floor(
     ends = fly(engine_over(engine, notch), flight(surface(0.0, 0.85, 5.0)), (0.0, 1.0, 0.3)).deposits
     assert ends.outcome[0] == Outcome.LEFT_TERRAIN
     assert ends.x[0].tolist() == pytest.approx((0.0, -3.0, -0.9), abs=1e-6), "over the rim, not through the floor"
+
+
+@BOTH
+@pytest.mark.parametrize("rounded", [np.float32, np.float64])
+def test_a_wall_of_many_strips_is_never_hit_from_behind(engine, rounded):
+    """Upright, turned by 33 degrees; strips that are rounded to single precision bend by 1e-7 from each other."""
+    along, up = np.linspace(-4.0, 4.0, 9), (0.0, 3.0)
+    corners = [(float(rounded(a * TURNED[1])), float(rounded(-a * TURNED[0])), z) for a in along for z in up]
+    wall = terrain_of(corners, [t for k in range(0, 16, 2) for t in ((k, k + 3, k + 1), (k, k + 2, k + 3))])
+    outward = -np.array((*TURNED, 0.0))
+    draw = np.random.default_rng(5)
+    x = outward + (0.0, 0.0, 2.0) + draw.uniform(-1.0, 1.0, (40 if engine == "reference" else 4_000, 3)) * 0.5
+    v = np.stack(
+        [6.0 + draw.normal(0.0, 2.0, len(x)), 6.0 + draw.normal(0.0, 2.0, len(x)), draw.normal(0.0, 1.0, len(x))], 1
+    )
+    normals = fly(engine_over(engine, wall), flight(surface(0.0, 0.9, 30.0), "none"), x, v).impacts.normal
+    assert len(normals) > 0.3 * len(x)
+    assert (normals @ outward).min() > 0.9
+
+
+@BOTH
+def test_a_rock_under_the_ground_is_not_counted_as_one_that_left(engine):
+    """Whatever let it fall there: it ends where it was, and alerts take its outcome for danger."""
+    plane = terrain_of([(0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (9.0, 9.0, 0.0), (0.0, 9.0, 0.0)], [(0, 1, 2), (0, 2, 3)])
+    start = [(3.0, 4.0, -1.0), (3.0, 4.0, 1.0)]
+    ends = fly(
+        engine_over(engine, plane), flight(surface(0.5, 0.9, 30.0)), start, [(1.0, 0.5, 0.0), (9.0, 9.0, 9.0)]
+    ).deposits
+    assert ends.outcome.tolist() == [Outcome.UNRESOLVED_CONTACT, Outcome.LEFT_TERRAIN]
+    assert ends.x[0].tolist() == [3.0, 4.0, -1.0]
 
 
 @BOTH

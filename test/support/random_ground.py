@@ -1,8 +1,9 @@
 """Random meshes, rocks released on them, and an independent check that no rock falls through.
 
 The rocks start on vertices, edges and faces. The check shares no code with the contact search. For every facet that a
-point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. The meshes are height
-fields over a square, so no facet faces downwards.
+point lies over in plan, the check computes in NumPy whether the point is below the facet's plane. All meshes except
+`overhangs` are height fields over a square, so no facet faces downwards. In a mesh with overhangs a point is below the
+ground if an odd number of facets lies straight above it.
 """
 
 import math
@@ -33,6 +34,9 @@ DEEP = 1e-6
 """A rock this far (m) below a facet that it lies over has fallen through: 2.4 times 256 tolerances of the largest."""
 NEXT_TO = 1e-6
 """Points this close to a facet's edge in plan (m) are judged by the facets on both sides of the edge."""
+
+ROUNDED = 2e-4
+"""Share of the size of a mesh: a rock that comes this close to a rounded rim, which is not convex, is not judged on."""
 
 Draw = np.random.Generator
 
@@ -148,12 +152,7 @@ def walls(draw: Draw) -> Terrain:
     along, towards = draw.uniform(-1.0, 1.0), draw.uniform(-0.2, 1.0)
     profile = np.array([(0.0, 4.0), (foot, 4.0), (foot + lean, 0.0), (SIDE, towards * (SIDE - foot))])
     vertices = np.array([(x, y, z + along * y) for y in rows for x, z in profile])
-    a = (np.arange(len(rows) - 1)[:, None] * 4 + np.arange(3)).ravel()
-    b, c, d = a + 1, a + 5, a + 4
-    other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
-    first = np.where(other, np.stack([a, b, d], 1), np.stack([a, b, c], 1))
-    second = np.where(other, np.stack([b, c, d], 1), np.stack([a, c, d], 1))
-    return terrain_of(vertices, np.concatenate([first, second]).astype(np.int32))
+    return terrain_of(vertices, _strips(draw, len(rows)))
 
 
 def seams(draw: Draw) -> Terrain:
@@ -170,8 +169,41 @@ def seams(draw: Draw) -> Terrain:
     return terrain_of([*corners, (1.0 - share) * corners[0] + share * corners[1]], [(0, 4, 2), (4, 1, 2), (1, 0, 3)])
 
 
+def overhangs(draw: Draw) -> Terrain:
+    """A plateau, a face that leans over a floor, and the floor, in strips whose foot bends; turned, and rounded."""
+    rows = np.linspace(0.0, SIDE, int(draw.integers(2, 7)))
+    bend = draw.choice([0.0, 0.1, 1.0]) * draw.uniform(-1.0, 1.0, (2, len(rows)))
+    along, towards, lean = draw.uniform(-1.0, 1.0), draw.uniform(-0.5, 1.0), draw.uniform(0.2, 3.0)
+    profiles = [
+        [(0.0, 5.0), (6.0 + lean + x, 5.0 + 0.3 * z), (6.0 + x, z), (SIDE, towards * (SIDE - 6.0))]
+        for x, z in bend.T.tolist()
+    ]
+    corners = [(x, y, z + along * y) for y, profile in zip(rows, profiles, strict=True) for x, z in profile]
+    turn = draw.uniform(0.0, 2.0 * math.pi)
+    about = np.array([(math.cos(turn), math.sin(turn), 0), (-math.sin(turn), math.cos(turn), 0), (0, 0, 1)])
+    return terrain_of(ROUNDINGS[draw.integers(len(ROUNDINGS))](corners @ about), _strips(draw, len(rows)))
+
+
+def _strips(draw: Draw, rows: int) -> np.ndarray:
+    """Triangles (F, 3) between rows of four points; each cell is cut along either diagonal."""
+    a = (np.arange(rows - 1)[:, None] * 4 + np.arange(3)).ravel()
+    b, c, d = a + 1, a + 5, a + 4
+    other = (draw.uniform(size=len(a)) < draw.choice([0.0, 0.5, 1.0]))[:, None]
+    first = np.where(other, np.stack([a, b, d], 1), np.stack([a, b, c], 1))
+    second = np.where(other, np.stack([b, c, d], 1), np.stack([a, c, d], 1))
+    return np.concatenate([first, second]).astype(np.int32)
+
+
+ROUNDINGS: tuple[Callable[[np.ndarray], np.ndarray], ...] = (
+    lambda exact: exact,
+    lambda exact: np.round(exact, 3),
+    lambda exact: exact.astype(np.float32).astype(float),
+)
+"""Vertices (V, 3) as computed, to the millimetre, and in single precision: what survey files hold."""
+
 FAMILIES: dict[str, Callable[[Draw], Terrain]] = {
-    each.__name__: each for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams)
+    each.__name__: each
+    for each in (rough, planes, ridges, steps, benches, scattered, junctions, fans, walls, seams, overhangs)
 }
 
 
@@ -225,7 +257,10 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
     share /= share.sum(1)[:, None]
     x = (corners * share[:, :, None]).sum(1)
     dropped = draw.uniform(size=rocks) < 0.35
-    x[dropped, 2] += 10.0 ** draw.uniform(-9.0, 0.7, int(dropped.sum()))
+    height = np.zeros(rocks)
+    height[dropped] = 10.0 ** draw.uniform(-9.0, 0.7, int(dropped.sum()))
+    dropped &= ~_is_under_a_face(terrain, x)
+    x[dropped, 2] += height[dropped]
     v = np.zeros((rocks, 3))
     along = draw.uniform(size=rocks) < 0.3
     v[along] = (corners[:, 1] - corners[:, 0])[along] * draw.uniform(-2.0, 2.0, (int(along.sum()), 1))
@@ -233,6 +268,16 @@ def _releases(draw: Draw, terrain: Terrain, rocks: int) -> tuple[np.ndarray, np.
     v[level] = draw.normal(0.0, 2.0, (int(level.sum()), 3)) * (1.0, 1.0, 0.0)
     v[~dropped & (v[:, 2] < 0.0) & ~along] = 0.0
     return x, v
+
+
+def _is_under_a_face(terrain: Terrain, x: np.ndarray) -> np.ndarray:
+    """Which places (R, 3) m on the ground lie on, or under, a face that leans over: above them is no open air."""
+    facets = terrain.vertices[terrain.triangles]
+    leans = np.cross(facets[:, 1] - facets[:, 0], facets[:, 2] - facets[:, 0])[:, 2] < 0.0
+    under = np.zeros(len(x), dtype=bool)
+    for facet in facets[leans]:
+        under |= _lies_over(facet[::-1], x)
+    return under
 
 
 # --- the check --------------------------------------------------------------------------------------------------------
@@ -243,11 +288,18 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
 
     Such a point is below all facets that it lies over, including facets within NEXT_TO in plan: at the foot of an
     upright wall, below the floor and below the plateau. Points within NEXT_TO of the rim of the mesh, which is convex,
-    do not count.
+    do not count. In `overhangs`, such a point has an odd number of facets above it, and a rock that came near the rim
+    does not count.
     """
-    rows, points = _points(flights, case.flight.settings.gravity)
+    rows, times, points = _points(flights, case.flight.settings.gravity)
+    facets = case.terrain.vertices[case.terrain.triangles]
+    if case.family == overhangs.__name__:
+        left = np.full(len(flights.deposits.x), np.inf)
+        out = ~_within(case.terrain, points, ROUNDED * np.ptp(case.terrain.vertices, axis=0).max())
+        np.minimum.at(left, rows[out], times[out])
+        return np.unique(rows[(times < left[rows]) & _has_odd_above(facets, points)])
     over, above = (np.zeros(len(points), dtype=bool) for _ in range(2))
-    for facet in case.terrain.vertices[case.terrain.triangles]:
+    for facet in facets:
         here = _lies_over(facet, points)
         normal = np.cross(facet[1] - facet[0], facet[2] - facet[0])
         over |= here
@@ -255,11 +307,36 @@ def fallen(case: Case, flights: Flights) -> np.ndarray:
     return np.unique(rows[over & ~above & _within(case.terrain, points)])
 
 
-def _within(terrain: Terrain, points: np.ndarray) -> np.ndarray:
-    """Return whether each of points (N, 3) m is inside the rim of a mesh, convex in plan, by more than NEXT_TO."""
+def _has_odd_above(facets: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return whether each of points (N, 3) has an odd number of facets (F, 3, 3) straight above, and none within DEEP.
+
+    Three places NEXT_TO each point must agree: a line along an edge passes through two facets, or none.
+    """
+    below = np.ones(len(points), dtype=bool)
+    for turn in (1.0, 3.1, 5.2):
+        beside = points + NEXT_TO * np.array([math.cos(turn), math.sin(turn), 0.0])
+        below &= sum(_is_above(facet, beside).astype(int) for facet in facets) % 2 == 1
+    some = np.flatnonzero(below)
+    for facet in facets:
+        some = some[~_touches(facet, points[some])]
+    return np.isin(np.arange(len(points)), some)
+
+
+def _is_above(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return whether a facet (3, 3) lies straight above each of points (N, 3)."""
+    plan = [facet[(k + 1) % 3, :2] - facet[k, :2] for k in range(3)]
+    sides = [e[0] * (points[:, 1] - p[1]) - e[1] * (points[:, 0] - p[0]) for e, p in zip(plan, facet, strict=True)]
+    whole = sides[0] + sides[1] + sides[2]
+    inside = np.min(sides, axis=0) * np.max(sides, axis=0) > 0.0
+    weights = np.stack([sides[1], sides[2], sides[0]], 1) / np.where(inside, whole, 1.0)[:, None]
+    return np.asarray(inside & (weights @ facet[:, 2] > points[:, 2]))
+
+
+def _within(terrain: Terrain, points: np.ndarray, margin: float = NEXT_TO) -> np.ndarray:
+    """Return whether each of points (N, 3) m is inside the rim of a mesh, convex in plan, by more than a margin (m)."""
     corner, along = (sides.T for sides in np.split(_rim(terrain.vertices[:, :2]), 2, axis=1))
     across = (points[:, :1] - corner[0]) * -along[1] + (points[:, 1:2] - corner[1]) * along[0]
-    return np.asarray((across > NEXT_TO).all(axis=1))
+    return np.asarray((across > margin).all(axis=1))
 
 
 def _rim(plan: np.ndarray) -> np.ndarray:
@@ -273,17 +350,23 @@ def _rim(plan: np.ndarray) -> np.ndarray:
     return np.hstack([corners, along / np.linalg.norm(along, axis=1)[:, None]])
 
 
-def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return rows of rocks and positions (m): every event, three points of each flight, and each end."""
+def _points(flights: Flights, gravity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return rows of rocks, times (s) and positions (m): every event, three points of each flight, and each end.
+
+    An end has no time of its own: it counts as late as its rock's last event.
+    """
     paths, deposits = flights.paths, flights.deposits
     fly = np.flatnonzero(paths.mode[:-1] == Mode.FLIGHT)
     lasts = paths.t[fly + 1] - paths.t[fly]
-    rows, points = [paths.row, np.arange(len(deposits.x))], [paths.x, deposits.x]
+    ends = np.zeros(len(deposits.x))
+    np.maximum.at(ends, paths.row, paths.t)
+    rows, times, points = [paths.row, np.arange(len(ends))], [paths.t, ends], [paths.x, deposits.x]
     for share in (0.25, 0.5, 0.75):
         t = (share * lasts)[:, None]
         rows.append(paths.row[fly])
+        times.append(paths.t[fly] + share * lasts)
         points.append(paths.x[fly] + paths.v[fly] * t - 0.5 * t * t * np.array([0.0, 0.0, gravity]))
-    return np.concatenate(rows), np.concatenate(points)
+    return np.concatenate(rows), np.concatenate(times), np.concatenate(points)
 
 
 def _lies_over(facet: np.ndarray, points: np.ndarray) -> np.ndarray:
