@@ -91,7 +91,7 @@ def test_what_cannot_be_used_is_refused_with_the_key_and_the_reason(folder: Path
 LOOP = """
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.kinetics.rebound import rebound
-from rpf3d_core.materials.rock_context import Falling
+from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.values import Motion
 
@@ -99,7 +99,7 @@ from rpf3d_core.values import Motion
 @loop
 def bounce(model, out):
     motion = Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, -3.0), (0.0, 0.0, 0.0))
-    out[0] = rebound(model, Surface(0.5, 0.8, 0.5, 0.5), motion, (0.0, 0.0, 1.0), Falling(None, None, 0)).v[2]
+    out[0] = rebound(model, Surface(0.5, 0.8, 0.5, 0.5), motion, (0.0, 0.0, 1.0), RockContext(None, None, 0)).v[2]
 """
 RUN = """
 import sys

@@ -12,7 +12,8 @@ CODE = """
 import sys
 from rpf3d_core.runs.run import run_scene
 run_scene(sys.argv[1], sys.argv[2], rocks=4, engine="reference", recording=False)
-print(*sorted(name for name in sys.modules if name.startswith("rpf3d_core.") and name.split(".")[-1] in {
+print(*sorted(name for name in sys.modules if name.startswith(("rpf3d_core.effects", "rpf3d_core.hazard", "rpf3d_core.formats", "rpf3d_core.results", "rpf3d_core.materials"))
+    and name.split(".")[-1] in {
     "barriers", "barrier_passages", "forest", "obstacle_cells", "hazard_barriers", "gamma", "tree_files"}))
 """
 FENCE = "effects: {barriers: {panels: [{name: a, along: [[-20, 0], [20, 0]], height: 3, capacity_kj: 9}]}}"
