@@ -24,9 +24,9 @@ help:
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
 	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
-	@echo "make accuracy  measure what accuracy costs, and write docs/accuracy.md; takes about four minutes"
-	@echo "make effects   measure what each model and effect costs, and write docs/effects.md; takes some minutes"
-	@echo "make validation  calibrate on field data, and write docs/validation.md; takes some minutes, and needs that data"
+	@echo "make accuracy  measure what accuracy costs, and write docs/explanation/accuracy.md; takes about four minutes"
+	@echo "make effects   measure what each model and effect costs, and write docs/reference/effects.md; takes some minutes"
+	@echo "make validation  calibrate on field data, and write docs/explanation/validation.md; takes some minutes, and needs that data"
 	@echo "make colcon    build and test as a ROS 2 workspace does; some minutes"
 	@echo "make venv      only the virtual environment, with everything in it"
 	@echo "make clean     remove what the others made"
@@ -69,7 +69,7 @@ campaign: venv
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/formats/test_mutated_files.py
 	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
 
-# The report: docs/never-below.md
+# The report: docs/explanation/never-below.md
 never-below: venv
 	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
 

@@ -44,7 +44,10 @@ setup(
         (f"share/{NAME}", ["package.xml"]),
         (f"share/{NAME}/launch", glob("launch/*.launch.py")),
         (f"share/{NAME}/config", [name for name in glob("config/*") if isfile(name)]),
-        (f"share/doc/{NAME}", glob("docs/*.md")),
+        *(
+            (f"share/doc/{NAME}/{kind}", glob(f"docs/{kind}/*.md"))
+            for kind in ("tutorial", "howto", "reference", "explanation")
+        ),
         (f"share/{NAME}/config/scenes", [name for name in glob("config/scenes/*") if isfile(name)]),
     ],
     entry_points={

@@ -1,4 +1,4 @@
-"""Write docs/accuracy.md and its pictures: what accuracy costs on the demo pit with either rebound, and on Authume.
+"""Write docs/explanation/accuracy.md and its pictures: what accuracy costs on the demo pit, and on Authume.
 
 python docs/accuracy.py    (or make accuracy; takes about a minute a scene)
 """
@@ -100,7 +100,7 @@ def main() -> int:
     parts = [HEAD]
     for name, measured in MEASURED.items():
         parts.append(_section(name, measured))
-    (DOCS / "accuracy.md").write_text("\n".join([*parts, READING]), encoding="utf-8")
+    (DOCS / "explanation" / "accuracy.md").write_text("\n".join([*parts, READING]), encoding="utf-8")
     return 0
 
 
@@ -124,7 +124,7 @@ def _section(name: str, measured: Measured) -> str:
         f"in cells of {prices.cell:g} m. Measured in {seconds:.0f} s of one core, compiling included."
     )
     return (
-        f"## {measured.title}\n{facts}\n\n![what accuracy costs](pictures/{picture.name})\n\n"
+        f"## {measured.title}\n{facts}\n\n![what accuracy costs](../pictures/{picture.name})\n\n"
         f"{document(prices, TARGET)}\n"
     )
 

@@ -1,4 +1,4 @@
-"""Write docs/effects.md and the table of the README: what a scene may name, what it costs and what it changes.
+"""Write docs/reference/effects.md and the table of the README: what a scene may name, and what that costs.
 
 python docs/effects.py            (or make effects: measures every one on a wall first; takes some minutes)
 python docs/effects.py --as-is    (from what was measured last)
@@ -67,7 +67,7 @@ effects: {roughness: {angle_sd_deg: 8}}
 
 How far a figure is confirmed: **C** read in the primary text, **CC** in an independent public implementation, **S**
 quoted by another text, **D** derived or checked from first principles. **UNCONFIRMED** is general knowledge: check it
-before you rest a decision on it. Models and effects of your own: [own-models.md](own-models.md).
+before you rest a decision on it. Models and effects of your own: [own-models.md](../howto/own-models.md).
 
 *Time* is that of a rock on a wall of a synthetic pit (150,000 triangles, `docs/effects_wall.yaml`) over its time with
 the defaults of a scene (`coulomb_limited`, `sliding`), without compiling, medians of passes that take turns. *Runout*
@@ -203,7 +203,7 @@ def main(arguments: list[str]) -> None:
         costs = measured(listed)
         MEASURED.write_text(json.dumps(costs, indent=1) + "\n")
         listed = [replace(offer, cost=costs.get(f"{offer.kind}.{offer.name}")) for offer in listed]
-    (DOCS / "effects.md").write_text(document(listed))
+    (DOCS / "reference" / "effects.md").write_text(document(listed))
     readme = ROOT / "README.md"
     readme.write_text(with_table(readme.read_text(), listed))
 

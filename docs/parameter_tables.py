@@ -1,4 +1,4 @@
-"""Write the tables of parameters in docs/operations.md from their declarations, so that nothing is told twice.
+"""Write the tables of parameters in docs/howto/operations.md from their declarations, so that nothing is told twice.
 
 python docs/parameter_tables.py
 """
@@ -16,7 +16,7 @@ from rpf3d_ros.interface.parameters import (
     SimulatorParameters,
 )
 
-PAGE = Path(__file__).with_name("operations.md")
+PAGE = Path(__file__).parent / "howto" / "operations.md"
 KINDS = {
     "all nodes": FrameParameters,
     "rpf3d_simulator": SimulatorParameters,

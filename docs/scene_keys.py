@@ -1,4 +1,4 @@
-"""Write docs/scene-file.md from the scene's own model, so that no key, bound or default is told twice.
+"""Write docs/reference/scene-file.md from the scene's own model, so that no key, bound or default is told twice.
 
 python docs/scene_keys.py
 """
@@ -229,4 +229,4 @@ def pit_table() -> str:
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("scene-file.md").write_text(document())
+    Path(__file__).parent / "reference" / "scene-file.md".write_text(document())

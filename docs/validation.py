@@ -1,4 +1,4 @@
-"""Write docs/validation.md and its pictures: models against rocks that fell, calibrated and not.
+"""Write docs/explanation/validation.md and its pictures: models against rocks that fell, calibrated and not.
 
 python docs/validation.py            (or make validation; takes some minutes)
 python docs/validation.py --as-is    the page alone, from what was measured last
@@ -15,7 +15,7 @@ from field_cases.pictures import draw_all
 
 DOCS = Path(__file__).parent
 RESULTS = DOCS / "field_cases" / "results.json"
-PAGE = DOCS / "validation.md"
+PAGE = DOCS / "explanation" / "validation.md"
 
 
 def main(arguments: list[str]) -> int:

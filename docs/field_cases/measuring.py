@@ -42,7 +42,9 @@ def measured(say: Say) -> Measured:
     """
     for folder in (authume.DATA, tschamut.DATA, chant_sura.DATA):
         if not folder.is_dir():
-            raise InputError(f"the field data is not there ({folder}); docs/validation.md names its sources")
+            raise InputError(
+                f"the field data is not there ({folder}); docs/explanation/validation.md names its sources"
+            )
     ends: dict[str, dict[str, Ends]] = {"authume": {}, "tschamut": {}}
     results = {
         "authume": _flown("authume", authume, authume.field(), ends["authume"], say),

@@ -1,4 +1,4 @@
-"""docs/validation.md from what was measured."""
+"""docs/explanation/validation.md from what was measured."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The section of docs/validation.md on Authume."""
+"""The section of docs/explanation/validation.md on Authume."""
 
 from collections.abc import Sequence
 
@@ -26,7 +26,7 @@ def section(results: Results) -> str:
     return "\n".join([
         AUTHUME,
         searched(results["calibrations"], "m from the field's x"),
-        "![Authume](pictures/validation_authume.png)\n",
+        "![Authume](../pictures/validation_authume.png)\n",
         _stops(field, lines),
         _shares(field, lines),
         _distances(field),

@@ -1,4 +1,4 @@
-"""The section of docs/validation.md on Chant Sura."""
+"""The section of docs/explanation/validation.md on Chant Sura."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ def section(results: Results) -> str:
     parts = [
         CHANT_SURA,
         CHANT_SURA_FAILS,
-        "![Chant Sura](pictures/validation_chant_sura.png)\n",
+        "![Chant Sura](../pictures/validation_chant_sura.png)\n",
         _six(results),
         _eleven(results["lines"]),
         _calibrated_impacts(results["calibrations"]),

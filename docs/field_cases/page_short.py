@@ -1,4 +1,4 @@
-"""The section "In short" of docs/validation.md: what the figures say of each model."""
+"""The section "In short" of docs/explanation/validation.md: what the figures say of each model."""
 
 from field_cases import authume, tschamut
 from field_cases.measuring import CALIBRATED

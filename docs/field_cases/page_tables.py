@@ -1,4 +1,4 @@
-"""Tables and words that the sections of docs/validation.md share."""
+"""Tables and words that the sections of docs/explanation/validation.md share."""
 
 import re
 import textwrap

@@ -1,4 +1,4 @@
-"""The section of docs/validation.md on Tschamut."""
+"""The section of docs/explanation/validation.md on Tschamut."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ def section(results: Results) -> str:
     found = searched(results["calibrations"], "m mean absolute error")
     halves = "Mean absolute error of runout (m):\n\n"
     halves += halves_table(results, ("all 17 distinct runs", "first half, 9", "second half, 8"))
-    picture = "![Tschamut](pictures/validation_tschamut.png)\n"
+    picture = "![Tschamut](../pictures/validation_tschamut.png)\n"
     return "\n".join(
         [TSCHAMUT, said, found, picture, table(head, rows), _ends(field, results["lines"]), halves, TSCHAMUT_FAILS]
     )

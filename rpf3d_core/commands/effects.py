@@ -42,7 +42,7 @@ def _print_list(listed: "list[Offered]") -> None:
     screen.print(table)
     screen.print(
         "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` tells the "
-        "parameters. Models of your own: docs/own-models.md",
+        "parameters. Models of your own: docs/howto/own-models.md",
         soft_wrap=True,
     )
 

@@ -1,4 +1,4 @@
-"""Import an input folder of Rockyfor3D as a scene (physics reference 1.9; docs/imports.md)."""
+"""Import an input folder of Rockyfor3D as a scene (physics reference 1.9; docs/howto/imports.md)."""
 
 from pathlib import Path
 
@@ -38,7 +38,7 @@ NEEDED = (DEM, DENSITY, *AXES, SHAPE, *ROUGHNESS, SOIL)
 ASSUMED_FRICTION_DEG = 30.0
 
 HEAD = (
-    f"Made by `rpf3d import rockyfor3d` from an input folder of {PROGRAM}; docs/imports.md says how.",
+    f"Made by `rpf3d import rockyfor3d` from an input folder of {PROGRAM}; docs/howto/imports.md says how.",
     "R_n, the obstacles' shares and the formula of R_t are unconfirmed (general knowledge; the manual was not read): "
     "look at them before you trust a runout.",
 )

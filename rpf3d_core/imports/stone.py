@@ -1,4 +1,4 @@
-"""Import an input set of STONE or r.stone as a scene (physics reference 2.1, manual of r.stone; docs/imports.md)."""
+"""Import an input set of STONE or r.stone as a scene (docs/howto/imports.md; the manual of r.stone)."""
 
 import math
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ AT_REST = (
 )
 
 HEAD = (
-    f"Made by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/imports.md says how.",
+    f"Made by `rpf3d import stone` from an input set of {PROGRAM} or r.stone; docs/howto/imports.md says how.",
     "Speeds, gravity and stop_speed are r.stone's defaults: no grid holds them. A rock stops below stop_speed where "
     "it rolls or slides, not in flight.",
 )

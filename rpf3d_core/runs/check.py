@@ -43,7 +43,7 @@ LOOKED_AT = 50_000
 """Most rocks whose start is checked, evenly spread over each source: this takes some seconds in plain Python."""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
-docs/performance.md."""
+docs/explanation/performance.md."""
 FOLLOW_LOOP = "_follow_all"
 """Loop of `simulation.engines` that takes nearly all of the time to compile."""
 COMPILE_S = 12.0

@@ -184,7 +184,7 @@ def replay(
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
-    """Write all files of a result (docs/outputs.md) and return the absolute path of the folder.
+    """Write all files of a result (docs/reference/outputs.md) and return the absolute path of the folder.
 
     recording : False to write no run.rrd, whatever the scene says
 

@@ -169,7 +169,7 @@ def verdict_of(report: Report) -> str:
         f"{len(report.findings)} differences {', '.join(known) if known else 'none'} stood out from chance. "
         f"With {rocks} rocks a run on the synthetic pit: {'; '.join(map(_sentence, report.findings))}. "
         "The intervals are those of chance on this one relief: other reliefs of the same pit differ by more "
-        "(docs/studies.md)."
+        "(docs/explanation/studies.md)."
     )
 
 

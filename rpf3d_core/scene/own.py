@@ -1,6 +1,6 @@
 """User-defined models and effects: a class in a file outside the package, named in the scene by its import path.
 
-The file is searched next to the scene file, then on Python's module path. docs/own-models.md shows an example.
+The file is searched next to the scene file, then on Python's module path. docs/howto/own-models.md shows an example.
 """
 
 import hashlib

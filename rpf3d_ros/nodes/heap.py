@@ -15,7 +15,7 @@ took a fifth of a flight.
 
 By default, glibc raises its threshold to the largest block freed, at most 32 MB. Then the arrays of a survey go into
 the heap and leave it fragmented: a node that received a terrain of 2.33 million triangles again and again grew by
-3.8 MB each time. With this setting its memory stays constant (docs/live.md).
+3.8 MB each time. With this setting its memory stays constant (docs/explanation/live.md).
 """
 
 

@@ -1,4 +1,4 @@
-"""docs/accuracy.md is what its command writes, but for the figures, which are measured."""
+"""docs/explanation/accuracy.md is what its command writes, but for the figures, which are measured."""
 
 import importlib.util
 from pathlib import Path
@@ -11,8 +11,8 @@ def test_the_page_on_accuracy_has_the_text_and_the_pictures_of_the_command_that_
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    page = (DOCS / "accuracy.md").read_text()
+    page = (DOCS / "explanation" / "accuracy.md").read_text()
     assert page.startswith(module.HEAD) and page.endswith(module.READING), "run: make accuracy"
     for name, measured in module.MEASURED.items():
         assert f"## {measured.title}\n" in page
-        assert f"pictures/cost_{name}.png" not in page or (DOCS / "pictures" / f"cost_{name}.png").is_file()
+        assert f"../pictures/cost_{name}.png" not in page or (DOCS / "pictures" / f"cost_{name}.png").is_file()

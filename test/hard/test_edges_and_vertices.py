@@ -122,7 +122,7 @@ def rebound_from(n, v, R_n, R_t):
 @BOTH
 @pytest.mark.parametrize("across", [0.0, 3.0, -3.0])
 def test_an_impact_exactly_on_a_ridge_is_one_impact_on_one_of_its_flanks(engine, across):
-    """On which of them, rounding decides: it is met at the same instant but for that (docs/tolerances.md)."""
+    """On which of them, rounding decides: it is met at the same instant but for that (docs/reference/tolerances.md)."""
     over = engine_over(engine, strip([(-10.0, -10.0), (0.0, 0.0), (10.0, -5.0)], across=3))
     fall = 1.0
     v = np.array((across, 0.0, -G * fall))

@@ -12,7 +12,7 @@ TURN = math.degrees(2.0 * math.atan(0.0625)) * (1.0 + 1e-9)
 """Degrees from one row to the next at most."""
 ROUND_A_VERTEX = 0.01
 """Share of rocks that begin on vertices and edges at nanometres a second and go round in the facets that meet there, 64
-pieces of path in a row, all within tolerance: they are taken for wedged (docs/tolerances.md, "What remains")."""
+pieces of path in a row, all within tolerance: they are taken for wedged (docs/reference/tolerances.md)."""
 
 
 def uphill(engine, **settings):

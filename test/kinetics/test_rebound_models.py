@@ -124,7 +124,7 @@ def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_design
     gain = max(largest_gain(plane_rising(t, p)) for t in range(0, 90, 15) for p in range(0, 90, 15))
     assert 1.5 < gain <= 3.0 + 1e-9
     assert "three times its energy" in " ".join((thesis_literal.__doc__ or "").split())
-    design = Path(__file__).parents[2] / "docs" / "design.md"
+    design = Path(__file__).parents[2] / "docs" / "explanation" / "design.md"
     assert "triple it on a facet that dips along both axes" in " ".join(design.read_text().split())
 
 

@@ -2,7 +2,7 @@
 
 A combination compiles for some ten seconds, and what a process has compiled stays in its memory (0.2 GB each), so
 `make test` flies a few of them, and `make combinations` all, a part a process after another (RPF3D_COMBINATIONS=0/8 to
-7/8). The result of that stands in docs/effects.md.
+7/8). The result of that stands in docs/reference/effects.md.
 """
 
 import os

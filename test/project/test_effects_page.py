@@ -1,4 +1,4 @@
-"""docs/effects.md and the table of the README say what scenes may name, as the models that check scenes say it."""
+"""docs/reference/effects.md and the table of the README say what scenes may name, as the models of scenes do."""
 
 import importlib.util
 import json
@@ -23,7 +23,7 @@ def page() -> ModuleType:
 
 
 def test_the_page_is_what_the_models_say(page: ModuleType) -> None:
-    written = (ROOT / "docs" / "effects.md").read_text()
+    written = (ROOT / "docs" / "reference" / "effects.md").read_text()
     assert written == page.document(offers()), "run: python docs/effects.py --as-is"
 
 

@@ -1,4 +1,4 @@
-"""Imports go one way only, and each outside library is known in one place (docs/design.md)."""
+"""Imports go one way only, and each outside library is known in one place (docs/explanation/design.md)."""
 
 import ast
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Models and effects of the user's own: the files that docs/own-models.md shows, as a user would write them down."""
+"""Models and effects of the user's own: the files of docs/howto/own-models.md, as a user would write them."""
 
 import os
 import re
@@ -12,7 +12,7 @@ import pytest
 import rpf3d_core
 from rpf3d_core.errors import InputError
 
-PAGE = Path(__file__).parents[2] / "docs" / "own-models.md"
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "own-models.md"
 ROCKS = 12
 SCENE = """
 terrain: {pit: {triangles: 2000}}

@@ -1,4 +1,4 @@
-"""docs/scene-file.md says what the model that checks scenes says."""
+"""docs/reference/scene-file.md says what the model that checks scenes says."""
 
 import importlib.util
 from pathlib import Path
@@ -12,12 +12,12 @@ def test_the_page_of_scene_keys_is_what_the_model_says():
     spec = importlib.util.spec_from_file_location("scene_keys", DOCS / "scene_keys.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    page = (DOCS / "scene-file.md").read_text()
+    page = (DOCS / "reference" / "scene-file.md").read_text()
     assert page == module.document(), "run: python docs/scene_keys.py"
 
 
 def test_the_scene_in_the_document_is_one(tmp_path: Path) -> None:
-    text = (DOCS / "scene-file.md").read_text().split("```yaml\n")[1].split("```")[0]
+    text = (DOCS / "reference" / "scene-file.md").read_text().split("```yaml\n")[1].split("```")[0]
     (tmp_path / "unstable.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}')
     (tmp_path / "holes.csv").write_text("x,y,z\n1,2,3\n")
     (tmp_path / "scene.yaml").write_text("terrain: {pit: {}}\n" + text)

@@ -12,7 +12,8 @@ CODE = """
 import sys
 from rpf3d_core.runs.run import run_scene
 run_scene(sys.argv[1], sys.argv[2], rocks=4, engine="reference", recording=False)
-print(*sorted(name for name in sys.modules if name.startswith(("rpf3d_core.effects", "rpf3d_core.hazard", "rpf3d_core.formats", "rpf3d_core.results", "rpf3d_core.materials"))
+ROOMS = tuple(f"rpf3d_core.{room}" for room in ("effects", "hazard", "formats", "results", "materials"))
+print(*sorted(name for name in sys.modules if name.startswith(ROOMS)
     and name.split(".")[-1] in {
     "barriers", "barrier_passages", "forest", "obstacle_cells", "hazard_barriers", "gamma", "tree_files"}))
 """

@@ -1,4 +1,4 @@
-"""The folder of hazard holds every product, and its names are those that docs/outputs.md tells."""
+"""The folder of hazard holds every product, and its names are those that docs/reference/outputs.md tells."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from rpf3d_core.results.findings import RunCounts
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.scene.hazard import HazardSpec
 
-OUTPUTS = Path(__file__).parents[2] / "docs" / "outputs.md"
+OUTPUTS = Path(__file__).parents[2] / "docs" / "reference" / "outputs.md"
 
 
 def test_everything_is_written_and_named_in_the_documentation(tmp_path):

@@ -1,4 +1,4 @@
-"""docs/operations.md and the files to bring rpf3d up say what the code does."""
+"""docs/howto/operations.md and the files to bring rpf3d up say what the code does."""
 
 import ast
 import configparser

@@ -44,7 +44,9 @@ def test_a_matrix_is_read_with_its_energies_in_joule(tmp_path):
 
 
 def test_the_example_in_the_documentation_is_a_right_one(tmp_path):
-    example = (Path(__file__).parents[2] / "docs" / "outputs.md").read_text().partition("```yaml\nhazard:")[2]
+    example = (
+        (Path(__file__).parents[2] / "docs" / "reference" / "outputs.md").read_text().partition("```yaml\nhazard:")[2]
+    )
     path = tmp_path / "scene.yaml"
     path.write_text(f"{SCENE}hazard:{example.partition('```')[0]}")
     spec = scene.read_scene(path).hazard

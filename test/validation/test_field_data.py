@@ -1,6 +1,6 @@
 """The field data itself: the published figures, and the traps that the report has to know. Nothing is simulated.
 
-Reference/validation.md sections 1, 3 and 4; sources in docs/validation.md.
+Reference/validation.md sections 1, 3 and 4; sources in docs/explanation/validation.md.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""docs/validation.md: the page is what was measured, that can be measured again, and the tools are right."""
+"""docs/explanation/validation.md: the page is what was measured, and its tools are right."""
 
 import importlib.util
 import json
@@ -40,13 +40,15 @@ needs_data = pytest.mark.skipif(
 
 
 def test_the_page_is_what_was_measured() -> None:
-    assert (DOCS / "validation.md").read_text() == document(RESULTS), "run: python docs/validation.py --as-is"
+    assert (DOCS / "explanation" / "validation.md").read_text() == document(RESULTS), (
+        "run: python docs/validation.py --as-is"
+    )
 
 
 def test_the_pictures_of_the_page_are_there() -> None:
     for site in ("authume", "tschamut", "chant_sura"):
         name = f"pictures/validation_{site}.png"
-        assert f"({name})" in document(RESULTS) and (DOCS / name).stat().st_size > 10_000
+        assert f"(../{name})" in document(RESULTS) and (DOCS / name).stat().st_size > 10_000
 
 
 def test_the_way_in_takes_the_page_from_the_file_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
