@@ -92,9 +92,9 @@ def first_contact_in_buckets(locator: BucketLocator, facets: Facets, arc: Arc, l
 
 
 @has_fallen_through.rule(BucketLocator)
-def sets_out_below_buckets(locator: BucketLocator, facets: Facets, arc: Arc) -> bool:
+def sets_out_below_buckets(locator: BucketLocator, facets: Facets, arc: Arc, left: Left, end: float) -> bool:
     """Return whether the arc sets out below the ground."""
-    return sets_out_below(locator, facets, arc)
+    return sets_out_below(locator, facets, arc, left, end)
 
 
 @kernel

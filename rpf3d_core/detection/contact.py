@@ -120,12 +120,12 @@ def meets_the_other_side(contact: Contact, left: Left) -> bool:
 
 
 @model_function
-def has_fallen_through(locator: object, facets: Facets, arc: Arc) -> bool:
+def has_fallen_through(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> bool:
     """Return whether an arc that leaves the terrain sets out below the ground; a rule per locator."""
 
 
 @has_fallen_through.otherwise
-def falls_as_it_may(locator: object, facets: Facets, arc: Arc) -> bool:
+def falls_as_it_may(locator: object, facets: Facets, arc: Arc, left: Left, end: float) -> bool:
     """Return False: fixed steps are there to show what falls through, and spheres have contacts of their own."""
     return False
 
@@ -148,7 +148,7 @@ def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: Left, end:
             return contact
         if looks == 1:
             looked = _with_tolerance(facets, facets.crack)
-        elif looks == 2 and left.resting and has_fallen_through(locator, facets, arc):
+        elif looks == 2 and left.resting and has_fallen_through(locator, facets, arc, left, end):
             looked = _with_tolerance(facets, LAST_LOOK * facets.crack)
         else:
             return contact

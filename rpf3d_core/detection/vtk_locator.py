@@ -86,9 +86,9 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 
 
 @has_fallen_through.rule(VtkLocator)
-def sets_out_below_boxes(locator: VtkLocator, facets: Facets, arc: Arc) -> bool:
+def sets_out_below_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: Left, end: float) -> bool:
     """Return whether the arc sets out below the ground."""
-    return sets_out_below(locator, facets, arc)
+    return sets_out_below(locator, facets, arc, left, end)
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:

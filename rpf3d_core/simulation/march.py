@@ -24,7 +24,7 @@ from rpf3d_core.simulation.state import (
     with_meeting,
     with_piece,
 )
-from rpf3d_core.simulation.sustained import UNRESOLVED, carry_on, held_by
+from rpf3d_core.simulation.sustained import carry_on, held_by
 from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
@@ -39,6 +39,7 @@ STRETCHES = 10_000
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
+FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 
 @model_function
@@ -110,10 +111,10 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     who, gravity = as_it_is(falling, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, who)
     start, t = flown.start, flown.t
-    arrived = advance(start, gravity, t)
+    arc, arrived = Arc(start.x, start.v, gravity), advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
     motion = out_of_air(physics, locator, arrived, t, flown.longest, who)
-    tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
+    tally = with_piece(state.tally, arc_length(arc, t), motion, physics.facets.tolerance)
     after = State(motion, state.left, False, tally, MOVING, state.passed)
     if t == flown.meeting.t and t < flown.left:
         return _meet(physics.effects, after, flown.meeting, falling, record)
@@ -124,8 +125,8 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
         on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
     in_doubt = not lands or comes_behind(flown.contact, state.left)
-    if in_doubt and has_fallen_through(locator, physics.facets, Arc(start.x, start.v, gravity)):
-        return ended(state, UNRESOLVED)
+    if in_doubt and has_fallen_through(locator, physics.facets, arc, state.left, flown.left):
+        return ended(state, FELL_THROUGH)
     if lands:
         return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
     return ended(after, MAX_TIME if t == flown.left else LEFT_TERRAIN)
