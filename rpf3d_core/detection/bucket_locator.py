@@ -12,8 +12,7 @@ import numpy as np
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.compiling import kernel
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
-from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact, has_fallen_through
-from rpf3d_core.detection.fallen import sets_out_below
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, Left, earlier_contact, first_contact, notices_falls
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
@@ -91,10 +90,10 @@ def first_contact_in_buckets(locator: BucketLocator, facets: Facets, arc: Arc, l
     return best
 
 
-@has_fallen_through.rule(BucketLocator)
-def sets_out_below_buckets(locator: BucketLocator, facets: Facets, arc: Arc, left: Left, end: float) -> bool:
-    """Return whether the arc sets out below the ground."""
-    return sets_out_below(locator, facets, arc, left, end)
+@notices_falls.rule(BucketLocator)
+def notices_them(locator: BucketLocator) -> bool:
+    """Return True."""
+    return True
 
 
 @kernel

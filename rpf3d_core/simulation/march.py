@@ -5,7 +5,7 @@ from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.compiling import guarded, kernel, model_function
-from rpf3d_core.detection.contact import Contact, Left, comes_behind, has_fallen_through
+from rpf3d_core.detection.contact import Contact, Left, is_fall
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
 from rpf3d_core.materials.falling import Falling
@@ -111,10 +111,10 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     who, gravity = as_it_is(falling, state), physics.settings.gravity
     flown = next_parabola(physics, locator, state, who)
     start, t = flown.start, flown.t
-    arc, arrived = Arc(start.x, start.v, gravity), advance(start, gravity, t)
+    arrived = advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
     motion = out_of_air(physics, locator, arrived, t, flown.longest, who)
-    tally = with_piece(state.tally, arc_length(arc, t), motion, physics.facets.tolerance)
+    tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
     after = State(motion, state.left, False, tally, MOVING, state.passed)
     if t == flown.meeting.t and t < flown.left:
         return _meet(physics.effects, after, flown.meeting, falling, record)
@@ -124,8 +124,7 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: Falling, recor
     if t == flown.longest and t < flown.left and not lands:
         on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
-    in_doubt = not lands or comes_behind(flown.contact, state.left)
-    if in_doubt and has_fallen_through(locator, physics.facets, arc, state.left, flown.left):
+    if is_fall(flown.contact) and t < flown.left:
         return ended(state, FELL_THROUGH)
     if lands:
         return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]

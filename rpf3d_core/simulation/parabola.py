@@ -54,7 +54,7 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: Falling
         start = into_air(effects, motion, height, longest, falling)
         arc = Arc(start.x, start.v, settings.gravity)
         end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
-        contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
+        contact = contact_or_crack(locator, facets, arc, state.left, end, longest)
         t = min(contact.t, end, left, longest)
         loss = loss_on(physics.caps, arc, contact, t)
         t = min(t, loss.t)
@@ -104,5 +104,5 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     A stone is dropped: looking down and falling are the same question.
     """
     drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
-    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0))
+    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

@@ -419,17 +419,17 @@ GUARDS = (
     Guard(
         "test_never_below.py::test_a_rock_under_the_ground_is_not_counted_as_one_that_left[reference]",
         MARCH,
-        "    if in_doubt and has_fallen_through(",
-        "    if False and has_fallen_through(",
+        "    if is_fall(flown.contact) and ",
+        "    if False and ",
         "`fly_on`: a rock that leaves from below the ground has fallen through it",
         "it counts as one that left the terrain",
     ),
     Guard(
         "test_walls_and_overhangs.py::test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it[reference]",
         FALLEN,
-        "    if _was_in_the_open(",
-        "    if False and _was_in_the_open(",
-        "`sets_out_below`: backs that were above the rock before say nothing",
+        "    if ground_below and not around:\n",
+        "    if False:\n",
+        "`answered`: a rock that has ground below it is not under the ground, whatever is above and around it",
         "a rock that hits a sheet from below counts as fallen through the floor",
     ),
 )
