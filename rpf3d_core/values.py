@@ -45,6 +45,7 @@ class Outcome(IntEnum):
     UNRESOLVED_CONTACT = 6
     FAILED = 7
     LOST_TO_HOLE = 8
+    FELL_THROUGH = 9
 
 
 MOVING = -1
@@ -71,6 +72,10 @@ OUTCOME_SENTENCES: dict[Outcome, str] = {
     ),
     Outcome.LOST_TO_HOLE: (
         "fell through a hole in the terrain; it is followed to the level of the ground around the hole and no further"
+    ),
+    Outcome.FELL_THROUGH: (
+        "was found below ground that has no hole: a fault of this program; it is told up to where it last was on the "
+        "ground, and rpf3d_core.replay flies it again by its source and number"
     ),
 }
 

@@ -1,7 +1,8 @@
 """Make the decision: a pure function of the previous decision, the evidence, the site's thresholds and the time.
 
 The level rises at once, falls only by acknowledgement, and is never normal without fresh evidence
-(docs/explanation/alerts.md has the rules as a table). There is no clock, no file and no randomness in it: `rpf3d audit` calls the same function.
+(docs/explanation/alerts.md has the rules as a table). There is no clock, no file and no randomness in it: `rpf3d audit`
+calls the same function.
 """
 
 from collections.abc import Mapping

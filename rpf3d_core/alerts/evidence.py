@@ -12,6 +12,7 @@ from rpf3d_core.values import Outcome
 
 UNFINISHED = (
     Outcome.MAX_TIME, Outcome.MAX_IMPACTS, Outcome.UNRESOLVED_CONTACT, Outcome.FAILED, Outcome.LOST_TO_HOLE,
+    Outcome.FELL_THROUGH,
 )  # fmt: skip
 """Outcomes of rocks that might have gone on, into an area in which they are not counted."""
 

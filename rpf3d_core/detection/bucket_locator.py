@@ -17,9 +17,8 @@ from rpf3d_core.detection.contact import (
     PreviousContact,
     earlier_contact,
     first_contact,
-    has_fallen_through,
+    notices_falls,
 )
-from rpf3d_core.detection.fallen import sets_out_below
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
@@ -100,10 +99,10 @@ def first_contact_in_buckets(
     return best
 
 
-@has_fallen_through.rule(BucketLocator)
-def sets_out_below_buckets(locator: BucketLocator, facets: Facets, arc: Arc) -> bool:
-    """True if the arc begins below the ground."""
-    return sets_out_below(locator, facets, arc)
+@notices_falls.rule(BucketLocator)
+def notices_them(locator: BucketLocator) -> bool:
+    """Return True."""
+    return True
 
 
 @kernel

@@ -20,6 +20,7 @@ import math
 from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc, fall_time, gravity_along, position, velocity
+from rpf3d_core.detection.fallen import answered, inquiry, line_of_sight
 from rpf3d_core.detection.ties import wins_tie
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import (
@@ -77,6 +78,8 @@ UPRIGHT = 1e-6
 LAST_LOOK = 1.0 + 2.0**-40
 """Tolerance of the last search over a crack; larger than 1 only to distinguish the last search from the second."""
 NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
+FALLEN = -2
+"""What stands for a facet where the rock has fallen through the ground."""
 NOTHING_LEFT = PreviousContact(-1, -1, 1.0, False, -1)
 
 
@@ -128,39 +131,110 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 
 @model_function
-def has_fallen_through(locator: object, facets: Facets, arc: Arc) -> bool:
-    """True if an arc that leaves the terrain begins below the ground; one rule per locator."""
+def notices_falls(locator: object) -> bool:
+    """Return whether a rock that leaves the terrain is looked at once more, or may have fallen through it."""
 
 
-@has_fallen_through.otherwise
-def falls_as_it_may(locator: object, facets: Facets, arc: Arc) -> bool:
-    """Return False: fixed steps are meant to show falls, and spheres have contacts of another class."""
+@notices_falls.otherwise
+def takes_them_as_they_are(locator: object) -> bool:
+    """Return False: fixed steps are there to show what falls through, and spheres have contacts of their own."""
     return False
 
 
+@model_function
+def sight(contact: object) -> tuple[float, float]:
+    """How far along a line of sight it met a facet (share of the line; inf if it met none), and the facet's side."""
+
+
+@sight.otherwise
+def sees_nothing(contact: object) -> tuple[float, float]:
+    """Nothing: no inquiry looks with it."""
+    return math.inf, 1.0
+
+
+@sight.rule(Contact)
+def seen(contact: Contact) -> tuple[float, float]:
+    """When it met it, for a line of sight takes one second."""
+    return (contact.t if contact.t <= 1.0 else math.inf), contact.side
+
+
+@model_function
+def fall_of(contact: object) -> Any:
+    """The contact that stands for a fall through the ground."""
+
+
+@fall_of.otherwise
+def no_fall(contact: object) -> Any:
+    """The same: no inquiry has found one."""
+    return contact
+
+
+@fall_of.rule(Contact)
+def fall_of_point(contact: Contact) -> Contact:
+    """None, but marked."""
+    return Contact(math.inf, FALLEN, 1.0, 0.0)
+
+
+@model_function
+def is_fall(contact: object) -> bool:
+    """Return whether a contact is one that `fall_of` gave."""
+
+
+@is_fall.otherwise
+def is_no_fall(contact: object) -> bool:
+    """Return False."""
+    return False
+
+
+@is_fall.rule(Contact)
+def is_marked(contact: Contact) -> bool:
+    """Return whether it is marked."""
+    return contact.facet == FALLEN
+
+
 @kernel
-def contact_or_crack(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
-    """Return the earliest contact of an arc before `end` (s); without one, search again with slightly wider facets.
+def contact_or_crack(
+    locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
+) -> Contact:
+    """Return the earliest contact of an arc; without one, search again with slightly wider facets.
 
     A gap that is wider than the tolerance may still be a crack and no hole. Examples: the sliver between an edge and a
     vertex that lies on the edge but for rounding (a T-junction), or the few tolerances that a rock has drifted on its
     way from facet to facet. The second search runs only for rocks that would leave the terrain or come behind the
     ground, so all other rocks meet the facets at their true size. In the second search the rim of a facet is CRACK
-    tolerances wide. A last search runs for a sliding rock that would still fall through the ground: the rock then meets
-    any facet at its position that it moves into.
+    tolerances wide.
+
+    A rock without a contact after that may have fallen through the ground (`fallen.py`). If it has, and was sliding, a
+    last search follows: the rock then meets any facet at its position that it moves into.
+
+    end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air
     """
-    looked, looks = facets, 0
+    until, flies_to = min(end, longest), math.inf
+    looked, looks, line, stands, before = facets, 0, arc, left, until
+    tolerance, asked = facets.tolerance, inquiry(facets, False)
     while True:  # a loop, so that the search is compiled once
-        contact: Contact = first_contact(locator, looked, arc, left, end)
-        looks += 1
-        if contact.t <= end and not (left.resting and comes_behind(contact, left)):
-            return contact
-        if looks == 1:
-            looked = _with_tolerance(facets, facets.crack)
-        elif looks == 2 and left.resting and has_fallen_through(locator, facets, arc):
-            looked = _with_tolerance(facets, LAST_LOOK * facets.crack)
+        contact: Contact = first_contact(locator, looked, line, stands, before)
+        if asked.open:
+            share, side = sight(contact)
+            asked = answered(arc, flies_to, asked, share * abs(line.v[2]), side)
+            if asked.fell and not left.resting:
+                return fall_of(contact)  # type: ignore[no-any-return]
+            tolerance = LAST_LOOK * facets.crack if asked.fell else tolerance
         else:
-            return contact
+            looks += 1
+            lands, behind = contact.t <= until, comes_behind(contact, left)
+            if looks > 2 or (lands and not behind):
+                return fall_of(contact) if asked.fell and (behind or not lands) else contact
+            if looks == 1 and (left.resting or not lands):
+                tolerance = facets.crack
+            elif notices_falls(locator) and (lands or end <= longest):
+                asked, flies_to, looks = inquiry(facets, True), contact.t if lands else math.inf, 2
+            else:
+                return contact
+        if asked.open:
+            looked, line, stands, before = facets, line_of_sight(facets, arc, asked), NOTHING_LEFT, 1.0
+        else:
+            looked, line, stands, before = _with_tolerance(facets, tolerance), arc, left, until
 
 
 @kernel

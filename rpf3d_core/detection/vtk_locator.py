@@ -18,9 +18,8 @@ from rpf3d_core.detection.contact import (
     PreviousContact,
     earlier_contact,
     first_contact,
-    has_fallen_through,
+    notices_falls,
 )
-from rpf3d_core.detection.fallen import sets_out_below
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
@@ -92,10 +91,10 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
         begin, length = leave, min(2.0 * length, LONGEST_BOX)
 
 
-@has_fallen_through.rule(VtkLocator)
-def sets_out_below_boxes(locator: VtkLocator, facets: Facets, arc: Arc) -> bool:
-    """True if the arc begins below the ground."""
-    return sets_out_below(locator, facets, arc)
+@notices_falls.rule(VtkLocator)
+def notices_them(locator: VtkLocator) -> bool:
+    """Return True."""
+    return True
 
 
 def _box(arc: Arc, begin: float, end: float, slack: float) -> list[float]:

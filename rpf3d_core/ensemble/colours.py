@@ -36,6 +36,7 @@ OUTCOME_COLOURS: dict[Outcome, tuple[int, int, int]] = {
     Outcome.UNRESOLVED_CONTACT: (140, 40, 160),
     Outcome.FAILED: (255, 0, 255),
     Outcome.LOST_TO_HOLE: (0, 190, 190),
+    Outcome.FELL_THROUGH: (150, 0, 60),
 }
 """sRGB colour of each outcome."""
 

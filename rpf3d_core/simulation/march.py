@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.detection.contact import Contact, PreviousContact, comes_behind, has_fallen_through
+from rpf3d_core.detection.contact import Contact, PreviousContact, is_fall
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
@@ -24,7 +24,7 @@ from rpf3d_core.simulation.state import (
     with_meeting,
     with_piece,
 )
-from rpf3d_core.simulation.sustained import UNRESOLVED, carry_on, held_by
+from rpf3d_core.simulation.sustained import carry_on, held_by
 from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
@@ -39,6 +39,7 @@ STRETCHES = 10_000
 FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
+FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 
 @model_function
@@ -127,9 +128,8 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, r
     if t == flown.longest and t < flown.left and not lands:
         on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
-    in_doubt = not lands or comes_behind(flown.contact, state.left)
-    if in_doubt and has_fallen_through(locator, physics.facets, Arc(start.x, start.v, gravity)):
-        return ended(state, UNRESOLVED)
+    if is_fall(flown.contact) and t < flown.left:
+        return ended(state, FELL_THROUGH)
     if lands:
         return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
     return ended(after, MAX_TIME if t == flown.left else LEFT_TERRAIN)

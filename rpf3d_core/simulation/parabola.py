@@ -55,7 +55,7 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: RockCon
         start = into_air(effects, motion, height, longest, falling)
         arc = Arc(start.x, start.v, settings.gravity)
         end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
-        contact = contact_or_crack(locator, facets, arc, state.left, min(end, longest))
+        contact = contact_or_crack(locator, facets, arc, state.left, end, longest)
         t = min(contact.t, end, left, longest)
         loss = loss_on(physics.caps, arc, contact, t)
         t = min(t, loss.t)
@@ -105,5 +105,5 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
     The search drops a stone from x: the fall of the stone meets the ground below.
     """
     drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
-    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0))
+    contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

@@ -117,9 +117,9 @@ def test_a_failed_rock_is_no_deposit_and_its_sentence_says_how_to_fly_it_again()
 def test_outcomes_keep_their_numbers() -> None:
     assert [outcome.name for outcome in Outcome] == [
         "STOPPED", "LEFT_TERRAIN", "CAUGHT", "FRAGMENTED", "MAX_TIME", "MAX_IMPACTS", "UNRESOLVED_CONTACT", "FAILED",
-        "LOST_TO_HOLE",
+        "LOST_TO_HOLE", "FELL_THROUGH",
     ]  # fmt: skip
-    assert [int(outcome) for outcome in Outcome] == list(range(9))
+    assert [int(outcome) for outcome in Outcome] == list(range(10))
 
 
 @pytest.mark.parametrize(("source", "engine"), [("west_wall", "reference"), (0, "compiled")])

@@ -10,6 +10,8 @@ import sys
 import time
 from collections import Counter
 
+import numpy as np
+from numpy.typing import NDArray
 from random_ground import FAMILIES, Case, case_of, fallen, in_the_air
 from scenes_of_facets import engine_over, released, same_bits
 
@@ -34,9 +36,14 @@ def engines_differ(case: Case) -> bool:
     return not same_bits(flown(case, "compiled", first), flown(case, "reference", first))
 
 
+def guarded(flights: Flights) -> NDArray[np.int64]:
+    """Rows of the rocks that fell and that the simulator itself noticed (docs/explanation/never-below.md)."""
+    return np.flatnonzero(flights.deposits.outcome == Outcome.FELL_THROUGH)
+
+
 def wrongs(case: Case, flights: Flights, both: bool) -> int:
-    """Print the faults in the flights of a case, with its seed; return the number of faulty rocks."""
-    rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights)}
+    """Print what is wrong with the flights of a case, with its seed; return how many rocks that concerns."""
+    rows = {"fell": fallen(case, flights), "hang": in_the_air(case, flights), "guarded": guarded(flights)}
     for word, some in rows.items():
         if len(some):
             print(f"  {len(some)} {word}, rows {some[:5].tolist()}: {case.words}", flush=True)
