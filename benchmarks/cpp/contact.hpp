@@ -1,4 +1,4 @@
-// Contact of an arc with a facet: rpf3d_core/detection/contact.py.
+// Contact of an arc with a facet: rpf3d_core/detection/narrow_phase.py.
 #pragma once
 #include <array>
 

@@ -11,15 +11,10 @@ import numpy as np
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_grid import Grid, cell_index, sorted_into_buckets
-from rpf3d_core.detection.contact import (
-    NO_CONTACT,
-    Contact,
-    PreviousContact,
-    earlier_contact,
-    first_contact,
-    notices_falls,
-)
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.narrow_phase import earlier_contact
 from rpf3d_core.detection.plan_boxes import overlap
+from rpf3d_core.detection.search import notices_falls
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, flies_over, slabs_of, width_of
 from rpf3d_core.detection.stretch import SLOWEST, out_of_reach, stretch_of
 from rpf3d_core.jit.dispatch import kernel

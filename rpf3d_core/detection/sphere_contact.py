@@ -18,7 +18,8 @@ The result depends neither on the facet that the sphere has left nor on the orde
 import math
 from typing import NamedTuple
 
-from rpf3d_core.detection.contact import GRAZING, falling_time
+from rpf3d_core.detection.contact import GRAZING
+from rpf3d_core.detection.narrow_phase import falling_time
 from rpf3d_core.detection.quartic import Quartic, first_fall
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, edge_distance, edge_inward, stored_normal

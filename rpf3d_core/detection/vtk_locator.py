@@ -12,14 +12,9 @@ from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkStaticCellLocator
 
 from rpf3d_core.arc import Arc, position, time_over
-from rpf3d_core.detection.contact import (
-    NO_CONTACT,
-    Contact,
-    PreviousContact,
-    earlier_contact,
-    first_contact,
-    notices_falls,
-)
+from rpf3d_core.detection.contact import NO_CONTACT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.narrow_phase import earlier_contact
+from rpf3d_core.detection.search import notices_falls
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 

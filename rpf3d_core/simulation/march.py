@@ -4,7 +4,8 @@ import math
 from typing import Any
 
 from rpf3d_core.arc import Arc, advance, arc_length
-from rpf3d_core.detection.contact import Contact, PreviousContact, is_fall
+from rpf3d_core.detection.contact import Contact, PreviousContact
+from rpf3d_core.detection.search import is_fall
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
 from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces

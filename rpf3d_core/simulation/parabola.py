@@ -5,14 +5,8 @@ from typing import Any, NamedTuple
 
 from rpf3d_core.arc import Arc
 from rpf3d_core.detection.caps import Loss, loss_on
-from rpf3d_core.detection.contact import (
-    NOTHING_LEFT,
-    Contact,
-    contact_or_crack,
-    flight_end,
-    plain_locator,
-    radius_of,
-)
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, plain_locator, radius_of
+from rpf3d_core.detection.search import contact_or_crack, flight_end
 from rpf3d_core.effects.hooks import Meeting, asks_height, first_obstacle, in_air, longest_flight
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.materials.rock_context import RockContext

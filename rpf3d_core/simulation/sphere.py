@@ -10,7 +10,8 @@ import math
 from typing import NamedTuple
 
 from rpf3d_core.detection.caps import Loss, loss_on_way
-from rpf3d_core.detection.contact import GRAZING, PreviousContact, falling_time
+from rpf3d_core.detection.contact import GRAZING, PreviousContact
+from rpf3d_core.detection.narrow_phase import falling_time
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
     RIM,

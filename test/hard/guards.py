@@ -21,7 +21,8 @@ FAILED = 1
 """pytest's exit code where tests ran and some failed; others mean that they could not be run."""
 LONGEST = 240.0
 """Seconds after which a test that goes on has failed: without some guards a rock bounces until max_impacts."""
-CONTACT, GEOMETRY = "rpf3d_core/detection/contact.py", "rpf3d_core/terrain/facet_geometry.py"
+NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/search.py"
+GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
 TIES, FALLEN = "rpf3d_core/detection/ties.py", "rpf3d_core/detection/fallen.py"
 MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
 SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
@@ -45,7 +46,7 @@ class Guard(NamedTuple):
 GUARDS = (
     Guard(
         "test_grazing.py::test_a_rock_that_falls_along_a_wall_touches_it_at_the_angle_it_has[1e-09-reference]",
-        CONTACT,
+        NARROW,
         "    t = 2.0 * c / denominator\n",
         "    t = (-b - math.sqrt(discriminant)) / (2.0 * a)\n",
         "`falling_time`: the root without a cancellation and without a division by `a`, which is 0 for a wall",
@@ -53,7 +54,7 @@ GUARDS = (
     ),
     Guard(
         "test_grazing.py::test_a_rock_that_leaves_the_ground_at_a_grazing_angle_comes_back_to_it[0.0-1e-06-reference]",
-        CONTACT,
+        NARROW,
         "    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):\n",
         "    if b * b <= 1e-6 * dot(arc.v, arc.v):\n",
         "`_time_from_near`, GRAZING: only a sine of 1e-9 counts as along the ground",
@@ -69,7 +70,7 @@ GUARDS = (
     ),
     Guard(
         "test_grazing.py::test_a_parabola_that_touches_a_roof_just_at_its_apex_flies_on_as_if_it_had_not[0.0-reference]",
-        CONTACT,
+        NARROW,
         "    return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf\n",
         "    return abs(rising / bending)\n",
         "`_return_time`: a rock comes back only to a facet that gravity brings it back to",
@@ -94,7 +95,7 @@ GUARDS = (
     Guard(
         "test_edges_and_vertices.py::"
         "test_a_rock_released_at_rest_on_level_ground_stays_there[on a vertex-1e-12 m below-sliding-reference]",
-        CONTACT,
+        NARROW,
         "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if c == 0.0:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock is on it",
@@ -112,7 +113,7 @@ GUARDS = (
     Guard(
         "test_edges_and_vertices.py::"
         "test_a_rock_at_rest_on_a_vertex_of_a_slope_that_nothing_holds_leaves_it[0.5-reference]",
-        CONTACT,
+        NARROW,
         "(_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left))",
         "_passes_over(facets, f, arc, left)",
         "`_goes_elsewhere`: a sliding rock is held only by facets that it moves onto, in plan",
@@ -128,7 +129,7 @@ GUARDS = (
     ),
     Guard(
         "test_gullies.py::test_a_rock_dropped_into_a_corner_of_three_facets_stops_in_it[sliding-reference]",
-        CONTACT,
+        NARROW,
         "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if False:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
@@ -136,7 +137,7 @@ GUARDS = (
     ),
     Guard(
         "test_gullies.py::test_a_rock_dropped_into_a_needle_pit_stays_in_it[3-sliding-reference]",
-        CONTACT,
+        NARROW,
         "    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:\n",
         "    if False:\n",
         "`earlier_contact`: within NEAR tolerances of a plane a rock that moves into it hits it now",
@@ -144,7 +145,7 @@ GUARDS = (
     ),
     Guard(
         "test_walls_and_overhangs.py::test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it[reference]",
-        CONTACT,
+        NARROW,
         "    return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)\n",
         "    return best\n",
         "`earlier_contact`: contact is two-sided",
@@ -153,7 +154,7 @@ GUARDS = (
     Guard(
         "test_walls_and_overhangs.py::"
         "test_a_rock_that_falls_down_a_vertical_face_without_a_speed_towards_it_reaches_the_foot_freely[0.0-reference]",
-        CONTACT,
+        NARROW,
         "        return 0.0 if a < 0.0 and _carries(",
         "        return 0.0 if _carries(",
         "`_time_from_near`: moving along a plane is contact only where gravity presses the rock on it",
@@ -185,7 +186,7 @@ GUARDS = (
     ),
     Guard(
         "test_zeno.py::test_a_slide_of_10_km_down_a_slope_reaches_the_speed_of_its_fall[500-reference]",
-        CONTACT,
+        NARROW,
         "    return _comes_over(facets, f, arc, left.side)\n",
         "    return False\n",
         "`_carries`: the next facet carries a rock that slides onto it",
@@ -218,7 +219,7 @@ GUARDS = (
     ),
     Guard(
         "test_never_below.py::test_a_rock_at_rest_on_a_vertex_finds_the_gully_that_leads_down_from_it[reference]",
-        CONTACT,
+        NARROW,
         "if side * n[2] > UPRIGHT else without(v, n)",
         "if False else without(v, n)",
         "`_comes_over`: which of the facets that meet at a vertex a rock goes over is decided in plan",
@@ -226,7 +227,7 @@ GUARDS = (
     ),
     Guard(
         "test_never_below.py::test_rocks_that_a_campaign_saw_fall_stay_above_the_ground[junctions-35-coulomb_limited-17]",
-        CONTACT,
+        NARROW,
         "    if -NEAR * facets.crack <= s * c",
         "    if -NEAR * facets.tolerance <= s * c",
         "`earlier_contact`: down to NEAR cracks below a facet a rock is on its free side",
@@ -234,7 +235,7 @@ GUARDS = (
     ),
     Guard(
         "test_bad_meshes.py::test_no_rock_slips_between_facets_that_are_rough_by_nanometres[1e-08-reference]",
-        CONTACT,
+        NARROW,
         "    if side < 0.0 or not glances:",
         "    if True or not glances:",
         "`_entry_time`: a glancing arc meets a facet where it comes over it",
@@ -243,7 +244,7 @@ GUARDS = (
     Guard(
         "test_bad_meshes.py::test_a_rock_that_comes_down_on_the_lowest_facet_of_a_level_terrain_is_followed_to_it"
         "[reference]",
-        CONTACT,
+        SEARCH,
         "facets.low[2] + NEAR * CRACK * slack",
         "facets.low[2] + slack",
         "`flight_end`: a flight is followed for NEAR CRACK tolerances below the terrain",
@@ -276,7 +277,7 @@ GUARDS = (
     ),
     Guard(
         "test_speeds_and_rest.py::test_a_rock_of_300_m_per_s_passes_through_no_sheet_however_thin[reference]",
-        CONTACT,
+        NARROW,
         "    return t if t >= 0.0 else math.inf\n",
         "    return math.ceil(1e3 * t) / 1e3 if t >= 0.0 else math.inf\n",
         "by construction: contact is a root, not a step; here it is rounded up to steps of 1 ms",
@@ -292,7 +293,7 @@ GUARDS = (
     ),
     Guard(
         "test_leaving.py::test_a_rock_leaves_through_the_side_where_its_parabola_does[way0-none-reference]",
-        CONTACT,
+        SEARCH,
         "    for k in range(2):\n        if arc.v[k] > 0.0:",
         "    for k in range(0):\n        if arc.v[k] > 0.0:",
         "`flight_end`: a flight ends at the sides of the terrain's box",
@@ -385,7 +386,7 @@ GUARDS = (
     Guard(
         "test_never_below.py::test_a_rock_that_slides_along_the_foot_of_a_wall_passes_the_seams_of_the_mesh"
         "[upright-reference]",
-        CONTACT,
+        NARROW,
         "    if facets.tolerance < facets.crack:\n        return False\n    return goes_beside(",
         "    if facets.tolerance <= facets.crack:\n        return False\n    return goes_beside(",
         "`_goes_beside`: in a second look a facet takes back a rock that goes along its edge",
@@ -402,7 +403,7 @@ GUARDS = (
     ),
     Guard(
         "test_never_below.py::test_a_rock_in_the_corner_under_an_overhang_does_not_fall_through_the_floor[reference]",
-        CONTACT,
+        NARROW,
         "    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):\n",
         "    if left.resting and b < 0.0 and facets.tolerance >= facets.crack and a < 0.0:\n",
         "`_time_from_near`: a rock that slides into an overhang meets it, though gravity pulls it away",
@@ -410,7 +411,7 @@ GUARDS = (
     ),
     Guard(
         "test_never_below.py::test_a_wall_of_many_strips_is_never_hit_from_behind[float32-reference]",
-        CONTACT,
+        NARROW,
         "        passes = side < 0.0 and glances and",
         "        passes = False and",
         "`_prefer`: a rock that comes from the front over the edge of a facet does not hit its back",

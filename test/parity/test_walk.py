@@ -11,8 +11,10 @@ from scenes_of_facets import box, floor, joined, rough_grid, strip, terrain_of, 
 
 from rpf3d_core.arc import Arc, position
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator, first_contact_in_buckets
-from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, PreviousContact, earlier_contact, flight_end
+from rpf3d_core.detection.contact import NO_CONTACT, NOTHING_LEFT, Contact, PreviousContact
+from rpf3d_core.detection.narrow_phase import earlier_contact
 from rpf3d_core.detection.plan_boxes import PARTS, overlap, packed_box, packed_probe, part_of
+from rpf3d_core.detection.search import flight_end
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 

@@ -1,0 +1,282 @@
+"""Exact contact of an arc with a facet, without a time step: the narrow phase of both engines.
+
+The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
+zero inside the facet, the rock hits the free side. Where d rises through zero, the rock comes from behind.
+
+Rounding decides nothing silently (docs/explanation/design.md, "Decisions on contact"):
+
+- A facet that the rock has just left is known to be at d = 0: that root is divided out, the later root is kept.
+- A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
+  if it moves into the facet.
+- The free side includes a rim as wide as the tolerance, so neighbours overlap and no rock passes between them. The
+  back excludes that rim, so a rock that skims a crest is never taken for a rock from inside the ground.
+- A glancing arc that reaches a plane just before the facet begins meets the facet where the arc comes over the facet
+  (`_entry_time`).
+- If a rock would leave the terrain, or slid and would come behind the ground, the arc is searched again with slightly
+  wider facets (`contact_or_crack`). In that search a facet also carries a rock that moves along its edge, just outside.
+"""
+
+import math
+
+from rpf3d_core.arc import Arc, gravity_along, position, velocity
+from rpf3d_core.detection.contact import GRAZING, Contact, PreviousContact
+from rpf3d_core.detection.ties import wins_tie
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_EDGE,
+    NEAR,
+    contains,
+    corner,
+    edge_distance,
+    edge_inward,
+    goes_beside,
+    leads_on,
+    stored_normal,
+)
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import dot, norm, scale, subtract, without
+
+GLANCING = 1.0 / 128.0
+"""Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
+UPRIGHT = 1e-6
+"""Vertical component of a unit normal below which a facet counts as a wall: its plan is too narrow to decide in."""
+
+
+@kernel
+def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, best: Contact) -> Contact:
+    """Return the earlier of `best` and the arc's first contact with facet f.
+
+    Across a crack the next facet may lie higher than the start of the arc. So a rock at most NEAR crack widths below a
+    facet counts as on its free side. Otherwise the rock would meet the facet from behind and be sent into the ground.
+    """
+    n = stored_normal(facets, f)
+    if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
+        return best
+    b = dot(n, arc.v)
+    a = -0.5 * arc.gravity * n[2]
+    if f == left.facet and not left.resting:
+        return _prefer(facets, f, arc, n, _return_time(left, b, a), left.side, best)
+    c, s = dot(n, subtract(arc.x, corner(facets, f, 0))), left.side
+    if -NEAR * facets.crack <= s * c <= NEAR * facets.tolerance:
+        return _prefer(facets, f, arc, n, _time_from_near(facets, f, arc, left, s * c, s * b, s * a), s, best)
+    best = _prefer(facets, f, arc, n, falling_time(c, b, a), 1.0, best)
+    return _prefer(facets, f, arc, n, falling_time(-c, -b, -a), -1.0, best)
+
+
+@kernel
+def falling_time(c: float, b: float, a: float) -> float:
+    """Return when c + b t + a t^2 falls through zero at t >= 0; inf if it never does.
+
+    The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
+    """
+    if c < 0.0 and a >= 0.0:  # from below, the height can only rise through zero
+        return math.inf
+    discriminant = b * b - 4.0 * a * c
+    if discriminant < 0.0:
+        return math.inf
+    if b > 0.0:
+        return (-b - math.sqrt(discriminant)) / (2.0 * a) if a < 0.0 else math.inf
+    denominator = math.sqrt(discriminant) - b
+    if denominator == 0.0:
+        return 0.0 if c == 0.0 and a < 0.0 else math.inf
+    t = 2.0 * c / denominator
+    return t if t >= 0.0 else math.inf
+
+
+@kernel
+def _return_time(left: PreviousContact, b: float, a: float) -> float:
+    """Return when a rock returns to the facet that it has just bounced off: its root at t = 0 is divided out."""
+    rising, bending = left.side * b, left.side * a
+    return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
+
+
+@kernel
+def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: float, b: float, a: float) -> float:
+    """Return when a rock within tolerance of a plane meets the plane: at once, unless it leaves faster than rounding.
+
+    c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) away from the plane, on the rock's side
+
+    A rock that rises through the plane from below, as across a crack, meets the plane where the rock falls back onto
+    it. A rock that moves along the plane meets the plane if gravity presses the rock on (a < 0). A rock that slides
+    into the corner under an overhang meets the overhang, though gravity pulls the rock away: the rock cannot fall
+    through the floor. In a second search this holds for every facet; otherwise the rock would fall past a face that is
+    nearly a wall.
+    """
+    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
+        return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
+    if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
+        return math.inf
+    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
+        return 0.0
+    rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
+    return falling_time(c if rises else max(c, 0.0), b, a)
+
+
+@kernel
+def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
+    """True if facet f carries a rock that moves along the plane of f: a sliding rock must move onto f.
+
+    The facet that the rock has just slid off takes the rock back only along an edge. A rock at rest may go on over any
+    other facet (`_approach` prefers the right one).
+    """
+    if not left.resting or facets.tolerance > facets.crack:
+        return True
+    if f == left.facet:
+        return _goes_beside(facets, f, arc, left.side)
+    return _comes_over(facets, f, arc, left.side)
+
+
+@kernel
+def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
+    """True if a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
+
+    The rock misses f if the two facets form a convex edge and the rock moves away from f: the plane of f lies above the
+    rock's path there, f itself does not.
+    """
+    n, origin = stored_normal(facets, f), corner(facets, f, 0)
+    highest, lowest = -math.inf, math.inf
+    for k in range(3):
+        height = left.side * dot(n, subtract(corner(facets, left.facet, k), origin))
+        highest, lowest = max(highest, height), min(lowest, height)
+    if highest > facets.tolerance or lowest >= -facets.tolerance:
+        return False
+    return not _comes_over(facets, f, arc, left.side)
+
+
+@kernel
+def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
+    """True if a sliding rock at the rim of f, towards the plane of f, moves over other ground or off the terrain.
+
+    In any direction the rock comes over one of the upward facets that meet at its position. The rock is connected to
+    the other facets only by the tolerance. Beyond the rim of the terrain there is no facet.
+    """
+    n, v = stored_normal(facets, f), arc.v
+    level2 = v[0] * v[0] + v[1] * v[1]
+    if not left.resting or left.side * n[2] <= UPRIGHT or level2 <= GRAZING * GRAZING * dot(v, v):
+        return False
+    return not _comes_over(facets, f, arc, left.side)
+
+
+@kernel
+def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
+    """True if the motion of a rock at the rim of f leads over f.
+
+    For facets that face upwards this is decided in plan. There the facets around a vertex have no gap and no overlap,
+    so every direction leads over one of them. Projected at right angles onto each facet in turn, the same
+    direction may lead over none, and the rock would fall between the facets. A wall has no plan; there that projection
+    counts. A rock at rest, or a rock that moves straight into f, does not leave f.
+    """
+    way = _way_over(facets, f, arc.v, side)
+    length = norm(way)
+    if length == 0.0 or leads_on(facets, f, arc.x, scale(1.0 / length, way), ALONG_EDGE):
+        return True
+    return _goes_beside(facets, f, arc, side)
+
+
+@kernel
+def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
+    """Return the velocity v brought into the plane of f.
+
+    Where f faces upwards, v keeps its components in plan; where f is a wall, v loses its component along the normal.
+    """
+    n = stored_normal(facets, f)
+    return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
+
+
+@kernel
+def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
+    """True if, in a second search, a rock moves along an edge of f, outside f by at most a crack's width.
+
+    A rock that moves along the line between two facets may leave both by rounding and lead onto neither: at a
+    T-junction, or at the foot of a wall. One of the facets must carry the rock on.
+    """
+    if facets.tolerance < facets.crack:
+        return False
+    return goes_beside(facets, f, arc.x, _way_over(facets, f, arc.v, side))
+
+
+@kernel
+def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
+    """Return the speed (m/s) at which a rock meets the plane of f; for a rock at rest, the pull along f (m/s^2).
+
+    The pull of gravity along f counts only if the direction of descent leads onto f. So of several facets under a rock
+    at rest the facet with the steepest way down wins.
+    """
+    if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
+        down = gravity_along(n, arc.gravity)
+        pull = norm(down)
+        leads = pull > 0.0 and leads_on(facets, f, arc.x, scale(1.0 / pull, down), ALONG_EDGE)
+        return pull if leads else 0.0
+    return abs(dot(n, arc.v) - arc.gravity * n[2] * t)
+
+
+@kernel
+def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
+    """Return the contact at time t with facet f if the contact is inside the facet and before `best`; else `best`.
+
+    A contact at t = 0 may be NEAR tolerances off in every direction, along the facet as well as across it.
+    """
+    if t > best.t or t == math.inf:
+        return best
+    approach = _approach(facets, f, arc, n, t)
+    if t == best.t and not wins_tie(facets, f, best.facet, arc, t, approach, best.approach):
+        return best
+    slack = NEAR * facets.tolerance if t == 0.0 else facets.tolerance
+    glances = approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
+    if contains(facets, f, position(arc, t), side < 0.0, slack):
+        passes = side < 0.0 and glances and _came_over_edge(facets, f, arc, n, t)
+        return best if passes else Contact(t, f, side, approach)
+    if side < 0.0 or not glances:
+        return best
+    t = _entry_time(facets, f, arc, n, t)
+    if t < best.t or (
+        t == best.t and t < math.inf and wins_tie(facets, f, best.facet, arc, t, approach, best.approach)
+    ):
+        return Contact(t, f, side, approach)
+    return best
+
+
+@kernel
+def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
+    """Return when an arc that passed the plane of f outside f, at time t, comes over f; inf if it has sunk by then.
+
+    The planes of two facets with a common edge are known only to rounding. A glancing arc may reach the plane of one
+    facet just before that facet begins, and the plane of the other just after that facet ends: the arc would slip
+    between them. The arc meets f where it comes over f, unless it is more than NEAR tolerances below the plane by then.
+    An arc that bounced off the other facet may still rise there; it meets f where it falls back onto the plane.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    later = 0.0
+    for k in range(3):
+        _, distance = edge_distance(facets, f, k, p)
+        if distance < 0.0:
+            inward = edge_inward(facets, f, k)
+            later = max(later, falling_time(-distance, -dot(inward, v), 0.5 * arc.gravity * inward[2]))
+    if later == math.inf:
+        return math.inf
+    b, a = dot(n, v), -0.5 * arc.gravity * n[2]
+    height = (b + a * later) * later
+    if height > 0.0:
+        later = -b / a if a < 0.0 else math.inf
+    if height >= -NEAR * facets.tolerance and contains(facets, f, position(arc, t + later), False, facets.tolerance):
+        return t + later
+    return math.inf
+
+
+@kernel
+def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
+    """True if an arc that rises through the plane of f at time t was already on the plane at the edge of f.
+
+    A rock that flies in the plane of one facet may cross onto a second facet that bends away. Rounding then puts the
+    rock just behind the second facet at the common edge, although the rock has never been in the ground.
+    """
+    p, v = position(arc, t), velocity(arc, t)
+    since = math.inf
+    for k in range(3):
+        inward = edge_inward(facets, f, k)
+        _, distance = edge_distance(facets, f, k, p)
+        since = min(since, falling_time(distance, -dot(inward, v), -0.5 * arc.gravity * inward[2]))
+    depth = (dot(n, v) + 0.5 * arc.gravity * n[2] * since) * since
+    return since < t and depth <= NEAR * facets.tolerance

@@ -1,0 +1,173 @@
+"""Search for the next contact of a rock: once as the facets are, again with wider ones, and for falls.
+
+A locator finds the first contact of an arc (`contact.py`). This module decides whether that answer stands. A rock that
+would leave the terrain, or come behind it, searches again with facets that are a crack wider; if it may have fallen
+through the ground, lines of sight decide (`fallen.py`).
+"""
+
+import math
+from typing import Any
+
+from rpf3d_core.arc import Arc, fall_time
+from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact, first_contact
+from rpf3d_core.detection.fallen import answered, inquiry, line_of_sight
+from rpf3d_core.jit.dispatch import kernel, model_function
+from rpf3d_core.terrain.facet_geometry import NEAR
+from rpf3d_core.terrain.facets import CRACK, Facets
+
+LAST_LOOK = 1.0 + 2.0**-40
+"""Tolerance of the last search over a crack; larger than 1 only to distinguish the last search from the second."""
+FALLEN = -2
+"""What stands for a facet where the rock has fallen through the ground."""
+
+
+@model_function
+def comes_behind(contact: object, left: PreviousContact) -> bool:
+    """True if a rock that was on one side of the ground meets the ground from the other side."""
+
+
+@comes_behind.otherwise
+def not_known_to(contact: object, left: PreviousContact) -> bool:
+    """Return False: contacts of spheres do not store their side."""
+    return False
+
+
+@comes_behind.rule(Contact)
+def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
+    """True if the sides differ: on ground without holes the rock has fallen through."""
+    return left.facet >= 0 and contact.side != left.side
+
+
+@model_function
+def notices_falls(locator: object) -> bool:
+    """Return whether a rock that leaves the terrain is looked at once more, or may have fallen through it."""
+
+
+@notices_falls.otherwise
+def takes_them_as_they_are(locator: object) -> bool:
+    """Return False: fixed steps are there to show what falls through, and spheres have contacts of their own."""
+    return False
+
+
+@model_function
+def sight(contact: object) -> tuple[float, float]:
+    """How far along a line of sight it met a facet (share of the line; inf if it met none), and the facet's side."""
+
+
+@sight.otherwise
+def sees_nothing(contact: object) -> tuple[float, float]:
+    """Nothing: no inquiry looks with it."""
+    return math.inf, 1.0
+
+
+@sight.rule(Contact)
+def seen(contact: Contact) -> tuple[float, float]:
+    """When it met it, for a line of sight takes one second."""
+    return (contact.t if contact.t <= 1.0 else math.inf), contact.side
+
+
+@model_function
+def fall_of(contact: object) -> Any:
+    """The contact that stands for a fall through the ground."""
+
+
+@fall_of.otherwise
+def no_fall(contact: object) -> Any:
+    """The same: no inquiry has found one."""
+    return contact
+
+
+@fall_of.rule(Contact)
+def fall_of_point(contact: Contact) -> Contact:
+    """None, but marked."""
+    return Contact(math.inf, FALLEN, 1.0, 0.0)
+
+
+@model_function
+def is_fall(contact: object) -> bool:
+    """Return whether a contact is one that `fall_of` gave."""
+
+
+@is_fall.otherwise
+def is_no_fall(contact: object) -> bool:
+    """Return False."""
+    return False
+
+
+@is_fall.rule(Contact)
+def is_marked(contact: Contact) -> bool:
+    """Return whether it is marked."""
+    return contact.facet == FALLEN
+
+
+@kernel
+def contact_or_crack(
+    locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float, longest: float
+) -> Contact:
+    """Return the earliest contact of an arc; without one, search again with slightly wider facets.
+
+    A gap that is wider than the tolerance may still be a crack and no hole. Examples: the sliver between an edge and a
+    vertex that lies on the edge but for rounding (a T-junction), or the few tolerances that a rock has drifted on its
+    way from facet to facet. The second search runs only for rocks that would leave the terrain or come behind the
+    ground, so all other rocks meet the facets at their true size. In the second search the rim of a facet is CRACK
+    tolerances wide.
+
+    A rock without a contact after that may have fallen through the ground (`fallen.py`). If it has, and was sliding, a
+    last search follows: the rock then meets any facet at its position that it moves into.
+
+    end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air
+    """
+    until, flies_to = min(end, longest), math.inf
+    looked, looks, line, stands, before = facets, 0, arc, left, until
+    tolerance, asked = facets.tolerance, inquiry(facets, False)
+    while True:  # a loop, so that the search is compiled once
+        contact: Contact = first_contact(locator, looked, line, stands, before)
+        if asked.open:
+            share, side = sight(contact)
+            asked = answered(arc, flies_to, asked, share * abs(line.v[2]), side)
+            if asked.fell and not left.resting:
+                return fall_of(contact)  # type: ignore[no-any-return]
+            tolerance = LAST_LOOK * facets.crack if asked.fell else tolerance
+        else:
+            looks += 1
+            lands, behind = contact.t <= until, comes_behind(contact, left)
+            if looks > 2 or (lands and not behind):
+                return fall_of(contact) if asked.fell and (behind or not lands) else contact
+            if looks == 1 and (left.resting or not lands):
+                tolerance = facets.crack
+            elif notices_falls(locator) and (lands or end <= longest):
+                asked, flies_to, looks = inquiry(facets, True), contact.t if lands else math.inf, 2
+            else:
+                return contact
+        if asked.open:
+            looked, line, stands, before = facets, line_of_sight(facets, arc, asked), NOTHING_LEFT, 1.0
+        else:
+            looked, line, stands, before = _with_tolerance(facets, tolerance), arc, left, until
+
+
+@kernel
+def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
+    """Return the facets with another tolerance (m): the crack width in the second search, more in the last one."""
+    return Facets(
+        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, tolerance, facets.crack
+    )
+
+
+@kernel
+def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
+    """Return when an arc has left the box around the terrain (s), sideways or downwards; later it can hit nothing.
+
+    radius : m, by which the box is wider for a sphere; 0 for a lumped mass
+
+    Downwards the box is NEAR CRACK tolerances larger: a rock that starts, or comes over a facet, that far below the
+    facet's plane can still hit the facet.
+    """
+    slack = facets.tolerance
+    end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + NEAR * CRACK * slack + radius, 0.0), arc.gravity)
+    wide = slack + radius
+    for k in range(2):
+        if arc.v[k] > 0.0:
+            end = min(end, max((facets.high[k] + wide - arc.x[k]) / arc.v[k], 0.0))
+        elif arc.v[k] < 0.0:
+            end = min(end, max((facets.low[k] - wide - arc.x[k]) / arc.v[k], 0.0))
+    return end
