@@ -13,9 +13,9 @@ question, or use the result only to compare variants.
   Tschamut. The Coulomb-limited model with Hoek's values is {lucky:+.0f} m off at Authume, but leaves half of the
   rocks on the upper slope and none on the ledge. Books' values bring rocks farther in it than in the constant model.
 - **Fitted at Authume, each model reaches what it is fitted to, and little else.** The mean is within {off:.1f} m of the
-  field's. The standard deviation is {sd_low:.1f} to {sd_high:.1f} m along the profile (field: {field_sd:.1f} m) and {side_low:.1f}
-  to {side_high:.1f} m across it (field: {field_side:.1f} m). A point or a sphere has no shape that could send rocks
-  elsewhere.
+  field's. The standard deviation is {sd_low:.1f} to {sd_high:.1f} m along the profile (field: {field_sd:.1f} m) and
+  {side_low:.1f} to {side_high:.1f} m across it (field: {field_side:.1f} m). A point or a sphere has no shape that
+  could send rocks elsewhere.
 - **Fitted values are not a property of the ground.** The constant model's friction angles at Authume fit no rock
   slope: sliding stands in for rolling.
 - **At Tschamut the fits look better than they are**: see *Where it fails* in [that section](#tschamut-2014).
