@@ -1,11 +1,11 @@
-"""The comparison of the two models of a point: which of them is the better default."""
+"""The comparison of the two models of a point: the figures behind the words of `prose.DEFAULT`."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from field_cases import authume
 from field_cases.measuring import CALIBRATED
-from field_cases.page_tables import Results, table
+from field_cases.page_tables import Results
 from field_cases.rows import CONSTANT, COULOMB_LIMITED, SOURCES
 
 SITES = ("authume", "tschamut")
@@ -41,15 +41,8 @@ class Quantity(NamedTuple):
         return (CONSTANT.name, COULOMB_LIMITED.name)[off[1] < off[0]]
 
 
-def comparison(results: Results) -> str:
-    """Return the table of what both models reach."""
-    found = list(quantities(results))
-    head = ("compared on", "quantity", "field", CONSTANT.name, COULOMB_LIMITED.name, "nearer to the field")
-    return table(head, ([q.group, q.name, q.target(), *q.cells(), q.better()] for q in found))
-
-
 def quantities(results: Results) -> Iterator[Quantity]:
-    """Yield what is compared, in the order of the page."""
+    """Yield what is compared; every figure stands in a table of the page."""
     yield from _kept_out(results)
     yield from _transferred(results)
     yield from _fitted_authume(results)

@@ -12,7 +12,7 @@ WIDTH = 118
 """Characters in a line of prose."""
 NAMES = {
     "normal_restitution": "R_n", "tangential_restitution": "R_t", "friction_angle_deg": "friction angle",
-    "rolling_friction": "rolling friction", "slope_deg": "slope (degrees)",
+    "rolling_friction": "rolling friction", "slope_deg": "slope",
 }  # fmt: skip
 """How the page writes what is calibrated."""
 
@@ -32,28 +32,28 @@ def wrapped(text: str) -> str:
     ) + "\n"  # fmt: skip
 
 
-def searched(calibrations: Results, unit: str) -> str:
-    """Return what each search found."""
-    said = []
+def searched(calibrations: Results) -> str:
+    """Return what each search found, its error and the number of sets it tried."""
+    lines = []
     for model, found in calibrations.items():
         values = ", ".join(f"{NAMES[name]} {value:g}" for name, value in found["parameters"].items())
+        line = f"- {model}: {values} ({found['error']:.2f}; {found['tried']})."
+        for which, half in zip(("First", "Second"), found.get("halves", ()), strict=False):
+            line += f" {which} half: {', '.join(f'{value:g}' for value in half['parameters'].values())}."
         edge = ", ".join(NAMES[name] for name in found["at_edge"])
-        said.append(f"- calibrated, {model}: {values} ({found['error']:.2f} {unit}; {found['tried']} sets tried).")
-        for which, half in zip(("first", "second"), found.get("halves", ()), strict=False):
-            said[-1] += f" On the {which} half: {', '.join(f'{value:g}' for value in half['parameters'].values())}."
-        said[-1] += f" **At the edge of what was searched: {edge}.**" if edge else ""
-    return "\n".join(said) + "\n"
+        lines.append(line + (f" **At the edge of the search: {edge}.**" if edge else ""))
+    return wrapped("\n".join(lines))
 
 
-def halves_table(results: Results, columns: Sequence[str], key: str = "errors") -> str:
+def halves_table(results: Results, columns: Sequence[str], keys: Sequence[str] = ("errors",)) -> str:
     """Return a table of errors on all data and on its halves; those on a half that was kept out are in bold."""
-    rows = [[label(line), *(f"{error:.1f}" for error in line[key])] for line in results["lines"]]
+    rows = [[label(line), *(f"{error:.1f}" for key in keys for error in line[key])] for line in results["lines"]]
     for model, found in results["calibrations"].items():
         for which, half in enumerate(found["halves"]):
-            cells = [f"{error:.1f}" for error in half[key]]
-            cells[2 - which] = f"**{cells[2 - which]}**"
-            rows.append([f"{model}, calibrated on the {('first', 'second')[which]} half", *cells])
-    return table(("kept out in bold", *columns), rows)
+            cells = [f"**{error:.1f}**" if k == 2 - which else f"{error:.1f}" for key in keys
+                     for k, error in enumerate(half[key])]  # fmt: skip
+            rows.append([f"{model}, {('first', 'second')[which]} half", *cells])
+    return table(("values, or the half that they fit; kept out in bold", *columns), rows)
 
 
 def mean_and_sd_of(figures: Results, name: str, decimals: int = 1) -> str:

@@ -13,6 +13,7 @@ def test_the_page_on_accuracy_has_the_text_and_the_pictures_of_the_command_that_
     spec.loader.exec_module(module)
     page = (DOCS / "explanation" / "accuracy.md").read_text()
     assert page.startswith(module.HEAD) and page.endswith(module.READING), "run: make accuracy"
+    assert page == "\n".join([module.HEAD, *module.kept_sections(), module.READING])
     for name, measured in module.MEASURED.items():
         assert f"## {measured.title}\n" in page
         assert f"../pictures/cost_{name}.png" not in page or (DOCS / "pictures" / f"cost_{name}.png").is_file()

@@ -121,10 +121,12 @@ def test_what_the_page_says_in_words_is_what_its_figures_say() -> None:
     assert on_half["parameters"]["normal_restitution"] > 2.0 * on_all["parameters"]["normal_restitution"]
     worst = {x["from"]: x for x in RESULTS["transfer"] if x["model"] == "constant"}
     assert worst["chant_sura"]["authume"] < -15.0 and worst["authume"]["tschamut"] < -15.0
+    about = np.array(RESULTS["authume"]["sensitivity"]["constant"]["normal_restitution"]["mean"])
+    assert np.abs(np.diff(about[1:4])).min() > 5.0, "0.04 of R_n"
 
 
 def test_what_the_page_says_of_the_coulomb_limited_model_is_what_its_figures_say() -> None:
-    """Fails where new figures ask for new words: `VERDICT_LIMITED` and `DEFAULT` of docs/field_cases/prose.py."""
+    """Fails where new figures ask for new words: `VERDICT`, `*_FAILS` and `DEFAULT` of docs/field_cases/prose.py."""
     lines = {(site, line["model"], line["values"]): line for site, line in LINES}
     of = {(site, values): line for (site, model, values), line in lines.items() if model == "Coulomb-limited"}
     than = {key: lines[key[0], "constant", key[1]] for key in of}
