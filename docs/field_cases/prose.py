@@ -85,7 +85,7 @@ VERDICT_SPHERE = """Of the rigid sphere, which is braked by rolling friction at 
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
 `coulomb_limited` is the default rebound because of its mechanics: no impact takes more speed along the ground than
 friction can. `constant` takes a share at each of infinitely many impacts, so all speed is gone where bouncing ends, on
-any slope, and the runout is too short: the unsafe side (`docs/explanation/design.md`, *The end of bouncing*). **The
+any slope, and the runout is too short: the unsafe side (`docs/explanation/physics.md`, *The end of bouncing*). **The
 field does not decide between the two.** Fitted or not, neither is a prediction on a slope where it was not calibrated.
 
 - **`coulomb_limited` is better**: fitted to all runs at Tschamut; along the profile at Authume (sd of x, the farthest
@@ -188,7 +188,7 @@ NOT_VALIDATED = """## What this page does not show
   scene (`normal_restitution: {mean: ...}`), `effects` and the field's own masses may do better; they are not measured
   here.
 - Calibrated values belong to this program: to its rules for the end of bouncing and for sliding
-  (`docs/explanation/design.md`). In another program, or with another model, they mean something else.
+  (`docs/explanation/physics.md`). In another program, or with another model, they mean something else.
 """
 
 SOURCES_OF_DATA = """## Data
