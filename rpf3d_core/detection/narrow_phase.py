@@ -3,7 +3,7 @@
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
 zero inside the facet, the rock hits the free side. Where d rises through zero, the rock comes from behind.
 
-Rounding decides nothing silently (docs/explanation/design.md, "Decisions on contact"):
+Rounding decides nothing silently (docs/explanation/physics.md):
 
 - A facet that the rock has just left is known to be at d = 0: that root is divided out, the later root is kept.
 - A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0

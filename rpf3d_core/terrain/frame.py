@@ -1,7 +1,7 @@
 """The local frame: the input's axes turned z up, minus one origin.
 
 Survey coordinates are large (5e5, 4.5e6): subtracting one origin when the terrain is read keeps float64 rounding near
-1e-13 m instead of 1e-9 m (docs/explanation/design.md, decisions on contact).
+1e-13 m instead of 1e-9 m (docs/explanation/physics.md).
 """
 
 from typing import Literal, NamedTuple

@@ -19,7 +19,7 @@ PRINTED = 5.1e-7
 EXACT = 1e-10
 """Relative: some ten impacts, each rounding at 1e-16 of 100 m and s; the case with the loosest sum needs 1e-12."""
 SURVEYED = 1e-6
-"""m: design.md section 4 asks for it; a coordinate of 4.5e6 m in float64 is rounded at 5e-10 m before it is read."""
+"""m (docs/explanation/physics.md). A coordinate of 4.5e6 m in float64 is rounded at 5e-10 m before it is read."""
 
 # Rn, Rt, h, angle | w0, u0 | t, s of impacts 2 to 4, after the first | t and s at the end of bouncing
 TABLE = [

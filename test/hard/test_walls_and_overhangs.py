@@ -104,7 +104,7 @@ def test_a_rock_thrown_up_at_an_overhang_rebounds_from_its_underside(engine):
 
 @BOTH
 def test_a_rock_that_flies_up_into_the_back_of_a_sheet_rebounds_from_it(engine):
-    """Contact is two-sided (docs/explanation/design.md, section 4): an upper bench without thickness is no trapdoor."""
+    """Contact is two-sided (docs/explanation/physics.md): an upper bench without thickness is no trapdoor."""
     over = engine_over(engine, joined(floor(), floor(5.0, z=4.0)))
     flights = fly(over, flight(surface(0.5, 0.8)), (0.2, 0.3, 1.0), (0.0, 0.0, 9.0))
     assert flights.impacts.x[0, 2] == pytest.approx(4.0) and flights.impacts.normal[0, 2] == -1.0

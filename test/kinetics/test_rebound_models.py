@@ -119,13 +119,13 @@ def largest_gain(n: tuple[float, float, float]) -> float:
     return max(gains)
 
 
-def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_design_say_so():
+def test_the_equations_as_printed_gain_energy_and_their_docstring_and_the_physics_page_say_so():
     """Inherent in 2-3 to 2-8: no clamp can mend a transform that is not orthonormal and still be the thesis'."""
     gain = max(largest_gain(plane_rising(t, p)) for t in range(0, 90, 15) for p in range(0, 90, 15))
     assert 1.5 < gain <= 3.0 + 1e-9
     assert "three times its energy" in " ".join((thesis_literal.__doc__ or "").split())
-    design = Path(__file__).parents[2] / "docs" / "explanation" / "design.md"
-    assert "triple it on a facet that dips along both axes" in " ".join(design.read_text().split())
+    physics = Path(__file__).parents[2] / "docs" / "explanation" / "physics.md"
+    assert "triple it on a facet that dips along both axes" in " ".join(physics.read_text().split())
 
 
 def test_a_model_without_a_rule_is_refused_by_name():
