@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
+from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
 from rpf3d_core.scene import berms as scene_berms
 from rpf3d_core.scene import hazard as scene_hazard
 from rpf3d_core.scene import method as scene_method
@@ -24,6 +25,14 @@ For everyone who writes a scene: every key of the YAML file that describes a run
 
 `docs/scene_keys.py` writes this page from the model that checks scenes. [config/scenes](../../config/scenes) has
 examples. The parameters of models and effects are on a page of their own: [effects.md](effects.md).
+
+The least that a scene must have:
+
+```yaml
+terrain: {pit: {}}
+materials: {default: {normal_restitution: 0.5, tangential_restitution: 0.8}}
+sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, velocity: [3, 0, 0]}]
+```
 
 ## Rules for all keys
 - Units are SI. Angles are in degrees where a key ends in `_deg`.
@@ -77,13 +86,14 @@ TERRAIN = """\
 Files are meshes (`.stl .ply .obj .vtp .vtk`) or grids (`.asc .asc.gz .tif .tiff`). Heights of a grid are at the centres
 of cells; NODATA is a hole. Maps have the reference system `crs`; if GeoTIFF files also have one, both must agree.
 """
-SCENE = """\
+SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` does not ask for
   friction; `rolling_stone` has a `stop_speed` of its own.
 - `smallest_bounce`: bounces that would rise less are summed in closed form, or are the last, depending on the rebound
   model ([why](../explanation/design.md)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
-- `engine`: both engines give the same result; `auto` is `compiled` where numba is installed.
+- `engine`: both engines give the same result with `method: events`. `auto` takes the one that finishes first:
+  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
 BERMS = """\
