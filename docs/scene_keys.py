@@ -93,7 +93,8 @@ SCENE = f"""\
   model ([why](../explanation/design.md)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
 - `engine`: both engines give the same result with `method: events`. `auto` takes the one that finishes first:
-  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else `compiled`.
+  `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else
+  `compiled`.
 - `method`: `events` is exact; fixed steps ([`stepping`](#methodstepping)) serve for comparison.
 """
 BERMS = """\
