@@ -7,16 +7,19 @@ python docs/effects.py --as-is    (from what was measured last)
 import json
 import re
 import sys
+import textwrap
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
+from pydantic import BaseModel
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.stream import Shown, Stream
-from rpf3d_core.scene.catalogue import COSTS, Offered, offers
+from rpf3d_core.scene.catalogue import COSTS, KINDS, Offered, offers
+from rpf3d_core.scene.offers import Offer
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene
 from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
@@ -51,13 +54,16 @@ ROLLING_FRICTION = read_scene(WALL).materials["default"].rolling_friction
 """mu_r (-) of the wall."""
 ROLLING = ("rebound.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
 """Those that it decides, so the page states it."""
-SHOWN = 120
-"""Characters of them that the page shows."""
+SHOWN = 50
+"""Characters of the longest example that the page shows."""
 
 HEAD = """# Models and effects
-`rpf3d effects` prints this list, `rpf3d effects --json` the same for programs; `docs/effects.py` writes this page from
-it. A scene names one rebound model, one ground model and any number of effects; **what it does not name is not
-simulated, not compiled, not imported and draws no random number.**
+For everyone who chooses what a scene simulates: every model and effect, its parameters, its sources and its cost.
+
+`rpf3d effects` prints this list, `rpf3d effects --json` the same for programs. `docs/effects.py` writes this page.
+
+A scene names one rebound model, one ground model and any number of effects. **What it does not name is not simulated,
+not compiled, not imported and draws no random number.** You can add [your own](../howto/own-models.md).
 
 ```yaml
 rebound: coulomb_limited         # a name, or a mapping of it to parameters: {v_half: {speed: 10}}
@@ -65,20 +71,80 @@ ground: sliding
 effects: {roughness: {angle_sd_deg: 8}}
 ```
 
-How far a figure is confirmed: **C** read in the primary text, **CC** in an independent public implementation, **S**
-quoted by another text, **D** derived or checked from first principles. **UNCONFIRMED** is general knowledge: check it
-before you rest a decision on it. Models and effects of your own: [own-models.md](../howto/own-models.md).
+## How far is a figure confirmed?
+| mark | meaning |
+|---|---|
+| C | read in the primary text |
+| CC | in an independent public implementation |
+| S | quoted by another text |
+| D | derived, or checked from first principles |
+| UNCONFIRMED | general knowledge: check it before you rest a decision on it |
 
-*Time* is that of a rock on a wall of a synthetic pit (150,000 triangles, `docs/effects_wall.yaml`) over its time with
-the defaults of a scene (`coulomb_limited`, `sliding`), without compiling, medians of passes that take turns. *Runout*
-is the change of the mean horizontal runout there. Both are figures of one pit: they show the order, not what yours
-does.
+A parameter with a mark alone has the source of its model. "Physics reference" is the project's collection of notes on
+the literature; it is not part of this repository.
+
+## What does each cost?
+*Time* is the time of a rock over its time with the defaults (`coulomb_limited`, `sliding`), without compiling: the
+median of {passes} passes in turn. *Runout* is the change of the mean horizontal runout. Both are of {rocks:,} rocks on
+a wall of one synthetic pit (150,000 triangles, `docs/effects_wall.yaml`). They show the order, not what your pit does.
+`make effects` measures them. A model without a sensible default was measured with made-up figures, which are no advice.
+
 """
+TEXTS = {
+    "effects.scarring": """\
+In `zones`, each zone or pattern takes the other keys of this table. Keys that it leaves out have the value outside
+`zones`.
+""",
+    "effects.forest": """\
+- A file of trees is a CSV with a header. It names x, y, `dbh_cm` and, where known, `height` (m), `kind` (`conifer`,
+  `broadleaved`, `silver_fir`) and the foot's z, which must lie within 2 m of the ground. Without a header, the columns
+  are x, y, dbh_cm, height and kind.
+- Trees that are drawn stand anywhere with the same chance. Each depends only on the seed and its number.
+- A rock that loses all its energy at a tree drops to the foot of the tree; a sliding or rolling rock lies against it.
+""",
+    "effects.barriers": """\
+```yaml
+effects:
+  barriers:
+    panels:
+      - {name: fence_1, along: [[0, 60], [120, 90]], height: 4, capacity_kj: 1000}
+      - {name: counted, along: portal.geojson, height: 3, capacity_kj: 0}
+```
+
+- A barrier stands vertically on the ground straight below its line. A rock meets the barrier if it crosses the plane of
+  the barrier at most `height` times `residual_height` above that ground. A higher rock flies over with its path
+  unchanged.
+- A rock with at most `capacity_kj` of translational energy is caught (outcome `caught`). A rock with more breaks
+  through in the same direction, and loses `taken_by_break` times the capacity.
+- Rocks that slide, roll or settle also meet barriers.
+- Every rock meets the barrier as the scene gives it, because rocks are independent of each other. For a net that was
+  hit, give `residual_height`.
+- `capacity_kj: 0` counts the rocks that cross a line, and changes no bit of any path.
+- Whether a net is high and strong enough is for the engineer: [results](outputs.md#barriers) have p95 energies and
+  heights, and no factor of safety is applied.
+- ETAG 027 (now EAD 340059) tests nets at these maximum energy levels (kJ), classes 0 to 7: 100, 250, 500, 1000, 1500,
+  2000, 3000, 4500. They are unconfirmed: look them up for the product.
+""",
+}
+"""What the page says of some of them beside their summary."""
 
 
 def document(listed: list[Offered]) -> str:
     """The whole page."""
-    return "\n".join([HEAD, *(part for kind, title in TITLES.items() for part in _section(kind, title, listed))])
+    head = HEAD.replace("{passes}", str(PASSES)).replace("{rocks:,}", f"{ROCKS:,}")
+    sections = [part for kind, title in TITLES.items() for part in _section(kind, title, listed)]
+    return "\n".join([head + _costs(listed), *sections])
+
+
+def _costs(listed: list[Offered]) -> str:
+    """The table of what each costs."""
+    rows = [
+        f"| `{offer.kind}:` [`{offer.name}`](#{offer.name}) | {offer.confirmed} | "
+        + (" | ".join(_cost(offer)) if offer.cost else "not measured |")
+        + " |"
+        for offer in listed
+    ]
+    return "\n".join(["| named in the scene | confirmed | time | runout |", "|---|---|---|---|", *rows, ""])
 
 
 def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
@@ -87,43 +153,97 @@ def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
 
 
 def _described(offer: Offered) -> str:
-    """One of them: what it does, where it is from, what it costs, its parameters."""
-    lines = [f"### `{offer.name}`", offer.summary, "", f"Source: {offer.source} ({offer.confirmed}). {_cost(offer)}"]
-    key = f"{offer.kind}.{offer.name}"
-    example = EXAMPLES.get(key)
-    beside = [f"`{BESIDE[key]}`"] if key in BESIDE else []
-    beside += [f"`rolling_friction: {ROLLING_FRICTION:g}` of all materials"] if key in ROLLING else []
-    if beside:
-        lines += ["", f"Measured with {' and '.join(beside)}."]
-    if example:
-        shown = example if len(example) <= SHOWN else example[:SHOWN] + " ..."
-        lines += ["", f"Measured with `{offer.kind}: {{{offer.name}: {shown}}}`; made-up figures are no advice."]
+    """One of them: what it does, where it is from, its parameters."""
+    key, spec = f"{offer.kind}.{offer.name}", _spec(offer)
+    lines = [f"### `{offer.name}`", _wrapped(offer.summary), ""]
+    lines += [f"Every material must have `{each}`.\n" for each in spec.MATERIAL_KEYS]
+    lines += [_wrapped(f"Source: {offer.source} ({offer.confirmed}).")]
+    lines += [f"Measured with {' and '.join(_measured_with(key))}."] if _measured_with(key) else []
+    lines += ["", TEXTS[key].rstrip()] if key in TEXTS else []
     if offer.parameters:
-        lines += ["", "| parameter | value | default | source | confirmed |", "|---|---|---|---|---|"]
+        lines += ["", "| parameter | value | default | source |", "|---|---|---|---|"]
         lines += [
-            f"| `{p.name}` | {p.meaning} | {_default(p.default, p.required)} | {p.source} | {p.confirmed} |"
+            f"| `{p.name}` | {_short(p.meaning)} | {_default(p.default, p.required)} | "
+            f"{_source(p.source, p.confirmed, offer.source)} |"
             for p in offer.parameters
         ]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, "", *(line for name, part in _parts(spec) for line in _part(name, part))])
+
+
+def _spec(offer: Offered) -> type[Offer]:
+    """The class of its parameters."""
+    annotation = KINDS[offer.kind].model_fields[offer.name].annotation  # type: ignore[attr-defined]
+    return next(kind for kind in get_args(annotation) if issubclass(kind, Offer))
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
+
+
+def _measured_with(key: str) -> list[str]:
+    """What stood in the scene when it was measured, but for its name."""
+    kind, name = key.split(".")
+    example = EXAMPLES.get(key, "")
+    shown = f"`{kind}: {{{name}: {example}}}`" if len(example) <= SHOWN else "the example in `docs/effects.py`"
+    named = [shown] if example else []
+    named += [f"`{BESIDE[key]}`"] if key in BESIDE else []
+    return named + ([f"`rolling_friction: {ROLLING_FRICTION:g}` of all materials"] if key in ROLLING else [])
+
+
+def _parts(spec: type[Offer]) -> list[tuple[str, type[BaseModel]]]:
+    """Names and models of parameters that are mappings, or lists of mappings, with keys of their own."""
+    found = []
+    for name, field in spec.model_fields.items():
+        for kind in (field.annotation, *get_args(field.annotation)):
+            if isinstance(kind, type) and issubclass(kind, BaseModel) and name != "zones":
+                found.append((name, kind))
+    return found
+
+
+def _part(name: str, part: type[BaseModel]) -> list[str]:
+    """The keys of one of them."""
+    rows = []
+    for key, field in part.model_fields.items():
+        facts = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+        source = _source(str(facts.get("source", "")), str(facts.get("confirmed", "")), "")
+        default = None if field.is_required() else field.default
+        rows.append(
+            f"| `{key}` | {_short(field.description or '')} | {_default(default, field.is_required())} | {source} |"
+        )
+    about = " ".join((part.__doc__ or "").split())
+    return [f"`{name}`: {about}", "", f"| key of `{name}` | value | default | source |", "|---|---|---|---|", *rows, ""]
+
+
+def _short(meaning: str) -> str:
+    """A meaning as it stands in a table: without its first article, and without "number"."""
+    return re.sub(r"^(a number |an? |the )", "", meaning)
+
+
+def _source(source: str, confirmed: str, above: str) -> str:
+    """A source with its mark; the mark alone where the source is that of the model above."""
+    return confirmed if source in ("", above) else f"{source} ({confirmed})"
 
 
 def _default(value: Any, required: bool) -> str:
     if required:
         return "must be given"
-    return "none" if value in (None, ()) else f"`{value}`"
+    if isinstance(value, BaseModel):
+        return "below"
+    plain = str(value).lower() if isinstance(value, bool) else list(value) if isinstance(value, tuple) else value
+    return "none" if value in (None, (), {}) else f"`{plain}`"
 
 
-def _cost(offer: Offered) -> str:
-    if offer.cost is None:
-        return "Not measured."
-    return f"Time {offer.cost['time']:.2f}, runout {100 * offer.cost['runout']:+.0f} %."
+def _cost(offer: Offered) -> tuple[str, str]:
+    """Time and runout in words, of one that has been measured."""
+    assert offer.cost is not None
+    return f"{offer.cost['time']:.2f}", f"{100 * offer.cost['runout']:+.0f} %"
 
 
 def table(listed: list[Offered]) -> str:
     """The table of the README."""
     rows = [
         f"| `{offer.kind}: {offer.name}` | {_first_sentence(offer.summary)} | {offer.confirmed} | "
-        + (f"{offer.cost['time']:.2f} | {100 * offer.cost['runout']:+.0f} % |" if offer.cost else " | |")
+        + (f"{' | '.join(_cost(offer))} |" if offer.cost else " | |")
         for offer in listed
     ]
     head = ["| named in the scene | what it is | confirmed | time | runout |", "|---|---|---|---|---|"]

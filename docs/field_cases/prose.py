@@ -50,7 +50,7 @@ writes the page from the last measurement.
 DEFAULT = """## Why is `coulomb_limited` the default, and where is it weaker than `constant`?
 `coulomb_limited` is the default because of its mechanics: no impact takes more speed along the ground than friction
 can. `constant` takes a share at each of infinitely many impacts. All speed is gone where bouncing ends, on any slope,
-so the runout is too short: the unsafe side ([design](design.md), *The end of bouncing*). **The field does not decide
+so the runout is too short: the unsafe side ([physics](physics.md), *The end of bouncing*). **The field does not decide
 between the two.** Fitted or not, neither is a prediction on a slope where it was not calibrated.
 
 - **`coulomb_limited` is nearer to the field**: fitted to all runs at Tschamut (but for the spreads); along the profile
@@ -169,7 +169,7 @@ NOT_VALIDATED = """## What does this page not show?
   designed by, are not.
 - All rocks of a site have one mass, and coefficients do not vary from impact to impact. Distributions in the scene
   (`normal_restitution: {mean: ...}`), `effects` and the field's own masses may do better; they are not measured.
-- Calibrated values belong to this program's rules for the end of bouncing and for sliding ([design](design.md)). In
+- Calibrated values belong to this program's rules for the end of bouncing and for sliding ([physics](physics.md)). In
   another program or model they mean something else.
 """
 

@@ -146,7 +146,7 @@ def test_every_soil_type_has_its_range(tmp_path: Path, soil: int) -> None:
 
 
 def test_the_documented_ranges_are_those_of_the_soils() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "howto" / "imports.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "imports.md").read_text()
     rows = re.findall(r"^\| (\d) \| ([\d.]+)(?: to ([\d.]+))? \|", page, re.MULTILINE)
     assert {int(soil): (float(low), float(high or low)) for soil, low, high in rows} == RANGES
 

@@ -115,7 +115,7 @@ print(out[0], len(bounce.stats.cache_hits))
 
 def bounced_apart(scene: Path, cache: Path) -> tuple[float, int]:
     """The speed after a bounce in a process of its own, and how often the loop was found on disk."""
-    where = {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(PAGE.parents[1]), str(scene.parent)])}
+    where = {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(PAGE.parents[2]), str(scene.parent)])}
     out = subprocess.run(
         [sys.executable, "-c", RUN, str(scene)], env=os.environ | where, capture_output=True, text=True, check=True
     )

@@ -16,8 +16,19 @@ def test_the_page_of_scene_keys_is_what_the_model_says():
     assert page == module.document(), "run: python docs/scene_keys.py"
 
 
+def examples() -> list[str]:
+    """The YAML blocks of the page."""
+    page = (DOCS / "reference" / "scene-file.md").read_text()
+    return [block.split("```")[0] for block in page.split("```yaml\n")[1:]]
+
+
+def test_the_least_scene_in_the_document_is_one(tmp_path: Path) -> None:
+    (tmp_path / "scene.yaml").write_text(examples()[0])
+    assert [source.rocks for source in read_scene(tmp_path / "scene.yaml").sources] == [1]
+
+
 def test_the_scene_in_the_document_is_one(tmp_path: Path) -> None:
-    text = (DOCS / "reference" / "scene-file.md").read_text().split("```yaml\n")[1].split("```")[0]
+    text = examples()[1]
     (tmp_path / "unstable.geojson").write_text('{"type": "Polygon", "coordinates": [[[0, 0], [1, 0], [1, 1], [0, 0]]]}')
     (tmp_path / "holes.csv").write_text("x,y,z\n1,2,3\n")
     (tmp_path / "scene.yaml").write_text("terrain: {pit: {}}\n" + text)
