@@ -90,7 +90,7 @@ SCENE = f"""\
 - `stop_speed`: a rock on the ground stops below this speed, if friction holds it there. `ground: none` does not ask for
   friction; `rolling_stone` has a `stop_speed` of its own.
 - `smallest_bounce`: bounces that would rise less are summed in closed form, or are the last, depending on the rebound
-  model ([why](../explanation/design.md)).
+  model ([why](../explanation/physics.md#the-end-of-bouncing)).
 - `max_time` and `max_impacts` end a rock that still moves, with the outcome of the same name.
 - `engine`: both engines give the same result with `method: events`. `auto` takes the one that finishes first:
   `reference` up to {REFERENCE_ROCKS} rocks ({REFERENCE_SPHERES} with `coulomb_sphere`) or without numba, else
