@@ -5,7 +5,6 @@ python docs/effects.py --as-is    (from what was measured last)
 """
 
 import json
-import re
 import sys
 import time
 from dataclasses import replace
@@ -78,8 +77,7 @@ does.
 
 def document(listed: list[Offered]) -> str:
     """The whole page."""
-    sections = (part for kind, title in TITLES.items() for part in _section(kind, title, listed))
-    return "\n".join([HEAD, table(listed), "", *sections])
+    return "\n".join([HEAD, *(part for kind, title in TITLES.items() for part in _section(kind, title, listed))])
 
 
 def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
@@ -118,21 +116,6 @@ def _cost(offer: Offered) -> str:
     if offer.cost is None:
         return "Not measured."
     return f"Time {offer.cost['time']:.2f}, runout {100 * offer.cost['runout']:+.0f} %."
-
-
-def table(listed: list[Offered]) -> str:
-    """Return the table of all models and effects at the head of the page."""
-    rows = [
-        f"| `{offer.kind}: {offer.name}` | {_first_sentence(offer.summary)} | {offer.confirmed} | "
-        + (f"{offer.cost['time']:.2f} | {100 * offer.cost['runout']:+.0f} % |" if offer.cost else " | |")
-        for offer in listed
-    ]
-    head = ["| named in the scene | what it is | confirmed | time | runout |", "|---|---|---|---|---|"]
-    return "\n".join([*head, *rows])
-
-
-def _first_sentence(text: str) -> str:
-    return re.split(r"(?<=[.])\s", text)[0].rstrip(".")
 
 
 class Flown:
