@@ -1,4 +1,4 @@
-"""Write docs/reference/effects.md and the table of the README: what a scene may name, and what that costs.
+"""Write docs/reference/effects.md: what a scene may name, and what that costs.
 
 python docs/effects.py            (or make effects: measures every one on a wall first; takes some minutes)
 python docs/effects.py --as-is    (from what was measured last)
@@ -239,29 +239,6 @@ def _cost(offer: Offered) -> tuple[str, str]:
     return f"{offer.cost['time']:.2f}", f"{100 * offer.cost['runout']:+.0f} %"
 
 
-def table(listed: list[Offered]) -> str:
-    """The table of the README."""
-    rows = [
-        f"| `{offer.kind}: {offer.name}` | {_first_sentence(offer.summary)} | {offer.confirmed} | "
-        + (f"{' | '.join(_cost(offer))} |" if offer.cost else " | |")
-        for offer in listed
-    ]
-    head = ["| named in the scene | what it is | confirmed | time | runout |", "|---|---|---|---|---|"]
-    return "\n".join([*head, *rows])
-
-
-def _first_sentence(text: str) -> str:
-    return re.split(r"(?<=[.])\s", text)[0].rstrip(".")
-
-
-def with_table(readme: str, listed: list[Offered]) -> str:
-    """The README with its table of effects as it is now."""
-    begin, end = "<!-- effects -->", "<!-- end of effects -->"
-    before, rest = readme.split(begin)
-    _, after = rest.split(end)
-    return f"{before}{begin}\n{table(listed)}\n{end}{after}"
-
-
 class Flown:
     """The wall's rocks with one more thing named, ready to fly; CPU seconds of the passes so far."""
 
@@ -317,15 +294,13 @@ def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
 
 
 def main(arguments: list[str]) -> None:
-    """Measure, and write page and table."""
+    """Measure, and write the page."""
     listed = offers()
     if "--as-is" not in arguments:
         costs = measured(listed)
         MEASURED.write_text(json.dumps(costs, indent=1) + "\n")
         listed = [replace(offer, cost=costs.get(f"{offer.kind}.{offer.name}")) for offer in listed]
     (DOCS / "reference" / "effects.md").write_text(document(listed))
-    readme = ROOT / "README.md"
-    readme.write_text(with_table(readme.read_text(), listed))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Write the tables of parameters in docs/howto/operations.md from their declarations, so that nothing is told twice.
+"""Write the tables of parameters in docs/reference/parameters.md from their declarations in the code.
 
 python docs/parameter_tables.py
 """
@@ -16,7 +16,7 @@ from rpf3d_ros.interface.parameters import (
     SimulatorParameters,
 )
 
-PAGE = Path(__file__).parent / "howto" / "operations.md"
+PAGE = Path(__file__).parent / "reference" / "parameters.md"
 KINDS = {
     "all nodes": FrameParameters,
     "rpf3d_simulator": SimulatorParameters,

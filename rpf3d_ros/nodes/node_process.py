@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 BAD_INPUT = 2
 """Exit code if a parameter or a file is refused, as on the command line."""
 
-USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/howto/operations.md lists them)"
+USAGE = "parameters come after --ros-args: --params-file FILE, -p NAME:=VALUE (docs/reference/parameters.md lists them)"
 
 SOURCE_PLACE = re.compile(r",? at /\S+:\d+")
 """The place in rcl's C sources in an error message."""

@@ -1,4 +1,4 @@
-"""docs/howto/operations.md and the files to bring rpf3d up say what the code does."""
+"""The pages on the live nodes and the files to bring rpf3d up say what the code does."""
 
 import ast
 import configparser
@@ -21,17 +21,21 @@ from rpf3d_ros.interface.parameters import RecorderParameters, SimulatorParamete
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "rpf3d_ros").rglob("*.py"))
-TEXT = PAGE.read_text(encoding="utf-8")
+REFERENCE, HOWTO = ROOT / "docs" / "reference", ROOT / "docs" / "howto"
+PARAMETERS = PAGE.read_text(encoding="utf-8")
+TOPICS = (REFERENCE / "topics.md").read_text(encoding="utf-8")
+DIAGNOSTICS = (REFERENCE / "diagnostics.md").read_text(encoding="utf-8")
+PAGES = sorted([*REFERENCE.glob("*.md"), *HOWTO.glob("*.md")])
 NOT_DRAWN_BY_RVIZ = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
 NOT_DRAWN_IN_3D = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
-ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen", "Topic"}
+ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen", "LargeTopic"}
 OF_EVERY_NODE = {"parameter_events", "rosout", "clock", "~/transition_event"}
 """Topics that rclpy itself has."""
 
 
 def documented(direction):
     """Topic -> (type, quality of service) in one of the page's tables."""
-    table = TEXT.partition(f"<!-- topics: {direction} -->")[2].partition("<!-- end -->")[0]
+    table = TOPICS.partition(f"<!-- topics: {direction} -->")[2].partition("<!-- end -->")[0]
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.strip().splitlines()[2:]]
     return {row[0].strip("`"): (row[1], row[2]) for row in rows}
 
@@ -58,7 +62,7 @@ def topics_in_code():
 
 
 def test_the_tables_of_parameters_are_those_of_the_code():
-    assert with_tables(TEXT) == TEXT, "run python docs/parameter_tables.py"
+    assert with_tables(PARAMETERS) == PARAMETERS, "run python docs/parameter_tables.py"
 
 
 def test_every_topic_of_the_code_is_documented_with_its_type():
@@ -75,7 +79,9 @@ def test_every_documented_topic_is_in_the_code():
 
 
 def test_every_part_that_reports_its_health_is_documented():
-    parts = re.findall(r"^\| `([a-z ]+)` \|", TEXT.partition("## Diagnostics")[2].partition("## Failure")[0], re.M)
+    table = DIAGNOSTICS.partition("## Diagnostics\n")[2].partition("\n## ")[0]
+    parts = re.findall(r"^\| `([a-z ]+)` \|", table, re.M)
+    assert len(parts) > 8, "the table must have been found"
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
             call = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "set"
@@ -226,9 +232,16 @@ def test_a_service_runs_a_program_with_files_where_it_may_write_and_parameters_t
             assert value.startswith("/var/lib/rpf3d/" if key not in (SCENE, "site_file") else "/etc/rpf3d/"), key
 
 
-def test_every_file_that_the_page_names_is_there():
-    for name in re.findall(r"`((?:config|launch)/[\w./]+)`", TEXT):
-        assert (ROOT / name).is_file(), name
+def test_every_file_that_the_pages_name_is_there():
+    named = {name for page in PAGES for name in re.findall(r"`((?:config|launch)/[\w./]+)`", page.read_text())}
+    assert "config/rpf3d_scene.yaml" in named, "the pages must have been understood"
+    for name in named:
+        assert (ROOT / name).exists(), name
+
+
+def test_every_fault_test_that_the_page_names_is_there():
+    for name in re.findall(r"`(test_\w+\.py)`", DIAGNOSTICS):
+        assert (ROOT / "test" / "ros" / name).is_file(), name
 
 
 def test_every_argument_of_the_launch_file_is_documented():
@@ -237,6 +250,6 @@ def test_every_argument_of_the_launch_file_is_documented():
         node.args[0].value for node in ast.walk(tree)
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "DeclareLaunchArgument"
     ]  # fmt: skip
-    rows = TEXT.partition("| argument |")[2].partition("\n\n")[0].splitlines()[2:]
+    rows = PARAMETERS.partition("| argument |")[2].partition("\n\n")[0].splitlines()[2:]
     told = [name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])]
     assert sorted(names) == sorted(told)
