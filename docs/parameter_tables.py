@@ -1,4 +1,4 @@
-"""Write the tables of parameters in docs/howto/operations.md from their declarations, so that nothing is told twice.
+"""Write the tables of parameters in docs/howto/operations.md from their declarations, so that nothing stands twice.
 
 python docs/parameter_tables.py
 """
