@@ -20,7 +20,7 @@ help:
 	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
-	@echo "make lint      ruff, and mypy on the core"
+	@echo "make lint      ruff, mypy on the core, spelling, and words that our prose avoids (test/support/habits.txt)"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
 	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
@@ -86,6 +86,8 @@ combinations: venv
 lint: venv
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/codespell
+	$(BIN)/python test/support/habits.py
 
 bench: venv
 	$(BIN)/python benchmarks/large_mesh.py

@@ -37,7 +37,17 @@ setup(
     extras_require={
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "test": ["dask[distributed]", "hypothesis", "mpmath", "mypy", "pytest", "pytest-xdist", "ruff", "types-PyYAML"],
+        "test": [
+            "codespell>=2.4",
+            "dask[distributed]",
+            "hypothesis",
+            "mpmath",
+            "mypy",
+            "pytest",
+            "pytest-xdist",
+            "ruff",
+            "types-PyYAML",
+        ],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
