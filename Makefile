@@ -10,17 +10,18 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros test guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros docs test guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
 	@echo "make test      every test"
+	@echo "make docs      the documentation as a site, with a reference of all functions; in out/docs"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
 	@echo "make never-below  1.25 million rocks on vertices, edges and faces of random meshes: none may fall through; some minutes"
 	@echo "make faults    10,000 damaged messages and a minute of 1,000 messages a second on a living simulator; some minutes"
 	@echo "make combinations  every combination of effects on both engines, bit by bit; half an hour"
-	@echo "make lint      ruff, and mypy on the core"
+	@echo "make lint      ruff, mypy on the core, spelling, and words that our prose avoids (test/support/habits.txt)"
 	@echo "make bench     how fast it is on this machine; takes about ten minutes"
 	@echo "make bench-ros how fast the live nodes answer, over DDS; takes about ten minutes of an idle machine"
 	@echo "make soak      twenty minutes of rocks, new ground, kills and jumps of the clock; prints a report"
@@ -47,6 +48,16 @@ $(VENV)/.everything: $(VENV)/.core
 	$(PIP) --editable '.[ros,test]'
 	-@$(BYTE_CODE) $(VENV)/lib
 	@touch $@
+
+# Needs neither ROS 2 nor an import of the code: the reference of functions is read from the sources.
+$(VENV)/.docs: $(VENV)/.core
+	$(PIP) --editable '.[docs]'
+	@touch $@
+
+docs: $(VENV)/.docs
+	$(BIN)/python docs/gallery.py
+	$(BIN)/python -m sphinx -W --keep-going -q -c docs/website . out/docs
+	@echo "open out/docs/index.html"
 
 demo: $(VENV)/.core
 	$(BIN)/rpf3d run config/scenes/demo.yaml --out out/demo
@@ -86,6 +97,8 @@ combinations: venv
 lint: venv
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/codespell
+	$(BIN)/python test/support/habits.py
 
 bench: venv
 	$(BIN)/python benchmarks/large_mesh.py
@@ -140,5 +153,5 @@ colcon: $(COLCON)/.installed venv
 	echo "colcon: built, installed and tested as ros.ament_python"
 
 clean:
-	rm -rf $(VENV) $(COLCON) build install log out *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(COLCON) build install log out docs/api *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

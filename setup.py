@@ -35,9 +35,21 @@ setup(
         "vtk>=9.4",  # the first whose wheels need no libGL to be imported
     ],
     extras_require={
+        # Warnings of these tools are errors in `make docs`, so a new major version waits until someone has tried it.
+        "docs": ["furo>=2025.7.19", "myst-parser>=5,<6", "sphinx>=9,<10", "sphinx-autoapi>=3.8,<4"],
         # Always the ros-jazzy-* names: the bare ros-* ones are newer, incompatible releases. Python 3.10 to 3.13.
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
-        "test": ["dask[distributed]", "hypothesis", "mpmath", "mypy", "pytest", "pytest-xdist", "ruff", "types-PyYAML"],
+        "test": [
+            "codespell>=2.4",
+            "dask[distributed]",
+            "hypothesis",
+            "mpmath",
+            "mypy",
+            "pytest",
+            "pytest-xdist",
+            "ruff",
+            "types-PyYAML",
+        ],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -49,7 +49,7 @@ EXAMPLES: dict[str, str] = {
 }
 """What stands in the scene to measure those that have no sensible default, as YAML."""
 BESIDE = {"rebound.coulomb_sphere": "ground: sphere", "ground.sphere": "rebound: coulomb_sphere"}
-"""What must stand beside some of them."""
+"""What some of them need in the same scene."""
 ROLLING_FRICTION = read_scene(WALL).materials["default"].rolling_friction
 """mu_r (-) of the wall."""
 ROLLING = ("rebound.coulomb_sphere", "ground.rolling", "ground.rolling_stone", "ground.sphere")
@@ -258,7 +258,7 @@ class Flown:
         self.seconds.clear()
 
     def fly(self) -> None:
-        """Fly all rocks once more."""
+        """Fly all rocks again."""
         self.ends: list[Deposits] = []
         nothing = Shown(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
         stream = Stream(

@@ -1,4 +1,4 @@
-"""Write docs/reference/scene-file.md from the scene's own model, so that no key, bound or default is told twice.
+"""Write docs/reference/scene-file.md from the scene's own model, so that no key, bound or default stands twice.
 
 python docs/scene_keys.py
 """

@@ -43,7 +43,7 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
-    """The nodes, with no parameter that nobody has given: it would take the place of the parameter file's."""
+    """The nodes, with given parameters only: any other would take the place of the parameter file's."""
 
     def said(name: str) -> str:
         return LaunchConfiguration(name).perform(context)

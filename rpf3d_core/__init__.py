@@ -3,6 +3,9 @@
 >>> import rpf3d_core as rpf3d
 >>> run = rpf3d.simulate("config/scenes/demo.yaml", rocks=50)  # doctest: +SKIP
 >>> rpf3d.write_run(run, "out")  # doctest: +SKIP
+
+The public names, each with the module that defines it: `runs.run.simulate`, `runs.run.write_run`, `runs.run.replay`,
+`runs.run.Run`, `scene.reading.read_scene`, `setup.terrain.read_terrain`, `errors.InputError`.
 """
 
 from typing import Any

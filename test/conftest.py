@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, settings
 settings.register_profile("rpf3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("rpf3d")
 
-# A child whose disk is full would leave half of the byte code of what it imports then, for whoever imports it next.
+# A child whose disk is full would leave half of the byte code of what it imports then, to be imported next.
 os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:

@@ -45,7 +45,7 @@ STEPS_OF_R_T = (0.78, 0.82, 0.86, 0.90, 0.94)
 
 @lru_cache
 def site(rocks: int, seed: int) -> Site:
-    """The quarry with so many rocks."""
+    """The quarry with this number of rocks."""
     return Site(chosen_scene(SCENE, rocks, "compiled", seed))
 
 

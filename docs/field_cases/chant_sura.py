@@ -184,7 +184,7 @@ def measured_ratios(impacts: tuple[Impact, ...]) -> FloatArray:
 def calibrate(row: Row, some: tuple[Impact, ...] | None = None) -> Found:
     """What decides an impact, and one slope for all contacts, by the error of speed over (some of) the eleven.
 
-    Not of velocity: where a rock goes is decided by the ground's own slope there, which nobody measured, and a model
+    Not of velocity: where a rock goes is decided by the ground's own slope there, which was not measured, and a model
     that misses directions for lack of it comes nearest by hardly moving.
     """
     base = PUBLISHED["chant_sura"][HOEK]["default"]

@@ -72,7 +72,7 @@ def runs() -> Runs:
 
 @lru_cache
 def site(rocks_a_run: int, seed: int) -> Site:
-    """The meadow with so many rocks for each run: each run is a source."""
+    """The meadow with this number of rocks for each run: each run is a source."""
     field = runs()
     # A sphere rests on the ground where its centre is a radius above; on a slope its centre is a little higher.
     sources = [

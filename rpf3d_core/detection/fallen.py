@@ -104,8 +104,8 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     """The inquiry after it has found where a place is: closed, or with the next place.
 
-    A rock that leaves over the rim may pass under the mesh afterwards. On its way there it is beside the ground, and
-    halving the time between over and under finds such a place. At the first place, beside may be rounding at a seam.
+    A rock that leaves over the rim may pass under the mesh afterwards. On its way there it is outside the rim, and
+    halving the time between over and under finds such a place. At the first place, "outside" may be rounding at a seam.
     """
     t, place = _time(arc, asked), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under

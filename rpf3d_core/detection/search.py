@@ -40,7 +40,7 @@ def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """Return whether a rock that leaves the terrain is looked at once more, or may have fallen through it."""
+    """Return whether a rock that leaves the terrain is looked at again, or may have fallen through it."""
 
 
 @notices_falls.otherwise

@@ -127,7 +127,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if an edge of what stays has no triangle of the ring beside it with the same winding."""
+    """Raise TerrainError if an edge of what stays has no triangle of the ring next to it with the same winding."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):

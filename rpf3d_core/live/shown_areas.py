@@ -18,7 +18,7 @@ def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Fra
 
     areas : rings (P, 2) m, local frame, with or without the first corner repeated. Parts of a ring without ground below
     them have the height of the line next to them. A ring that crosses no cell of the raster is left out, whether it
-    lies beside the raster or encloses it.
+    lies outside the raster or encloses it.
     """
     return {
         name: [frame.points_to_input(line) for ring in rings if len(line := _laid_on(ring, cells, raster))]

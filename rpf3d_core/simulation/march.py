@@ -138,7 +138,7 @@ def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, r
 
 @kernel
 def _hovers(max_impacts: int, tally: RockTally) -> bool:
-    """True if a rock has flown so many segments that its flight is cut off.
+    """True if a rock has flown too many segments and its flight is cut off.
 
     A light rock in a strong drag layer sinks by centimetres a second, in segments of a millisecond. Its outcome would
     only take a long time to reach.

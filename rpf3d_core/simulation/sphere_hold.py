@@ -27,7 +27,7 @@ It is half of GRAZING, so that contacts that a sweep meets at once are found her
 class Held(NamedTuple):
     """The contacts that hold a sphere, and the remainder of a vector that they allow.
 
-    contacts : 0 to 3; first, second : the contacts, if there are so many; pushes : of each, in the unit of the vector
+    contacts : 0 to 3; first, second : the contacts, if there are any; pushes : of each, in the unit of the vector
     way : (3,) remainder of the vector
     """
 

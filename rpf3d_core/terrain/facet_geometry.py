@@ -158,7 +158,7 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
     """True if a path `way` (3,) from x in the plane of f stays in f, or outside f within a crack along an edge.
 
-    It must do so for more than BESIDE cracks. A path of length zero counts as true.
+    It must do so for more than `BESIDE` cracks. A path of length zero counts as true.
     """
     length = norm(way)
     if length == 0.0:

@@ -52,7 +52,7 @@ EARLIER_NS = 600_000_000_000
 SOURCES = 12
 
 DECISIONS = "demo-decisions"
-"""Folder of the log of decisions beside the recording; no node uses this name by default."""
+"""Folder of the log of decisions, next to the recording; no node uses this name by default."""
 
 
 def main(args: Sequence[str] | None = None) -> int:

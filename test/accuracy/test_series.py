@@ -1,4 +1,4 @@
-"""What is drawn and recorded of a price list: its series, with what logarithms cannot show said in words."""
+"""What is drawn and recorded of a price list: its series, with what logarithms cannot show in words."""
 
 from pathlib import Path
 

@@ -69,7 +69,7 @@ def test_an_area_without_limits_has_no_level() -> None:
 
 
 def test_sources_that_are_refused_are_a_fault_of_every_area_that_was_told_of() -> None:
-    """Whoever makes the evidence tells of no area then; a display would go on to show what it showed."""
+    """The maker of the evidence reports no area then; a display would go on to show what it showed."""
     refused = evidence(faults=("the sources are refused",))._replace(areas=())
     moving = evidence(area(), area(name="crusher"), area(name="truck_7"))
     for thresholds in (PIT, site({"*": RAMP})):
@@ -114,7 +114,7 @@ def test_an_area_that_the_site_sets_no_limits_for_any_more_says_so() -> None:
 
 @pytest.mark.parametrize("again", [None, CALM], ids=["without an answer", "with one"])
 def test_after_a_decision_that_told_of_no_areas_any_may_have_been_the_one(again: Evidence | None) -> None:
-    """A log that was written before areas were decided, gone on from by a node that starts again."""
+    """A log that was written before areas were decided, continued by a node that starts again."""
     pit = site({"ramp": RAMP, "crusher": RAMP, "wall: *": RAMP})
     both = evidence(area(700), area(700, name="crusher"), area(700, name="wall: north"))
     before = decided(both, thresholds=pit)._replace(areas=())

@@ -17,7 +17,7 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.errors import InputError
 
 LEVELS_SHOWN = ["normal", "watch", "evacuate", "evacuate", "evacuate", "normal"]
-"""At the changes of the shift: the fault is told while evacuate is held, and clears to it."""
+"""At the changes of the shift: the fault is reported while evacuate is held, and clears to it."""
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def lines_of(log: Path) -> list[bytes]:
 
 
 def forged(log: Path, change: Callable[[list[dict]], object]) -> None:
-    """LevelChange what lines hold and write the whole log anew, with hashes that fit."""
+    """Change what lines hold and write the whole log again, with hashes that fit."""
     contents = [content_of(raw) for raw in lines_of(log)]
     change(contents)
     written, before = b"", BEGINNING

@@ -1,4 +1,4 @@
-"""The decision log: whole lines or none, found again after a kill, and told when the disk is full."""
+"""The decision log: whole lines or none, found again after a kill, and reported when the disk is full."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""The site file: the example is one, and what is wrong with another is told by line, key and what would be right."""
+"""The site file: the example is one, and a fault in another is reported by line, key and what would be right."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ TEXT = EXAMPLE.read_text()
 
 
 def refusal(folder: Path, old: str, new: str) -> str:
-    """What is said of the example with a change, without the file's name."""
+    """What is reported of the example with a change, without the file's name."""
     assert old in TEXT
     path = folder / "site.yaml"
     path.write_text(TEXT.replace(old, new, 1))

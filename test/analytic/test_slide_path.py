@@ -231,7 +231,7 @@ def random_slides(count):
 
 
 MOST_PIECES = 60
-"""Of a slide over one facet: 25 bends of 7 degrees, 8 halvings, and once more after an uphill slide has turned."""
+"""Of a slide over one facet: 25 bends of 7 degrees, 8 halvings, and again after an uphill slide has turned."""
 
 
 def slide_to_its_end(facets, normal, motion, mu, stop_speed):

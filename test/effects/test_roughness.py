@@ -15,7 +15,7 @@ from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 AHEAD = Motion(0.0, ZERO, (6.0, 0.0, -3.0), ZERO)
 DRAWS = 4000
 SIX_SIGMA = 6.0
-"""Standard errors by which a mean of so many draws may be off; one test in a billion is wrong by chance."""
+"""Standard errors by which a mean of n draws may be off; one test in a billion is wrong by chance."""
 
 
 def normals(effect, motion=AHEAD, n=UP, radius=0.5):

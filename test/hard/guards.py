@@ -4,7 +4,7 @@
     python test/hard/guards.py --table    print the table of README.md, which a test compares
 
 A change is exact text that occurs once in a file, and what it becomes. All named tests run unchanged first. Tests of
-the reference engine are preferred, for each change of a kernel compiles the other engine anew.
+the reference engine are preferred, because each change of a kernel compiles the other engine again.
 """
 
 import os
@@ -108,7 +108,7 @@ GUARDS = (
         "    if state.left.resting or released_on_ground:\n",
         "    if state.left.resting:\n",
         "`land_point`: a release on the ground is no impact",
-        "the rock is told an impact of no speed before it slides",
+        "the rock is given an impact of no speed before it slides",
     ),
     Guard(
         "test_edges_and_vertices.py::"
@@ -248,7 +248,7 @@ GUARDS = (
         "facets.low[2] + NEAR * CRACK * slack",
         "facets.low[2] + slack",
         "`flight_end`: a flight is followed for NEAR CRACK tolerances below the terrain",
-        "a rock is told to have left just before it lands",
+        "a rock is reported to have left just before it lands",
     ),
     Guard(
         "test_bad_meshes.py::test_flipped_facets_are_turned_back_at_load_and_change_nothing[0.5-sliding-reference]",

@@ -84,7 +84,7 @@ def test_nothing_is_said_of_friction_that_no_model_asks_for(
 def test_the_sentence_of_a_rock_stopped_without_a_ground_model_says_what_is_not_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], bench: Path
 ) -> None:
-    """On the screen, in the summary and in the recording; with sliding the rock came to rest."""
+    """On the screen, in the summary and in the recording; with sliding the rock stopped."""
     sentences = {}
     for ground in ("none", "sliding"):
         bench.write_text(f"{SCENE}ground: {ground}\n")

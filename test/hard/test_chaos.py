@@ -1,8 +1,8 @@
 """What rough ground promises: every bit of a run again, and statistics that no small shift changes.
 
 Facets are flat, so two rocks that meet the same ones in the same order drift apart by a factor that belongs to their
-path, however small their difference. Only when one of them meets another facet, or bounces once more, do they part for
-good; for that they must differ by a share of a facet, or be very unlucky. So a picometre stays picometres, and a
+path, however small their difference. Only when one of them meets another facet, or bounces one more time, do they part
+for good; for that they must differ by a share of a facet, or be very unlucky. So a picometre stays picometres, and a
 decimetre, which no survey and no source is better than, sends half of the rocks elsewhere.
 """
 

@@ -1,4 +1,4 @@
-"""Impacts and releases exactly on edges and vertices, and a hair beside them."""
+"""Impacts and releases exactly on edges and vertices, and a hair off them."""
 
 import math
 

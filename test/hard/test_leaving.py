@@ -36,7 +36,7 @@ def test_a_rock_leaves_a_terrain_sideways_after_bounces_at_its_very_edge(engine)
 @BOTH
 @MODELS
 def test_a_rock_that_falls_past_a_rim_is_not_followed_below_the_terrain(engine, model):
-    """An upper bench without a floor: the rock slides, or is thrown, over its rim and is told to have left."""
+    """An upper bench without a floor: the rock slides, or is thrown, over its rim and is reported to have left."""
     over = engine_over(engine, strip([(-20.0, 60.0), (0.0, 60.0)]))
     flights = fly(over, flight(surface(0.4, 0.9, 10.0), model), (-1.0, 0.3, 61.0), (5.0, 0.0, 0.0))
     assert flights.deposits.outcome[0] == Outcome.LEFT_TERRAIN

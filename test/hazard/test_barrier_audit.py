@@ -1,4 +1,4 @@
-"""An audit of what is told of barriers: recounted in plain Python from impacts and paths, over valleys drawn at random.
+"""An audit of counts at barriers: recounted in plain Python from impacts and paths, over valleys drawn at random.
 
 Rocks break through, climb the far side and come back, fly over on one way and are caught on the other. Nothing here is
 shared with what is tested: a fence stands along a level line x = const, and its rows are read from the tables.
@@ -128,7 +128,7 @@ def overflights(paths, rows, one):
 
 
 def agrees(figures, one):
-    """Whether what is told of a barrier is what was recounted."""
+    """Whether what is reported of a barrier is what was recounted."""
     told = (figures.first_caught, figures.first_broken_through, figures.first_flown_over, figures.caught)
     events = (figures.caught_events, figures.broken_through_events, figures.flown_over_events)
     assert told == (*(one.first[what] for what in ("caught", "broken", "over")), one.caught)
@@ -156,7 +156,7 @@ def test_plain_python_counts_the_same():
 
 
 def test_the_audit_meets_rocks_that_break_through_and_are_caught_by_the_same_fence_later():
-    """Without them it would not tell first arrivals from the last."""
+    """Without them it would not distinguish first arrivals from the last."""
     again = over_first = events = came = 0
     for seed in FIXED:
         flights, some, barrier_of, tally = flown(seed, "compiled", 150)

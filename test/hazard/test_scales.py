@@ -1,4 +1,4 @@
-"""Colour scales have round ends and tell every value apart that they should."""
+"""Colour scales have round ends and distinguish all values that they should."""
 
 import numpy as np
 import pytest

@@ -14,7 +14,7 @@ from rpf3d_core.hazard.walks.sheet import CROWDED, NO, NOTHING, UNKNOWN, YES, fa
 from rpf3d_core.terrain.facets import facets_of
 
 ON_EDGES = 0.05
-"""Share of visits in which a track along an edge, or through a vertex, may be told to be over one of the facets that
+"""Share of visits in which a track along an edge, or through a vertex, may be counted over one of the facets that
 meet there or another: in plan it is over both."""
 
 
@@ -142,7 +142,7 @@ def test_a_facet_that_is_there_twice_is_not_alone(which):
 
 
 def test_a_crowded_bucket_is_not_asked_for_pairs():
-    """A fine patch beside a coarse mesh: held against each other, its facets would take seconds a bucket."""
+    """A fine patch next to a coarse mesh: held against each other, its facets would take seconds a bucket."""
     terrain = made.joined(made.floor(50.0, cells=10), made.floor(2.0, z=-30.0, cells=40))
     facets = facets_of(terrain)
     locator = bucket_locator(facets)

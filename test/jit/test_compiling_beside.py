@@ -75,7 +75,7 @@ HANGS = "import time; time.sleep(600)"
 AT_WORK = 3.0
 """Seconds in which a second process has begun to work, on a machine that is not very busy."""
 END_SOON = 20.0
-"""Seconds in which a process that has been told to end must have ended, on a busy machine."""
+"""Seconds in which a process that was asked to end must have ended, on a busy machine."""
 
 
 @pytest.fixture

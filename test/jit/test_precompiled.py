@@ -31,7 +31,7 @@ INDEX: list[Any] = [facets.lay_out, *(
 
 @pytest.fixture(params=[6000, 120_000])
 def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Compiled:
-    """The engine of a scene that is read from a file, over so many facets."""
+    """The engine of a scene that is read from a file, over n facets."""
     path = scene_file(tmp_path, more="engine: compiled")
     path.write_text(path.read_text().replace("triangles: 6000", f"triangles: {request.param}"))
     engine = prepare(read_scene(path)).engine
@@ -55,7 +55,7 @@ def test_what_is_rehearsed_is_compiled_once_for_all(engine: Compiled) -> None:
 
 
 class Told(BackgroundCompiler):
-    """Notes what it is told, and what is called meanwhile; `slow`: the ground below takes long to compile."""
+    """Notes what is reported to it, and what is called meanwhile; `slow`: the ground below takes long to compile."""
 
     def __init__(self, slow: bool) -> None:
         super().__init__(None)

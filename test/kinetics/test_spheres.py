@@ -1,4 +1,4 @@
-"""A rigid sphere over facets: contact with faces, edges and corners, rolling, size, and where it comes to rest."""
+"""A rigid sphere over facets: contact with faces, edges and corners, rolling, size, and where it stops."""
 
 import math
 
@@ -157,7 +157,7 @@ TABLE = {22: (2.624922, 2.765323), 40: (4.504105, 5.554257), 50: (5.367783, 6.88
 
 @pytest.mark.parametrize("x", [0.0, 0.05, 0.1])
 def test_a_sphere_that_breaks_a_net_while_it_goes_around_an_edge_keeps_the_energy_that_is_left(x):
-    """Around an edge the ground's normal is no facet's: taking the facet's for it would brake the sphere once more."""
+    """Around an edge the ground's normal is no facet's: taking the facet's for it would brake the sphere again."""
     terrain = strip([(-12.0, 0.0), (0.0, 0.0), (12.0, -4.4)], half_width=8.0, across=4)
     net = fence(terrain, [(x, -7.0), (x, 7.0)], 3.0, 100.0)
     over, physics = engine_over("reference", terrain), with_effects(spheres(ground(mu_r=0.05)), net)
@@ -217,7 +217,7 @@ def test_friction_that_turns_is_cut_finely_enough(monkeypatch):
 
 
 def test_a_sphere_rolls_over_an_edge_with_little_loss(monkeypatch):
-    """From rest beside a ridge, it pivots over the edge: what it does not gain of its height is a few percent."""
+    """From rest next to a ridge, it pivots over the edge: what it does not gain of its height is a few percent."""
     over = engine_over("reference", strip([(-30.0, -1.0), (0.0, 0.0), (30.0, -12.0)], half_width=8.0))
     flights = roll(over, spheres(ground(mu=2.0, mu_r=0.0)), 1.0, (-3.0, 0.2, 1.0 + 0.05), (1.5, 0.0, 0.0))
     paths = flights.paths

@@ -1,4 +1,4 @@
-"""Energies of rocks that spin: rotation beside translation in tables and maps, and nothing where none spin."""
+"""Energies of rocks that spin: rotation next to translation in tables and maps, and nothing where none spin."""
 
 from dataclasses import replace
 

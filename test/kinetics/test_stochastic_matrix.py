@@ -12,7 +12,7 @@ from rpf3d_core.values import ZERO, Motion
 CERTAIN = matrix_of(0.0)
 DRAWS = 4000
 SIX_SIGMA = 6.0
-"""Standard errors by which a mean of so many draws may be off; one test in a billion is wrong by chance."""
+"""Standard errors by which a mean of n draws may be off; one test in a billion is wrong by chance."""
 BEFORE = (6.0, 0.0, -4.0)
 SPIN = (0.0, 5.0, 0.0)
 STATE = np.array([6.0, 4.0, 2.5])

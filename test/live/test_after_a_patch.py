@@ -1,4 +1,4 @@
-"""What is still known after a patch is what would be found out anew, and answers over it have the same bits."""
+"""What is still known after a patch is what a new search would find, and answers over it have the same bits."""
 
 from itertools import count, islice
 

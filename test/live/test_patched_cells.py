@@ -1,4 +1,4 @@
-"""Where there is ground, and how high, after a patch: as if it had been worked out anew."""
+"""Where there is ground, and how high, after a patch: as if it had been worked out again."""
 
 import numpy as np
 import pytest

@@ -120,7 +120,7 @@ def bits_of(flights):
 
 
 def made_anew(ground):
-    """The compiled engine over the same facets, in another order, indexed anew."""
+    """The compiled engine over the same facets, in another order, indexed again."""
     some = live_facets(ground)[::-1]
     triangles, zone = ground.terrain.triangles[some].copy(), ground.terrain.zone[some].copy()
     terrain = replace(ground.terrain, triangles=triangles, zone=zone)
@@ -229,7 +229,7 @@ def test_a_small_hole_of_the_patch_is_closed():
 def test_the_patch_may_come_over_a_mesh_with_walls_and_overhangs_beneath_it():
     survey = mesh(grid())
     vertices = survey.vertices.reshape(40, 44, 3)
-    vertices[18:22, 20] += (1.6, 0.0, 5.0)  # leans over the column beside it
+    vertices[18:22, 20] += (1.6, 0.0, 5.0)  # leans over the next column
     workshop = Workshop()
     ground = workshop.whole(MeshSurvey(survey.vertices, survey.triangles))
     assert (ground.facets.normals[:, 2] < 0.0).any()

@@ -41,7 +41,7 @@ def maps(flown, facets, facet, rocks, raster=None):
 
 
 def local_raster(ground, cell=1.0, wider=0):
-    """The raster over a floor, by so many cells wider on each side."""
+    """The raster over a floor, by n cells wider on each side."""
     x, y = ground.vertices[:, :2].min(axis=0) - wider * cell
     n = round((SIDE - 1) / cell) + 2 * wider
     return Raster(float(x), float(y), cell, n, n)

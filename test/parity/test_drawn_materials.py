@@ -46,7 +46,7 @@ def drawn(
 
 
 def thrown(rocks: int, x: tuple[float, float, float] = (1.0, 0.3, 3.0), source: int = 2) -> Releases:
-    """Rocks that start alike, so that only the ground tells them apart."""
+    """Rocks that start alike, so that only the ground makes them differ."""
     ones = np.ones(rocks)
     number = np.arange(rocks)
     v = np.tile((2.0, 0.1, 0.0), (rocks, 1))

@@ -84,7 +84,7 @@ def cases(lossy: bool = True) -> st.SearchStrategy[Case]:
 ALONG_AN_EDGE = Case(2.5, 1e-9, 41358, 0.171145737, 0.5, 0.577, 0.0, "sliding", 506, True, 0.001, 0.0)
 """Slid along an edge between two facets 1e-9 apart, over a vertex; once fell through both."""
 AT_REST_ON_AN_EDGE = Case(2.5, 1e-9, 175399, 0.0, 0.199706179, 0.577, 0.05, "sliding", 175399, True, 4.0, 0.0)
-"""Came to rest on an edge that does not hold it; once fell through both facets."""
+"""Stopped on an edge that does not hold it; once fell through both facets."""
 ALONG_AN_EDGE_OF_A_PLANE = Case(1.0, 0.0, 47497, 0.0, 0.0, 0.0, 0.05, "sliding", 378, True, 4.0, 0.0)
 """Slides along edges between facets of one plane: where the slide was cut once hung on their numbers."""
 AT_A_CORNER_OF_A_PLANE = Case(1.0, 0.0, 47497, 0.3400190781409787, 0.5, 0.0, 0.05, "sliding", 111730, True, 4.0, 0.0)

@@ -1,4 +1,4 @@
-"""The recording shows the hazard of each facet that rocks came to, in its own colour, and tells of the benches."""
+"""The recording shows the hazard of each facet that rocks came to, in its own colour, and the benches."""
 
 import numpy as np
 import pytest

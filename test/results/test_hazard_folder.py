@@ -1,4 +1,4 @@
-"""The folder of hazard holds every product, and its names are those that docs/reference/outputs.md tells."""
+"""The folder of hazard holds every product, and its names are those in docs/reference/outputs.md."""
 
 from pathlib import Path
 

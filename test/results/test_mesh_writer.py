@@ -94,7 +94,7 @@ def test_an_unknown_extension_a_missing_folder_and_a_folder_are_refused(tmp_path
 
 @pytest.mark.parametrize("extension", WRITERS)
 def test_a_disk_that_fills_up_is_an_error_and_leaves_the_mesh_that_was_there(tmp_path: Path, extension: str) -> None:
-    # A limit on the size of files stands for the disk: it stops a write in its middle, whoever makes it.
+    # A limit on the size of files stands for the disk: it stops any write in its middle.
     path = tmp_path / f"floor{extension}"
     path.write_text("precious")
     done = python(

@@ -40,7 +40,7 @@ def ros_environment(tmp_path_factory):
 
 
 class Peer:
-    """What stands at the other end of the topics: publishes anything, keeps all that it hears."""
+    """What stands at the other end of the topics: publishes anything, keeps all that it receives."""
 
     def __init__(self, publishes=(), hears=()):
         self.heard = {topic: [] for topic in hears}
@@ -71,7 +71,7 @@ class Peer:
         return answer
 
     def wait_for_subscribers(self, count=1):
-        """Spin until everything that is published has so many subscribers."""
+        """Spin until everything that is published has this number of subscribers."""
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= count, f"{count} subscribers of {topic}")
 

@@ -1,4 +1,4 @@
-"""The thread that decides: order of evidence and acknowledgements, and what goes wrong beside it."""
+"""The thread that decides: order of evidence and acknowledgements, and what goes wrong meanwhile."""
 
 import threading
 import time
@@ -29,7 +29,7 @@ RADAR, OTHER = "sources", "source_cloud"
 
 
 class Heard:
-    """Keeps what the desk tells, and raises where it is told to."""
+    """Keeps what the desk reports, and raises where the test wants it."""
 
     def __init__(self):
         self.alerts, self.errors, self.faults, self.hindrances, self.hangs = [], [], [], [], 0
@@ -101,7 +101,7 @@ def wait(condition):
 
 
 def decided(heard, count):
-    """The alert that comes as one of so many."""
+    """The alert that comes as number n."""
     wait(lambda: len(heard.alerts) >= count)
     assert len(heard.alerts) == count
     return heard.alerts[-1]
@@ -109,7 +109,7 @@ def decided(heard, count):
 
 @pytest.fixture
 def desk():
-    """A desk without a log, what it has told, and its clock."""
+    """A desk without a log, what it has reported, and its clock."""
     heard, clock = Heard(), Clock()
     made = AlertDesk(site(), None, clock, heard)
     yield made, heard, clock
@@ -238,12 +238,12 @@ def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
 
 
 def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done(tmp_path):
-    """Who configures the node again opens the log anew, in the same process."""
+    """A node that is configured again opens the log again, in the same process."""
     heard = Heard()
     heard.hold.clear()
     desk = AlertDesk(site(), DecisionLog(tmp_path, "0.0.0"), Clock(), heard)
     desk.decide_on("wall", evidence(area(5000)), RADAR)
-    wait(lambda: heard.faults == [""])  # it is being told of
+    wait(lambda: heard.faults == [""])  # it is being reported
     assert not desk.close(0.05)
     with pytest.raises(NotLogged):
         DecisionLog(tmp_path, "0.0.0")
@@ -353,7 +353,7 @@ def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_no
     clock.now = NOW + 40 * S
     desk.decide_on("nobody", nothing_seen(NOW + 30 * S), OTHER)
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
-    desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered anew, over new ground
+    desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered again, over new ground
     wait(lambda: len(heard.alerts) == 5)
     clock.now = NOW + 80 * S  # who sees nothing need not say so for ever
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)

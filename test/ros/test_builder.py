@@ -23,7 +23,7 @@ PATIENCE = 120.0
 
 
 class Heard:
-    """Keeps what builder and flyer tell."""
+    """Keeps what builder and flyer report."""
 
     def __init__(self):
         self.grounds, self.refused, self.errors = [], [], []
@@ -117,7 +117,7 @@ def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(ma
 
 
 def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
-    """As a latched one is heard again after a restart that has taken the terrain from the store."""
+    """As a latched one is received again after a restart that has taken the terrain from the store."""
     waiting, flyer, heard = made()
     waiting.put_whole(Arrival(hill, 1, b"mesh"))
     wait(lambda: len(heard.grounds) == 1)

@@ -1,4 +1,4 @@
-"""A machine's clock that is set back, of which ROS tells nobody."""
+"""A machine's clock that is set back, which ROS does not report."""
 
 import time
 from types import SimpleNamespace

@@ -14,7 +14,7 @@ ASK = "from rpf3d_ros.demo.domains import free_domain; domain, lock = free_domai
 
 @pytest.fixture(autouse=True)
 def three_domains(monkeypatch, tmp_path):
-    """Three domains whose locks nobody else has."""
+    """Three domains whose locks no other process has."""
     monkeypatch.setattr(domains, "DOMAINS", 3)
     monkeypatch.setattr(domains.tempfile, "tempdir", str(tmp_path))
 

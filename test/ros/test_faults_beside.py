@@ -1,4 +1,4 @@
-"""What stands beside the simulator dies, or the disk is full: answers and alerts go on, and the fault is told."""
+"""Another node dies, or the disk is full: answers and alerts go on, and the fault is reported."""
 
 import resource
 import signal
@@ -39,7 +39,7 @@ def decided(peer):
 
 
 def wait_until_recorded(peer, topic, count, after):
-    """Wait until a recorder that has begun after so many sentences says that it has recorded so much of a topic."""
+    """Wait until a recorder that has begun after n sentences says that it has recorded so much of a topic."""
 
     def found():
         status = peer.health.get(f"{RECORDER}: recording")

@@ -1,4 +1,4 @@
-"""A clock that jumps back, as where a simulation or a bag begins anew: nothing from before is believed afterwards."""
+"""A clock that jumps back, as where a simulation or a bag begins again: nothing from before is believed afterwards."""
 
 import pytest
 

@@ -28,7 +28,7 @@ MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))
 """For each of eight topics."""
 
 NO_BYTES = bytes(1)
-"""Sent in the place of nothing at all: a message of no bytes is not sent, for what followed one was heard late here,
+"""Sent in the place of nothing at all: a message of no bytes is not sent, because what followed one arrived late here,
 and why has not been looked for."""
 
 AHEAD = 0.5
@@ -41,7 +41,7 @@ CDR_HEADER = 4
 """Bytes before what numbers are aligned to."""
 
 REFUSED = 2
-"""How many different refusals must be told of at least: damage must reach the simulator, not the middleware alone."""
+"""How many different refusals must be reported at least: damage must reach the simulator, not the middleware alone."""
 
 PACE = 0.03
 """Seconds that a message may stay without a word before the next is sent, so that few overtake one another."""

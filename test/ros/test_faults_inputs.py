@@ -12,7 +12,7 @@ from rpf3d_ros.messages.survey_terrain import grid_mesh
 from rpf3d_ros.messages.terrain_messages import LITTLE_ENDIAN_CDR, cdr_of_mesh
 
 MOST = 20_000
-"""Points that the simulator of these tests takes; 10 million where nothing is said."""
+"""Points that the simulator of these tests takes; 10 million by default."""
 
 MANY = 50_000_000
 MEMORY = 100.0

@@ -1,4 +1,4 @@
-"""What a simulator is told wrongly when it starts: it refuses with a sentence, and nothing half right runs."""
+"""Wrong parameters of a simulator that starts: it refuses with a sentence, and nothing half right runs."""
 
 from pathlib import Path
 

@@ -21,7 +21,7 @@ def killed(process):
 
 
 def back(stage, peer):
-    """Start the simulator anew; what it says of its terrain, and its first alert."""
+    """Start the simulator again; what it says of its terrain, and its first alert."""
     said, alerts = len(peer.said), len(peer.alerts)
     process = stage.node("simulator_node", **with_alerts(stage.folder))
     terrain = peer.wait_for_sentence(" old", said)

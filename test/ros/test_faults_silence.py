@@ -1,4 +1,4 @@
-"""One of two radars falls silent while the other speaks on: what it saw last must not go unseen."""
+"""One of two radars falls silent while the other goes on publishing: what it saw last must not go unseen."""
 
 import time
 
@@ -16,7 +16,7 @@ OLDEST = 4
 """Seconds after which sources are stale."""
 
 EVERY = 0.3
-"""Seconds between two messages of the radar that speaks."""
+"""Seconds between two messages of the radar that publishes."""
 
 
 def speak_until(peer, found, what):

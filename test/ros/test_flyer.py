@@ -1,4 +1,4 @@
-"""The thread that answers: what it does first, what ends a refinement, and what it tells."""
+"""The thread that answers: what it does first, what ends a refinement, and what it reports."""
 
 import itertools
 import threading
@@ -27,7 +27,7 @@ SHORT = "target: {half_width: 1.0e-9, most_rocks: 400}"
 
 
 class Heard:
-    """Keeps what the flyer tells."""
+    """Keeps what the flyer reports."""
 
     def __init__(self):
         self.answers, self.refused, self.missing, self.errors = [], [], [], []

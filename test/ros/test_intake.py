@@ -235,7 +235,7 @@ def test_patches_outlive_a_survey_that_is_dropped_untried():
         (Moment(1, 7), Moment(1), False),
         (Moment(1, 7), Moment(2), False),
         (Moment(2, 7), Moment(1, 7), True),
-        (Moment(2, 6), Moment(1, 7), False),  # surveyed before it, told after it
+        (Moment(2, 6), Moment(1, 7), False),  # surveyed before it, published after it
         (Moment(1, 8), Moment(2, 7), False),
     ],
 )
@@ -244,7 +244,7 @@ def test_a_patch_follows_what_was_published_before_it_unless_its_stamp_is_older(
 
 
 def late(*patches, most=8):
-    """Patches that were heard and taken, published at 1, 2, ...; a survey comes now that was published before them."""
+    """Patches that were received, published at 1, 2, ...; a survey comes now that was published before them."""
     waiting = WaitingTerrain(most)
     for number, patch in enumerate(patches, start=1):
         waiting.put_patch(patch, Moment(number, 0))

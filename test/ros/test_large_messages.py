@@ -32,7 +32,7 @@ STAYS = 60.0
 
 
 def mesh(count, seed=0):
-    """The CDR of a mesh of so many triangles."""
+    """The CDR of a mesh of n triangles."""
     random = np.random.default_rng(seed)
     return cdr_of_mesh(MeshSurvey(random.random((count, 3)), random.integers(0, count, (count, 3)).astype(np.int32)))
 

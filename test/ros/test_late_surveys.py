@@ -1,4 +1,4 @@
-"""A mesh that takes long on its way: what was published after it is laid upon it, although it was heard before."""
+"""A mesh that takes long on its way: what was published after it is laid upon it, although it was received before."""
 
 import pytest
 

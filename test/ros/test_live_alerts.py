@@ -92,7 +92,7 @@ def acknowledge_by_program(*words):
 
 
 def keep_saying(peer, message, condition, what):
-    """Publish sources again and again, as a radar does, until something is heard."""
+    """Publish sources again and again, as a radar does, until something is received."""
     said = [0.0]
 
     def found():

@@ -36,7 +36,7 @@ def sent(data):
 
 
 def zone(name="0.1", facets=2, edges=0):
-    """A zone with so many facets and edges, all different."""
+    """A zone with n facets and edges, all different."""
     corners = np.arange(9.0 * facets).reshape(facets, 3, 3)
     return ShownZone(name, corners, 100.0 + np.arange(6.0 * edges).reshape(edges, 2, 3))
 

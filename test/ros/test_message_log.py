@@ -1,4 +1,4 @@
-"""Which event a message is recorded under, what is said again, and what is refused."""
+"""Which event a message is recorded under, what is published again, and what is refused."""
 
 import math
 
@@ -68,7 +68,7 @@ def sent(data):
 
 
 def results(log, second):
-    """Rows of an answer, but for where areas lie, which holds from when it is heard."""
+    """Rows of an answer, but for where areas lie, which holds from when it is received."""
     answers = {topic: message for topic, message in made.answers(second).items() if topic != "areas/outlines"}
     return [row for topic, message in answers.items() for row in rows(log.entries(topic, message))]
 

@@ -91,7 +91,7 @@ def test_every_part_that_reports_its_health_is_documented():
 
 
 def policy():
-    """Node -> what it may publish, hear and serve by SROS2."""
+    """Node -> what it may publish, subscribe to and serve by SROS2."""
     root = ElementTree.parse(ROOT / "config" / "sros2_policy.xml").getroot()
     for profile in root.iter("profile"):
         allowed = {"publish": set(), "subscribe": set(), "reply": set(), "request": set()}

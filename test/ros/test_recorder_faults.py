@@ -31,7 +31,7 @@ STYLE = 1
 
 
 def recorded(peer, topic, count):
-    """Wait until the recorder says that it has recorded so many messages of a topic; the seconds that took."""
+    """Wait until the recorder says that it has recorded n messages of a topic; the seconds that took."""
     began = time.monotonic()
     peer.wait(
         lambda: (health := peer.health.get(f"{NODE}: recording")) and int(health.values.get(topic, 0)) >= count,

@@ -65,7 +65,7 @@ def event(second):
 
 
 def recorded(peer, counts):
-    """Wait until the recorder says that it has recorded so many messages by topic."""
+    """Wait until the recorder says that it has recorded these numbers of messages by topic."""
     peer.wait(
         lambda: (
             (health := peer.health.get(f"{NODE}: recording"))
@@ -94,7 +94,7 @@ def test_everything_that_is_published_is_in_a_recording_that_verifies(stage):
     peer.wait_for_health(f"{NODE}: impacts", "refused")
     peer.send("terrain/mesh", mesh)
     recorded(peer, {"terrain/mesh": 3})
-    for _ in range(2):  # the recorder hears itself too, in its own time
+    for _ in range(2):  # the recorder receives its own messages too, in its own time
         seen = peer.health[f"{NODE}: impacts"]
         peer.wait(lambda seen=seen: peer.health[f"{NODE}: impacts"] is not seen, "a repetition of the diagnostics")
     assert stage.clear() == [0]

@@ -1,4 +1,4 @@
-"""The demo's shift: what it sends is what its story says, and its clock goes as it is told."""
+"""The demo's shift: what it sends is what its story says, and its clock goes as it is set."""
 
 import time
 

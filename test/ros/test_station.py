@@ -13,7 +13,7 @@ from rpf3d_ros.engine.station import Outlets, Station
 
 
 class Threads:
-    """What does not end when it is told to, or does."""
+    """What does not end when it should, or does."""
 
     def __init__(self, ends):
         self.ends = ends
@@ -36,7 +36,7 @@ class Heard:
 
 
 def made(ends):
-    """A station of fakes, and what hears it."""
+    """A station of fakes, and what receives its messages."""
     heard, station = Heard(), object.__new__(Station)
     station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
     station.desk, station._equipment = Threads(True), SimpleNamespace(store=None)

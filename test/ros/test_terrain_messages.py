@@ -221,7 +221,7 @@ def test_a_cloud_of_less_than_a_triangle_is_refused(points):
 
 
 def announced(height, width):
-    """A cloud that says it holds so many points and holds none."""
+    """A cloud that says it holds n points and holds none."""
     fields = [PointField(name=name, offset=4 * i, datatype=7, count=1) for i, name in enumerate("xyz")]
     return PointCloud2(header=HEADER, height=height, width=width, fields=fields, point_step=12, row_step=12 * width)
 

@@ -1,4 +1,4 @@
-"""`rpf3d check` tells what is wrong with a terrain, where the sources are, and what the run will cost."""
+"""`rpf3d check` reports what is wrong with a terrain, where the sources are, and what the run will cost."""
 
 import dataclasses
 import json

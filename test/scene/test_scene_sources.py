@@ -26,7 +26,7 @@ STEEP = math.degrees(math.atan(2.0))
 
 
 def write_terrain(folder: Path, up: str) -> None:
-    """A level berm, x from -10 to 10, and beside it, x from 10 to 15, a face that falls by 2 m a metre."""
+    """A level berm, x from -10 to 10, and next to it, x from 10 to 15, a face that falls by 2 m a metre."""
     flat = np.array([[-10, -8, 0], [10, -8, 0], [10, 8, 0], [-10, 8, 0]], dtype=float)
     face = np.array([[10, -8, 0], [15, -8, -10], [15, 8, -10], [10, 8, 0]], dtype=float)
     for name, corners in (("flat", flat), ("face", face)):

@@ -1,4 +1,4 @@
-"""The Authume quarry through the command line: the mesh as published, the field beside the model, nothing tuned.
+"""The Authume quarry through the command line: the mesh as published, the field next to the model, nothing tuned.
 
 Reference/validation.md section 1. Garcia, Villard, Richefeu, Daudon, Eng. Geol.; Bourrier et al. 2021, Landslides
 18:639-654; data set richefeu/AuthumeQuarryRockfalls_Data-in-Brief (2025).

@@ -10,8 +10,8 @@ from field_cases import authume, chant_sura, tschamut
 WHOLE, TENTH, HUNDREDTH = 0.5, 0.05, 0.005
 """Half a unit of the last figure that is published."""
 RATIO = 0.0151
-"""Published ratios have two digits, and so have the energies that they are of: 97.2 / 176.0 is 0.552, told as 0.55;
-22 / 100 is told as 0.21."""
+"""Published ratios have two digits, and so have the energies that they are of: 97.2 / 176.0 is 0.552, given as 0.55;
+22 / 100 is given as 0.21."""
 
 needs_authume = pytest.mark.skipif(not authume.DATA.is_dir(), reason=f"the Authume data is not there ({authume.DATA})")
 needs_tschamut = pytest.mark.skipif(not tschamut.DATA.is_dir(), reason=f"no Tschamut data ({tschamut.DATA})")

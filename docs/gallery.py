@@ -1,0 +1,46 @@
+"""Write docs/tutorial/examples.md: the scripts in examples/, with their first sentences and their pictures.
+
+python docs/gallery.py
+"""
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "tutorial" / "examples.md"
+HEAD = """# Examples
+
+For engineers who call rpf3d from Python: short scripts, each complete, to run and to change.
+"""
+NONE_YET = "The folder `examples/` has no scripts yet.\n"
+COMMAND = """
+```
+.venv/bin/python examples/{name}.py
+```
+"""
+
+
+def gallery(root: Path) -> str:
+    """Return the page for the scripts in root/examples, in the order of their names."""
+    scripts = sorted((root / "examples").glob("[!_]*.py"))
+    return "\n".join([HEAD, *map(section, scripts)]) if scripts else f"{HEAD}\n{NONE_YET}"
+
+
+def section(script: Path) -> str:
+    """Return the section of a script: the docstring's first line as heading, its text, command, picture and link."""
+    title, _, text = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or script.stem).partition("\n")
+    parts = [f"## {title.rstrip('.')}", text.strip(), COMMAND.format(name=script.stem).strip(), *picture(script)]
+    return "\n\n".join(filter(None, [*parts, f"[examples/{script.name}](../../examples/{script.name})"])) + "\n"
+
+
+def picture(script: Path) -> list[str]:
+    """Return the image of a script's picture in docs/pictures/examples; nothing if there is none."""
+    name = f"pictures/examples/{script.stem}.png"
+    there = (script.parents[1] / "docs" / name).is_file()
+    return [f"![What {script.name} draws](../{name})"] if there else []
+
+
+if __name__ == "__main__":
+    PAGE.parent.mkdir(exist_ok=True)
+    PAGE.write_text(gallery(ROOT), encoding="utf-8")
+    print(f"wrote {PAGE.relative_to(ROOT)}")

@@ -1,0 +1,87 @@
+"""Search prose for words that rpf3d has given up, with codespell and the dictionary habits.txt.
+
+python test/support/habits.py [FILE ...]
+
+Prose is a page, or the comments and docstrings of a Python file. Code in it (between backticks, in fences, names before
+a colon as in `name : meaning`) does not count. Without arguments: all prose of the project. Exit code 0: nothing found.
+"""
+
+import io
+import re
+import subprocess
+import sys
+import tempfile
+import tokenize
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+DICTIONARY = Path(__file__).with_name("habits.txt")
+PLACES = ("rpf3d_core", "rpf3d_ros", "launch", "docs", "benchmarks", "test", "examples")
+KINDS = (".md", ".rst", ".py")
+GENERATED = ROOT / "docs" / "api"
+CODE = r"`[^`]*`|\b\w+(, \w+)* : "
+"""What codespell ignores in a line."""
+FENCED = r"(?m)^ *```.*?^ *```"
+BEGINNINGS = (tokenize.ENCODING, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
+"""Tokens after which a statement begins."""
+
+
+def all_prose() -> list[Path]:
+    """Return the files of the project that hold prose."""
+    inside = (path for place in PLACES for path in (ROOT / place).rglob("*"))
+    files = sorted(path for path in (*ROOT.iterdir(), *inside) if path.suffix in KINDS)
+    return [path for path in files if not path.is_relative_to(GENERATED)]
+
+
+def prose_of(source: str) -> str:
+    """Return a Python file without its code: comments and docstrings, each on its own lines."""
+    lines = [""] * (source.count("\n") + 1)
+    for token in prose_tokens(source):
+        for i, text in enumerate(token.string.split("\n"), token.start[0] - 1):
+            lines[i] += f" {text}"
+    return "\n".join(lines)
+
+
+def prose_tokens(source: str) -> Iterator[tokenize.TokenInfo]:
+    """Yield the comments and the docstrings: strings that are statements of their own."""
+    begins = True
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT or (begins and token.type == tokenize.STRING):
+            yield token
+        if token.type not in (tokenize.COMMENT, tokenize.NL):
+            begins = token.type in BEGINNINGS
+
+
+def phrases(dictionary: Path) -> list[str]:
+    """Return the entries of a dictionary that are several words: codespell looks for single words only."""
+    entries = (line.partition("->")[0] for line in dictionary.read_text(encoding="utf-8").splitlines())
+    return [entry for entry in entries if " " in entry]
+
+
+def codespell(files: Iterable[Path], folder: Path) -> int:
+    """Run codespell in a folder that holds the prose of the files; return its exit code."""
+    for path in files:
+        copy = folder / place_of(path)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        text = path.read_text(encoding="utf-8")
+        copy.write_text(prose_of(text) if path.suffix == ".py" else text, encoding="utf-8")
+    words = rf"(?i:\b(?:{'|'.join(map(re.escape, phrases(DICTIONARY)))})\b)|[\w'-]+"
+    options = ["-D", str(DICTIONARY), "--regex", words, "--ignore-regex", CODE, "--ignore-multiline-regex", FENCED]
+    return subprocess.run([sys.executable, "-m", "codespell_lib", *options, "."], cwd=folder, check=False).returncode
+
+
+def place_of(path: Path) -> Path:
+    """Return the path of a file in the project; the name alone of a file elsewhere."""
+    path = path.resolve()
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else Path(path.name)
+
+
+def main(names: list[str]) -> int:
+    """Search the files with these names, or all prose of the project; return the exit code."""
+    with tempfile.TemporaryDirectory() as folder:
+        return codespell(map(Path, names) if names else all_prose(), Path(folder))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
