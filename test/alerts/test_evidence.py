@@ -88,5 +88,5 @@ def test_a_message_of_no_sources_touches_no_area() -> None:
 
 def test_rocks_that_were_cut_off_are_those_that_had_not_come_to_an_end() -> None:
     outcomes = dict.fromkeys(Outcome, 1) | {Outcome.FAILED: 3}
-    assert unfinished_of(outcomes) == 4 + 3
+    assert unfinished_of(outcomes) == 5 + 3
     assert unfinished_of({Outcome.STOPPED: 5, Outcome.LEFT_TERRAIN: 2}) == 0
