@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence
@@ -20,10 +20,9 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.evidence import together
-from rpf3d_ros.engine.heard_topics import HeardTopics, is_cleared_by
-from rpf3d_ros.engine.intake import SECOND
+from rpf3d_ros.engine.region_evidence import RegionEvidence
 from rpf3d_ros.messages.refusals import report_error
+from rpf3d_ros.messages.stamps import SECOND
 
 Reply = Callable[[tuple[bool, str]], None]
 
@@ -70,7 +69,8 @@ class Request:
     """A request to the desk to decide.
 
     evidence : of a region, or None; topic : the topic of its sources
-    faults : why the state is unknown: all evidence is forgotten; deaf : if True, the topics received are forgotten too
+    faults : why the state is unknown: all evidence is forgotten
+    forgets_topics : if True, the topics that have reported sources are forgotten too
     acknowledged : who, why, and when (ns)
     reply : called with True and a sentence if the request was met, or False and the reason
     """
@@ -79,33 +79,9 @@ class Request:
     evidence: Evidence | None = None
     topic: str = ""
     faults: str = ""
-    deaf: bool = False
+    forgets_topics: bool = False
     acknowledged: tuple[str, str, int] | None = None
     reply: Reply | None = None
-
-
-class TopicEvidence(NamedTuple):
-    """Evidence, and the topic of its sources."""
-
-    topic: str
-    evidence: Evidence
-
-    @property
-    def stamp_ns(self) -> int:
-        """Stamp of the sources (ns)."""
-        return self.evidence.trigger_stamp_ns
-
-    def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
-        """Return this evidence with the faults of other evidence that is not kept.
-
-        Such a fault may be that patches are missing in the terrain.
-        """
-        faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
-        return self._replace(evidence=self.evidence._replace(faults=faults))
-
-    def clears(self, other: "TopicEvidence") -> bool:
-        """True if this evidence, of a message without sources, replaces other evidence."""
-        return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
 
 
 TICK = Request()
@@ -123,11 +99,9 @@ class AlertDesk:
     ) -> None:
         self._thresholds, self._log, self._now, self._listener = thresholds, log, now, listener
         self.alert: Alert | None = log.last_alert if log is not None else None
-        self._evidence: dict[Hashable, TopicEvidence] = {}
-        self._newest_at_ns = 0
+        self._evidence = RegionEvidence(thresholds.evidence.sources_max_age_s)
         self._writing_since: float | None = None
         self._hanging_since: float | None = None
-        self._topics = HeardTopics()
         self._requests: queue.SimpleQueue[Request | None] = queue.SimpleQueue()
         self._closed = self._failed = self._clock_ran = self._owed = False
         self._thread = threading.Thread(target=self._run, name="rpf3d alerts", daemon=True)
@@ -135,14 +109,14 @@ class AlertDesk:
 
     def decide_on(self, region: Hashable, evidence: Evidence, topic: str) -> None:
         """Decide on new evidence of a region; evidence without sources applies to all regions of its topic."""
-        self._requests.put(Request(region, evidence, topic))
+        self._requests.put(Request(region=region, evidence=evidence, topic=topic))
 
     def forget(self, why: str, reply: Reply | None = None) -> None:
         """Forget all evidence and topics: until there is new evidence, the state is unknown for the given reason.
 
         reply : called, on the desk's thread, once the decision on that has been published
         """
-        self._requests.put(Request(faults=why, deaf=True, reply=reply))
+        self._requests.put(Request(faults=why, forgets_topics=True, reply=reply))
 
     def lose(self, why: str) -> None:
         """Forget all evidence, as `forget` does, but still report topics that fall silent."""
@@ -177,12 +151,12 @@ class AlertDesk:
 
     def _run(self) -> None:
         try:
-            self._serve_what_comes()
+            self._serve_requests()
         finally:
             if self._log is not None:
                 self._log.close()
 
-    def _serve_what_comes(self) -> None:
+    def _serve_requests(self) -> None:
         while (request := self._requests.get()) is not CLOSING and not self._closed:
             try:
                 self._serve(request)
@@ -194,13 +168,11 @@ class AlertDesk:
     def _serve(self, request: Request) -> None:
         now, self._failed = self._now(), False
         if request.faults:
-            self._evidence.clear()
-            self._newest_at_ns = 0
-        if request.deaf:
-            self._topics.clear()
+            self._evidence.reset()
+        if request.forgets_topics:
+            self._evidence.clear_topics()
         if request.evidence is not None:
-            self._topics.note(request.topic, request.evidence.trigger_stamp_ns, request.evidence.sources)
-            self._take(request.region, TopicEvidence(request.topic, request.evidence))
+            self._evidence.note(request.region, request.topic, request.evidence)
         self._clock_ran = self._clock_ran or now > 0  # a clock that went back to 0 counts as running
         if not self._clock_ran:
             self._wait_for_clock(request)
@@ -225,20 +197,20 @@ class AlertDesk:
         try:
             given = acknowledgement(by, why, at)
         except InputError as refusal:
-            said = (False, str(refusal))
+            result = (False, str(refusal))
             if self._log is not None:
                 self._try_to_log(partial(self._log.refused, by, why, now, str(refusal)))
         else:
             alert = self._decide(now, given)
-            said = (not alert.void, alert.void or f"the level is {alert.level.word}")
+            result = (not alert.void, alert.void or f"the level is {alert.level.word}")
         if request.reply is not None:
-            request.reply(said)
+            request.reply(result)
 
     def _decide(self, now: int, given: Acknowledgement | None) -> Alert:
         if self._owed:
             self._owed = False
             self._listener.held_up("")
-        evidence = self._fresh(now)
+        evidence = self._evidence.fresh(now)
         alert = decide(self.alert, evidence, self._thresholds, now, given)
         if self._log is not None:
             decision = Decision(self.alert, evidence, given, now, alert)
@@ -252,8 +224,8 @@ class AlertDesk:
         try:
             write()
         except Exception as fault:  # the alert is published whatever the error is
-            said = str(fault) if isinstance(fault, NotLogged) else f"{type(fault).__name__}: {fault}"
-            self._listener.logged(said)
+            foreseen = isinstance(fault, NotLogged)
+            self._listener.logged(str(fault) if foreseen else f"{type(fault).__name__}: {fault}")
         else:
             self._listener.logged("")
         finally:
@@ -268,35 +240,3 @@ class AlertDesk:
             return True
         early = min(RENEWED_BEFORE, (self.alert.valid_until_ns - self.alert.at_ns) // 2)
         return now >= self.alert.valid_until_ns - early or now < self.alert.at_ns
-
-    def _take(self, region: Hashable, told: TopicEvidence) -> None:
-        """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
-
-        While there is evidence with sources that is not cleared, evidence without sources counts only with its faults.
-        """
-        known = self._evidence.get(region)
-        if known is not None and told.stamp_ns < known.stamp_ns:
-            return  # newer sources of the wall are being answered, or have no answer
-        self._newest_at_ns = max(self._newest_at_ns, told.evidence.at_ns)
-        seen = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
-        if told.evidence.sources:
-            self._evidence = {**seen, region: told}
-        else:
-            seen = {each: one.with_faults_of(told) for each, one in seen.items() if not told.clears(one)}
-            self._evidence = seen or {region: told}
-
-    def _fresh(self, now: int) -> Evidence | None:
-        """Return the combined evidence of all regions that is not stale; if none is fresh, that of the newest sources.
-
-        Stale evidence is left out, because the radar may have reported since that the rocks are elsewhere. If the radar
-        has reported nothing since, that is a fault.
-        """
-        if not self._evidence:
-            return None
-        oldest = now - int(self._thresholds.evidence.sources_max_age_s * SECOND)
-        oldest = min(oldest, max(one.stamp_ns for one in self._evidence.values()))
-        self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
-        known = together([one.evidence for one in self._evidence.values()])
-        faults = (*known.faults, *self._topics.silent(oldest, now))
-        # The newest evidence may be gone, cleared or stale: the rest is as new as the last evidence received.
-        return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)

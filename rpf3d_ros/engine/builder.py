@@ -12,7 +12,7 @@ from rpf3d_core.live.store import Store
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey, Survey
 from rpf3d_core.scene.model import Scene
 from rpf3d_ros.engine.flyer import Flyer
-from rpf3d_ros.engine.intake import WaitingTerrain
+from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 from rpf3d_ros.messages.refusals import MessageRefused, report_error
 from rpf3d_ros.messages.terrain_messages import Buffer, same_bytes
 

@@ -121,10 +121,10 @@ def _check_areas(scene: Scene, thresholds: Thresholds) -> None:
             )
 
 
-def around_of(parameters: SimulatorParameters) -> ReleaseSpread:
+def spread_of(parameters: SimulatorParameters) -> ReleaseSpread:
     """Return how rocks are spread around a source."""
     above = parameters.above_ground if parameters.above_ground >= 0.0 else None
-    return ReleaseSpread(parameters.position_spread, parameters.velocity_spread, above)
+    return ReleaseSpread(position=parameters.position_spread, velocity=parameters.velocity_spread, above_ground=above)
 
 
 def warm(scene: Scene, parameters: SimulatorParameters) -> float:

@@ -13,7 +13,8 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger as TriggerService
 
 from rpf3d_core.errors import InputError
-from rpf3d_ros.engine.station import Outlets, Station
+from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.engine.station import Station
 from rpf3d_ros.interface.alert_publishers import AlertPublishers
 from rpf3d_ros.interface.answer_publishers import AnswerPublishers
 from rpf3d_ros.interface.health_report import HealthReport

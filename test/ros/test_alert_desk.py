@@ -19,7 +19,8 @@ from rpf3d_core.alerts.log import DecisionLog
 from rpf3d_core.alerts.log_files import NotLogged, files_in
 from rpf3d_ros.engine import alert_desk
 from rpf3d_ros.engine.alert_desk import NO_CLOCK, AlertDesk
-from rpf3d_ros.engine.heard_topics import BY_HAND
+from rpf3d_ros.engine.decision_reports import DecisionReports
+from rpf3d_ros.engine.source_topics import BY_HAND
 from rpf3d_ros.engine.station import Station
 
 PATIENCE = 20.0
@@ -383,7 +384,7 @@ def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
 def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     told, pushed_out = [], SimpleNamespace()
     station = SimpleNamespace(
-        flyer=SimpleNamespace(submit=lambda trigger: pushed_out), say_waiting=lambda: None,
+        flyer=SimpleNamespace(submit=lambda trigger: pushed_out), report_waiting=lambda: None,
         unanswerable=lambda *about: told.append(about),
         _equipment=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
@@ -392,12 +393,11 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
 
 
 def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
-    monkeypatch.setattr("rpf3d_ros.engine.station.LAST_WORD", 0.01)
+    monkeypatch.setattr("rpf3d_ros.engine.station.LAST_FAULT", 0.01)
     outlets = MagicMock()
-    station = SimpleNamespace(
-        flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), _outlets=outlets, _is_silent=False
-    )
+    reports = DecisionReports(outlets, "map")
+    station = SimpleNamespace(flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), decisions=reports)
     Station.deactivate(station)
     outlets.alerts.sound_alarm.assert_called_once_with()
-    Station.decided(station, decide(None, evidence(), site(), NOW), evidence())
+    reports.decided(decide(None, evidence(), site(), NOW), evidence())
     outlets.alerts.publish.assert_not_called()

@@ -8,9 +8,9 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import over_the_wall
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine.answered import AnsweredSources
-from rpf3d_ros.engine.heard_topics import BY_HAND
-from rpf3d_ros.engine.intake import SECOND
+from rpf3d_ros.engine.answered_sources import AnsweredSources
+from rpf3d_ros.engine.source_topics import BY_HAND
+from rpf3d_ros.messages.stamps import SECOND
 
 
 def stamped(*seconds, topic="sources"):
@@ -25,7 +25,7 @@ def test_the_last_of_each_region_is_kept_and_no_more_of_them_than_may_be():
     answered, given = AnsweredSources(30.0, 2), stamped(1, 2, 3, 4)
     for region, trigger in zip("aabc", given, strict=True):
         answered.note(region, trigger)
-    assert answered.beside(given[3]) == [given[2]]
+    assert answered.others(given[3]) == [given[2]]
     assert not answered.holds(given[1])
 
 
@@ -33,7 +33,7 @@ def test_what_is_too_old_is_not_answered_anew():
     answered, (old, new) = AnsweredSources(30.0, 5), stamped(1, 32)
     answered.note("a", old)
     answered.note("b", new)
-    assert answered.beside(new) == []
+    assert answered.others(new) == []
 
 
 def test_nothing_seen_clears_all_that_is_not_newer():

@@ -15,8 +15,9 @@ from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
 from rpf3d_ros.engine.builder import Arrival, Builder
-from rpf3d_ros.engine.flyer import Flyer
-from rpf3d_ros.engine.intake import WaitingSources, WaitingTerrain
+from rpf3d_ros.engine.flyer import Flyer, StageSizes
+from rpf3d_ros.engine.waiting_sources import WaitingSources
+from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
@@ -70,7 +71,7 @@ def made(tmp_path):
     def make(store=None):
         scene, heard, waiting = pit_scene(tmp_path), Heard(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
-        flyer = Flyer(scene, ReleaseSpread(), 100, WaitingSources(50.0, 10), itertools.count(1), heard)
+        flyer = Flyer(ReleaseSpread(), StageSizes(100), WaitingSources(50.0, 10), itertools.count(1), heard)
         builder = Builder(scene, Workshop(reference=True), waiting, flyer, heard, store)
         threads.extend((builder, flyer))
         return waiting, flyer, heard

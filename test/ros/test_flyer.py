@@ -15,9 +15,9 @@ from rpf3d_core.live.answers import answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine.answered import AnsweredSources
-from rpf3d_ros.engine.flyer import Flyer
-from rpf3d_ros.engine.intake import WaitingSources
+from rpf3d_ros.engine.answered_sources import AnsweredSources
+from rpf3d_ros.engine.flyer import Flyer, StageSizes
+from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
@@ -60,9 +60,9 @@ def made(tmp_path):
 
     def make(more=SHORT, age_s=0.0):
         scene, heard = pit_scene(tmp_path, more), Heard()
-        sources, around = WaitingSources(50.0, 10), ReleaseSpread(above_ground=2.0)
+        sources, spread = WaitingSources(50.0, 10), ReleaseSpread(above_ground=2.0)
         answered = AnsweredSources(age_s, 40)
-        flyer = Flyer(scene, around, 100, sources, itertools.count(1), heard, answered)
+        flyer = Flyer(spread, StageSizes(100), sources, itertools.count(1), heard, answered)
         flyers.append(flyer)
         return flyer, heard, stand_on(pit_ground(scene), scene)
 
@@ -260,7 +260,7 @@ def test_a_thread_whose_listener_fails_goes_on(made, monkeypatch, capsys):
     monkeypatch.setattr(heard, "failed", lambda error: error.nothing)
     monkeypatch.setattr("rpf3d_ros.engine.flyer.answers", lambda *args: 1 / 0)
     flyer.submit(over_the_wall(3, stamp_ns=5))
-    wait(lambda: flyer._trigger is not None and flyer._trigger.stamp_ns == 5)
+    wait(lambda: flyer._schedule.current is not None and flyer._schedule.current.stamp_ns == 5)
     time.sleep(0.1)
     monkeypatch.undo()
     flyer.submit(over_the_wall(3, stamp_ns=6))

@@ -8,9 +8,12 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.live.triggers import trigger_of
-from rpf3d_ros.engine import intake
-from rpf3d_ros.engine.intake import SECOND, UNTRIED, Moment, StampGuards, WaitingSources, WaitingTerrain
+from rpf3d_ros.engine import waiting_terrain
+from rpf3d_ros.engine.stamp_guards import StampGuards
+from rpf3d_ros.engine.waiting_sources import WaitingSources
+from rpf3d_ros.engine.waiting_terrain import UNTRIED, Moment, WaitingTerrain
 from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.stamps import SECOND
 
 SIZE = 50.0
 """m, of a region."""
@@ -292,7 +295,7 @@ def test_patches_that_are_kept_no_longer_are_lost_of_a_survey_that_they_follow(m
     waiting.put_whole("late", Moment(0))
     assert laid(waiting) == ["late", "two", "three"]
     assert waiting.lost_patches == 1
-    monkeypatch.setattr(intake, "LATE", 0.0)
+    monkeypatch.setattr(waiting_terrain, "LATE", 0.0)
     waiting.put_whole("later", Moment(1))
     assert laid(waiting) == ["later"]
     assert waiting.lost_patches == 2
@@ -303,7 +306,7 @@ def test_patches_that_are_kept_no_longer_are_lost_of_a_survey_that_they_follow(m
 
 def test_a_late_survey_that_is_refused_lacks_nothing(monkeypatch):
     waiting = late("laid upon the terrain before")
-    monkeypatch.setattr(intake, "LATE", 0.0)
+    monkeypatch.setattr(waiting_terrain, "LATE", 0.0)
     waiting.put_whole("bad", Moment(0))
     waiting.take()
     waiting.refused()
@@ -319,9 +322,9 @@ def test_surveys_are_told_apart_where_the_middleware_tells_no_time():
 
 def test_a_patch_that_is_too_old_to_be_laid_again_is_not_kept(monkeypatch):
     waiting = late("old")
-    monkeypatch.setattr(intake, "LATE", 0.0)
-    waiting.let_go_of_old_patches()
-    assert [each.patch for each in waiting._heard] == [None]
+    monkeypatch.setattr(waiting_terrain, "LATE", 0.0)
+    waiting.drop_old_patches()
+    assert [each.patch for each in waiting._received] == [None]
 
 
 def test_a_survey_that_is_in_use_and_comes_again_is_none():
@@ -336,7 +339,7 @@ def test_a_survey_that_is_in_use_and_comes_again_is_none():
 
 def test_what_was_heard_before_the_clock_went_back_is_not_laid_again():
     waiting = late("early")
-    waiting.forget_heard()
+    waiting.forget_received()
     waiting.put_whole("late", Moment(0))
     assert laid(waiting) == ["late"]
     assert waiting.lost_patches == 0

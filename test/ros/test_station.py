@@ -6,10 +6,13 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from rpf3d_ros.engine import intake
 from rpf3d_ros.engine import station as module
-from rpf3d_ros.engine.intake import Moment, WaitingSources, WaitingTerrain
-from rpf3d_ros.engine.station import Outlets, Station
+from rpf3d_ros.engine import waiting_terrain
+from rpf3d_ros.engine.decision_reports import DecisionReports
+from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.engine.station import Station
+from rpf3d_ros.engine.waiting_sources import WaitingSources
+from rpf3d_ros.engine.waiting_terrain import Moment, WaitingTerrain
 
 
 class Threads:
@@ -40,7 +43,8 @@ def made(ends):
     heard, station = Heard(), object.__new__(Station)
     station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
     station.desk, station._equipment = Threads(True), SimpleNamespace(store=None)
-    station._outlets, station._is_silent = Outlets(heard, heard, heard, heard, lambda: 7), False
+    station._outlets = Outlets(heard, heard, heard, heard, lambda: 7)
+    station.decisions = DecisionReports(station._outlets, "map")
     return station, heard
 
 
@@ -53,14 +57,14 @@ def test_a_station_says_whether_all_its_threads_have_ended(ends):
 
 def test_threads_that_are_left_behind_disturb_no_station_that_comes_after():
     station, heard = made(False)
-    station.logged("the disk is full")
+    station.decisions.logged("the disk is full")
     assert heard.heard == ["set"]
     station.close()
-    station.logged("")
+    station.decisions.logged("")
     station.terrain_refused("the node is being shut down")
     station.failed(ValueError("late"))
-    station.unwritten()
-    station.held_up("no clock")
+    station.decisions.unwritten()
+    station.decisions.held_up("no clock")
     assert heard.heard == ["set"]
     assert station._outlets.now() == 7
 
@@ -78,8 +82,8 @@ def test_a_patch_that_no_late_survey_can_ask_for_is_kept_until_the_next_beat(mon
     station.desk, station.sources = None, WaitingSources(50.0, 10)
     station.terrain.put_patch("patch", Moment(1))
     station.beat()
-    assert station.terrain._heard[0].patch == "patch"
-    monkeypatch.setattr(intake, "LATE", 0.0)
+    assert station.terrain._received[0].patch == "patch"
+    monkeypatch.setattr(waiting_terrain, "LATE", 0.0)
     station.beat()
-    assert station.terrain._heard[0].patch is None
+    assert station.terrain._received[0].patch is None
     assert heard.heard == ["set", "set"]

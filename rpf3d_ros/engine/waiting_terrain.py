@@ -1,20 +1,15 @@
-"""Queues of messages to process: bounded, newest first, and every dropped message is counted.
+"""The bounded queue of surveys: the latest whole survey, then its patches in order; every lost patch is counted.
 
-Putting a message in line is quick; threads of their own take messages from there.
+Putting a survey in line is quick; the builder's thread takes surveys from there.
 """
 
 import threading
 import time
 from collections import deque
-from collections.abc import Hashable
 from dataclasses import dataclass, field
 from typing import Generic, NamedTuple, TypeVar
 
-import numpy as np
-
-from rpf3d_core.live.triggers import Trigger
 from rpf3d_ros.messages.refusals import MessageRefused
-from rpf3d_ros.messages.stamps import SECOND
 
 M = TypeVar("M")
 
@@ -26,106 +21,6 @@ LATE = 10.0
 
 REMEMBERED = 10_000
 """Number of patches whose time of publication is kept."""
-
-NOBODY = "nobody"
-"""Replaces the square of a region: a message without sources reports on all walls that its topic watches."""
-
-
-class StampGuards:
-    """The last stamp of each topic: messages with an older stamp, or with a stamp from the future, are refused.
-
-    Without the second check, one damaged stamp would block a topic for all messages that follow.
-    """
-
-    def __init__(self, most_ahead: float) -> None:
-        """Begin without stamps.
-
-        most_ahead : time (s) that a stamp may be ahead of the clock
-        """
-        self._last: dict[str, int] = {}
-        self._most_ahead = most_ahead
-
-    def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
-        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
-
-        now_ns : 0 if the clock has not begun, so that no stamp is ahead of it
-        """
-        ahead = (stamp_ns - now_ns) / SECOND
-        if now_ns > 0 and ahead > self._most_ahead:
-            raise MessageRefused(
-                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
-                f"(most_ahead)"
-            )
-        last = self._last.get(topic, stamp_ns)
-        if stamp_ns < last:
-            back = (last - stamp_ns) / SECOND
-            raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
-
-    def note(self, topic: str, stamp_ns: int) -> None:
-        """Note the stamp (ns) of a message that was taken."""
-        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
-
-    def reset(self) -> None:
-        """Forget all stamps, because the clock went back."""
-        self._last.clear()
-
-
-class WaitingSources:
-    """Triggers in line, one for each region: a newer trigger replaces a waiting one of its region.
-
-    So a flood from one wall is answered with its newest message, and never pushes out another wall's.
-    """
-
-    def __init__(self, region_size: float, most: int) -> None:
-        """Begin with an empty line.
-
-        region_size : side of the squares that regions are (m); most : largest number of triggers that may wait
-        """
-        self._size, self._most = region_size, most
-        self._waiting: dict[Hashable, Trigger] = {}
-        self._served: dict[Hashable, int] = {}
-        self._turn = 0
-        self.dropped = 0
-
-    def put(self, trigger: Trigger) -> Trigger | None:
-        """Put a trigger in line; if too many wait, drop and return the trigger of the oldest region."""
-        region = self.region_of(trigger)
-        if self._waiting.pop(region, None) is not None:
-            self.dropped += 1
-        self._waiting[region] = trigger
-        if len(self._waiting) <= self._most:
-            return None
-        self.dropped += 1
-        return self._waiting.pop(next(iter(self._waiting)))
-
-    def take(self) -> Trigger | None:
-        """Return the newest trigger of the region that has not been served for longest; None if nothing waits."""
-        if not self._waiting:
-            return None
-        newest_first = reversed(self._waiting)
-        region = min(newest_first, key=lambda region: self._served.get(region, 0))
-        self._turn += 1
-        self._served[region] = self._turn
-        for forgotten in sorted(self._served, key=lambda each: self._served[each])[: -2 * self._most]:
-            del self._served[forgotten]
-        return self._waiting.pop(region)
-
-    def clear(self) -> None:
-        """Remove all waiting triggers without counting them as dropped."""
-        self._waiting.clear()
-
-    def __len__(self) -> int:
-        return len(self._waiting)
-
-    def region_of(self, trigger: Trigger) -> Hashable:
-        """Return the topic of a trigger and the square in which the middle of its sources lies.
-
-        The topic is part of the region, because a click must not hide a radar's sources.
-        """
-        if not len(trigger.positions):
-            return trigger.topic, NOBODY
-        column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
-        return trigger.topic, column, row
 
 
 class Moment(NamedTuple):
@@ -147,7 +42,7 @@ class Moment(NamedTuple):
 
 
 @dataclass
-class HeardPatch(Generic[M]):
+class ReceivedPatch(Generic[M]):
     """A received patch, its moment, and the time (s) of its arrival.
 
     patch : None once the patch is too old to be kept
@@ -194,8 +89,8 @@ class WaitingTerrain(Generic[M]):
         self._chapters: list[Chapter[M]] = [Chapter(None)]
         self._tried: Chapter[M] | None = None
         self._patched = self._chapters[0]
-        self._heard: deque[HeardPatch[M]] = deque(maxlen=REMEMBERED)
-        self._kept: deque[HeardPatch[M]] = deque()
+        self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
+        self._kept: deque[ReceivedPatch[M]] = deque()
         self._changed = threading.Condition()
         self._closed = False
         self.overtaken = 0
@@ -215,8 +110,8 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             if moment is not None and moment.published_ns and any(moment == each.moment for each in self._chapters):
                 return
-            self._let_go_of_old_patches()
-            following = [each.patch for each in self._heard if moment is not None and each.moment.follows(moment)]
+            self._drop_old_patches()
+            following = [each.patch for each in self._received if moment is not None and each.moment.follows(moment)]
             early = tuple(patch for patch in following if patch is not None)
             self._chapters.append(Chapter(survey, moment, early, len(following) - len(early)))
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
@@ -229,9 +124,9 @@ class WaitingTerrain(Generic[M]):
         """Put a patch in line. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
-                self._heard.append(heard := HeardPatch(patch, moment, time.monotonic()))
-                self._kept.append(heard)
-            self._let_go_of_old_patches()
+                self._received.append(received := ReceivedPatch(patch, moment, time.monotonic()))
+                self._kept.append(received)
+            self._drop_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:
                 self._chapters[-1].lost += 1
                 raise MessageRefused(f"{self._most} patches wait already (waiting_patches); the terrain lacks this one")
@@ -287,18 +182,18 @@ class WaitingTerrain(Generic[M]):
         with self._changed:
             return self._length()
 
-    def forget_heard(self) -> None:
+    def forget_received(self) -> None:
         """Lay no earlier patch again, because the clock went back or the node stops listening."""
         with self._changed:
-            self._heard.clear()
+            self._received.clear()
             self._kept.clear()
 
-    def let_go_of_old_patches(self) -> None:
+    def drop_old_patches(self) -> None:
         """Free the memory of patches that are too old for a late survey; to be called regularly."""
         with self._changed:
-            self._let_go_of_old_patches()
+            self._drop_old_patches()
 
-    def _let_go_of_old_patches(self) -> None:
+    def _drop_old_patches(self) -> None:
         while self._kept and (len(self._kept) > self._most or time.monotonic() - self._kept[0].at > LATE):
             self._kept.popleft().patch = None
 

@@ -6,16 +6,16 @@ BY_HAND = "/clicked_point"
 """Topic of clicked sources: a click watches no wall, so the topic is not expected to publish again."""
 
 
-def is_cleared_by(empty: str, told: str) -> bool:
+def is_cleared_by(empty: str, reported: str) -> bool:
     """True if a message without sources on one topic clears a report of another: of the same topic, or of a click.
 
     >>> is_cleared_by("sources", "sources"), is_cleared_by("sources", "source_cloud"), is_cleared_by("sources", BY_HAND)
     (True, False, True)
     """
-    return told in (empty, BY_HAND)
+    return reported in (empty, BY_HAND)
 
 
-class HeardTopics:
+class SourceTopics:
     """The last report of each topic of sources."""
 
     def __init__(self) -> None:

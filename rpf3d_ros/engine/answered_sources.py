@@ -3,8 +3,8 @@
 from collections.abc import Hashable
 
 from rpf3d_core.live.triggers import Trigger
-from rpf3d_ros.engine.heard_topics import is_cleared_by
-from rpf3d_ros.engine.intake import SECOND
+from rpf3d_ros.engine.source_topics import is_cleared_by
+from rpf3d_ros.messages.stamps import SECOND
 
 
 class AnsweredSources:
@@ -34,7 +34,7 @@ class AnsweredSources:
         if len(self._last) > self._most:
             del self._last[next(iter(self._last))]
 
-    def beside(self, latest: Trigger) -> list[Trigger]:
+    def others(self, latest: Trigger) -> list[Trigger]:
         """Return the triggers other than the newest that must be answered again with it, the oldest first."""
         return [one for one in self._last.values() if one is not latest and one.stamp_ns >= latest.stamp_ns - self._age]
 

@@ -1,0 +1,49 @@
+"""Turn an answer, or the lack of one, into the evidence that a decision rests on."""
+
+from dataclasses import dataclass
+
+from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
+from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.standing import PreparedTerrain
+from rpf3d_core.live.triggers import Trigger
+from rpf3d_ros.engine.configuration import version
+
+
+@dataclass(frozen=True, eq=False)
+class EvidenceContext:
+    """The circumstances of an answer that are part of its evidence.
+
+    standing : the terrain in use, None if there is none; lost_patches : number of patches that it lacks
+    at_ns : time of the answer (ns); seed : of the scene
+    """
+
+    standing: PreparedTerrain | None
+    lost_patches: int
+    at_ns: int
+    seed: int
+
+
+def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
+    """Return the evidence of an answer; sources left out and patches that the terrain lacks are faults."""
+    faults = (answer.left_out,) if answer.left_out else ()
+    if lost := context.lost_patches:
+        faults = (*faults, f"{lost} patches are not in the terrain: the whole terrain must be published")
+    without_sources = evidence_without_answer(answer.trigger, "", context)._replace(
+        result=answer.result, stage=answer.stage, faults=faults, areas=untouched(answer.maps.area_names)
+    )
+    if not answer.sources:
+        return without_sources
+    facts = without_sources._replace(sources=answer.sources, unfinished=unfinished_of(answer.outcomes))._asdict()
+    return evidence_of(answer.maps, **{name: value for name, value in facts.items() if name != "areas"})
+
+
+def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:
+    """Return the evidence of a trigger that has no answer, with the reason as its fault; "" for no fault."""
+    ground = None if context.standing is None else context.standing.ground
+    return Evidence(
+        result=0, stage=0, at_ns=context.at_ns, trigger_stamp_ns=trigger.stamp_ns,
+        terrain_stamp_ns=0 if ground is None else ground.stamp_ns,
+        terrain_digest="" if ground is None else ground.digest,
+        sources_digest=trigger.digest, sources=len(trigger.positions), seed=context.seed,
+        version=version(), areas=(), faults=(fault,) if fault else (),
+    )  # fmt: skip

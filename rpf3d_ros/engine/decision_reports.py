@@ -1,0 +1,62 @@
+"""Publish the decisions of the alert desk, and report their problems; without a decision the alarm sounds."""
+
+import traceback
+
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.alerts.levels import Alert, Level
+from rpf3d_ros.engine.alert_desk import LONGEST_WRITE
+from rpf3d_ros.engine.outlets import Outlets
+from rpf3d_ros.messages.health import ERROR, OK
+
+
+class DecisionReports:
+    """The `DecisionListener` of a station."""
+
+    def __init__(self, outlets: Outlets, map_frame: str) -> None:
+        """Publish to `outlets`; map_frame : frame of the alerts."""
+        self._outlets, self._map_frame = outlets, map_frame
+        self._level: Level | None = None
+        self._is_silent = False
+
+    def resume(self) -> None:
+        """Publish decisions again after `end_with_alarm`."""
+        self._is_silent = False
+
+    def end_with_alarm(self) -> None:
+        """Publish no further decision, and sound the alarm as the last message."""
+        self._is_silent = True
+        self._outlets.alerts.sound_alarm()
+
+    def close(self) -> None:
+        """Publish and report nothing any more."""
+        self._outlets = self._outlets.silenced()
+
+    def decided(self, alert: Alert, evidence: Evidence | None) -> None:
+        """Publish an alert, and log it if the level has changed."""
+        if self._is_silent:
+            return
+        is_published = self._outlets.alerts.publish(alert, evidence, self._map_frame)
+        if is_published and self._level != alert.level:
+            self._level = alert.level
+            self._outlets.logger.info(f"alert: {alert.level.word}: {alert.reasons[0]}")
+
+    def held_up(self, why: str) -> None:
+        """Report why nothing can be decided, and sound the alarm: a missing alert must not be taken for safety."""
+        self._outlets.health.set("clock", ERROR if why else OK, why or "it runs")
+        if why:
+            self._outlets.alerts.sound_alarm()
+
+    def unwritten(self) -> None:
+        """Report that a decision waits for the disk, and sound the alarm, because the decision is unknown."""
+        why = f"the disk does not answer: a decision has waited for {LONGEST_WRITE:g} s, and is not told before it is"
+        self._outlets.health.set("decision log", ERROR, why)
+        self._outlets.alerts.sound_alarm()
+
+    def undecided(self, error: BaseException) -> None:
+        """Report a decision that failed."""
+        self._outlets.logger.error("".join(traceback.format_exception(error)))
+        self._outlets.health.set("run", ERROR, f"no decision: {type(error).__name__}: {error}")
+
+    def logged(self, fault: str) -> None:
+        """Report whether decisions are on disk."""
+        self._outlets.health.set("decision log", ERROR if fault else OK, fault or "every decision is on disk")

@@ -1,0 +1,44 @@
+"""The outputs of a station: publishers, diagnostics and log, or nothing once the station is closed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from rpf3d_ros.interface.alert_publishers import AlertPublishers
+from rpf3d_ros.interface.answer_publishers import AnswerPublishers
+from rpf3d_ros.interface.health_report import HealthReport
+
+
+@dataclass(frozen=True, eq=False)
+class Outlets:
+    """The outputs of the station: the node's publishers, diagnostics and log; now : the node's clock, ns."""
+
+    answers: AnswerPublishers
+    alerts: AlertPublishers
+    health: HealthReport
+    logger: RcutilsLogger
+    now: Callable[[], int]
+
+    def silenced(self) -> "Outlets":
+        """Return outputs that discard everything, with the same clock.
+
+        They are for abandoned threads, because another station may use the real outputs by then.
+        """
+        return replace(self, answers=_NO_OUTPUT, alerts=_NO_OUTPUT, health=_NO_OUTPUT, logger=_NO_OUTPUT)
+
+
+class NoOutput:
+    """Replaces an output and ignores all calls."""
+
+    def __getattr__(self, name: str) -> "NoOutput":
+        """Return this object for any attribute."""
+        return self
+
+    def __call__(self, *args: object, **named: object) -> "NoOutput":
+        """Do nothing."""
+        return self
+
+
+_NO_OUTPUT: Any = NoOutput()

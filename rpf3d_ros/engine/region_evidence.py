@@ -1,0 +1,89 @@
+"""Keep the evidence of each region, and combine what is fresh of it for a decision."""
+
+from collections.abc import Hashable
+from typing import NamedTuple
+
+from rpf3d_core.alerts.evidence import Evidence
+from rpf3d_core.live.evidence import together
+from rpf3d_ros.engine.source_topics import SourceTopics, is_cleared_by
+from rpf3d_ros.messages.stamps import SECOND
+
+
+class TopicEvidence(NamedTuple):
+    """Evidence, and the topic of its sources."""
+
+    topic: str
+    evidence: Evidence
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the sources (ns)."""
+        return self.evidence.trigger_stamp_ns
+
+    def with_faults_of(self, other: "TopicEvidence") -> "TopicEvidence":
+        """Return this evidence with the faults of other evidence that is not kept.
+
+        Such a fault may be that patches are missing in the terrain.
+        """
+        faults = tuple(dict.fromkeys((*self.evidence.faults, *other.evidence.faults)))
+        return self._replace(evidence=self.evidence._replace(faults=faults))
+
+    def clears(self, other: "TopicEvidence") -> bool:
+        """True if this evidence, of a message without sources, replaces other evidence."""
+        return other.stamp_ns <= self.stamp_ns and is_cleared_by(self.topic, other.topic)
+
+
+class RegionEvidence:
+    """The last evidence of each region, and the topics that have reported sources."""
+
+    def __init__(self, max_age_s: float) -> None:
+        """Begin without evidence; max_age_s : age (s) beyond which evidence is stale."""
+        self._max_age_ns = int(max_age_s * SECOND)
+        self._evidence: dict[Hashable, TopicEvidence] = {}
+        self._newest_at_ns = 0
+        self._topics = SourceTopics()
+
+    def note(self, region: Hashable, topic: str, evidence: Evidence) -> None:
+        """Keep the evidence of a region; evidence without sources clears older evidence of its topic.
+
+        While there is evidence with sources that is not cleared, evidence without sources counts only with its faults.
+        """
+        self._topics.note(topic, evidence.trigger_stamp_ns, evidence.sources)
+        new, known = TopicEvidence(topic, evidence), self._evidence.get(region)
+        if known is not None and new.stamp_ns < known.stamp_ns:
+            return  # newer sources of the wall are being answered, or have no answer
+        self._newest_at_ns = max(self._newest_at_ns, evidence.at_ns)
+        others = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
+        if evidence.sources:
+            self._evidence = {**others, region: new}
+        else:
+            others = {each: one.with_faults_of(new) for each, one in others.items() if not new.clears(one)}
+            self._evidence = others or {region: new}
+
+    def fresh(self, now_ns: int) -> Evidence | None:
+        """Return the combined evidence of all regions that is not stale; if none is fresh, that of the newest sources.
+
+        Stale evidence is left out, because the radar may have reported since that the rocks are elsewhere. If the radar
+        has reported nothing since, that is a fault. None if there is no evidence.
+        """
+        if not self._evidence:
+            return None
+        oldest = min(now_ns - self._max_age_ns, max(one.stamp_ns for one in self._evidence.values()))
+        self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
+        known = together([one.evidence for one in self._evidence.values()])
+        faults = (*known.faults, *self._topics.silent(oldest, now_ns))
+        # The newest evidence may be gone, cleared or stale: the rest is as new as the last evidence received.
+        return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)
+
+    def clear(self) -> None:
+        """Forget all evidence, but neither how new it was nor which topics have reported sources."""
+        self._evidence.clear()
+
+    def reset(self) -> None:
+        """Forget all evidence and how new it was, but not which topics have reported sources."""
+        self.clear()
+        self._newest_at_ns = 0
+
+    def clear_topics(self) -> None:
+        """Forget which topics have reported sources."""
+        self._topics.clear()

@@ -1,0 +1,43 @@
+"""Refuse messages whose stamp goes back, or lies in the future."""
+
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.stamps import SECOND
+
+
+class StampGuards:
+    """The last stamp of each topic: messages with an older stamp, or with a stamp from the future, are refused.
+
+    Without the second check, one damaged stamp would block a topic for all messages that follow.
+    """
+
+    def __init__(self, most_ahead: float) -> None:
+        """Begin without stamps.
+
+        most_ahead : time (s) that a stamp may be ahead of the clock
+        """
+        self._last: dict[str, int] = {}
+        self._most_ahead = most_ahead
+
+    def check(self, topic: str, stamp_ns: int, now_ns: int) -> None:
+        """Refuse a stamp (ns) before the last one of its topic, or too far ahead of the clock. Raises MessageRefused.
+
+        now_ns : 0 if the clock has not begun, so that no stamp is ahead of it
+        """
+        ahead = (stamp_ns - now_ns) / SECOND
+        if now_ns > 0 and ahead > self._most_ahead:
+            raise MessageRefused(
+                f"its stamp is from the future, {ahead:.3f} s ahead of this clock; {self._most_ahead:g} s are allowed "
+                f"(most_ahead)"
+            )
+        last = self._last.get(topic, stamp_ns)
+        if stamp_ns < last:
+            back = (last - stamp_ns) / SECOND
+            raise MessageRefused(f"its stamp goes back by {back:.3f} s behind the last message of {topic}")
+
+    def note(self, topic: str, stamp_ns: int) -> None:
+        """Note the stamp (ns) of a message that was taken."""
+        self._last[topic] = max(stamp_ns, self._last.get(topic, stamp_ns))
+
+    def reset(self) -> None:
+        """Forget all stamps, because the clock went back."""
+        self._last.clear()

@@ -1,0 +1,71 @@
+"""The bounded queue of triggers: the newest trigger of each wall, the walls in turn, every dropped trigger counted.
+
+Putting a trigger in line is quick; the flyer's thread takes triggers from there.
+"""
+
+from collections.abc import Hashable
+
+import numpy as np
+
+from rpf3d_core.live.triggers import Trigger
+
+NO_SOURCES = "no sources"
+"""Replaces the square of a region: a message without sources reports on all walls that its topic watches."""
+
+
+class WaitingSources:
+    """Triggers in line, one for each region: a newer trigger replaces a waiting one of its region.
+
+    So a flood from one wall is answered with its newest message, and never pushes out another wall's.
+    """
+
+    def __init__(self, region_size: float, most: int) -> None:
+        """Begin with an empty line.
+
+        region_size : side of the squares that regions are (m); most : largest number of triggers that may wait
+        """
+        self._size, self._most = region_size, most
+        self._waiting: dict[Hashable, Trigger] = {}
+        self._served: dict[Hashable, int] = {}
+        self._turn = 0
+        self.dropped = 0
+
+    def put(self, trigger: Trigger) -> Trigger | None:
+        """Put a trigger in line; if too many wait, drop and return the trigger of the oldest region."""
+        region = self.region_of(trigger)
+        if self._waiting.pop(region, None) is not None:
+            self.dropped += 1
+        self._waiting[region] = trigger
+        if len(self._waiting) <= self._most:
+            return None
+        self.dropped += 1
+        return self._waiting.pop(next(iter(self._waiting)))
+
+    def take(self) -> Trigger | None:
+        """Return the newest trigger of the region that has not been served for longest; None if nothing waits."""
+        if not self._waiting:
+            return None
+        newest_first = reversed(self._waiting)
+        region = min(newest_first, key=lambda region: self._served.get(region, 0))
+        self._turn += 1
+        self._served[region] = self._turn
+        for forgotten in sorted(self._served, key=lambda each: self._served[each])[: -2 * self._most]:
+            del self._served[forgotten]
+        return self._waiting.pop(region)
+
+    def clear(self) -> None:
+        """Remove all waiting triggers without counting them as dropped."""
+        self._waiting.clear()
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    def region_of(self, trigger: Trigger) -> Hashable:
+        """Return the topic of a trigger and the square in which the middle of its sources lies.
+
+        The topic is part of the region, because a click must not hide a radar's sources.
+        """
+        if not len(trigger.positions):
+            return trigger.topic, NO_SOURCES
+        column, row = np.floor(np.mean(trigger.positions[:, :2], axis=0) / self._size).astype(int).tolist()
+        return trigger.topic, column, row
