@@ -173,7 +173,7 @@ def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
 def _wait_for_topics(timeout: float, processes: list[subprocess.Popen[bytes]]) -> list[str]:
     """Receive the recorder's diagnostics until it has recorded every expected topic; return the missing topics."""
     from rpf3d_ros.demo.diagnostic_listener import DiagnosticListener  # starts DDS threads: after the children
-    from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED
+    from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 
     deadline = time.monotonic() + timeout
     missing = list(EXPECTED)

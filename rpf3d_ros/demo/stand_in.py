@@ -17,7 +17,6 @@ from std_srvs.srv import Trigger
 
 from rpf3d_ros.interface.publishing import publishers_of
 from rpf3d_ros.interface.recorded_topics import TOPICS
-from rpf3d_ros.messages.message_classes import message_class
 from rpf3d_ros.nodes.acknowledge import who_acknowledges
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
@@ -54,7 +53,7 @@ class StandIn:
     def hear(self, topic: str, note: Note, qos: QoSProfile = NEWS) -> None:
         """Call `note` for each message of a topic, undecoded."""
         arrived = time.monotonic_ns
-        kind = message_class(TOPICS[topic].kind)
+        kind = TOPICS[topic].message_class
         self.node.create_subscription(kind, topic, lambda data: note(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:

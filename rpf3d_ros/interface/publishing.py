@@ -8,13 +8,12 @@ from rclpy.publisher import Publisher
 
 from rpf3d_ros.interface.qos import given_qos
 from rpf3d_ros.interface.recorded_topics import TOPICS
-from rpf3d_ros.messages.message_classes import message_class
 
 
 def publishers_of(node: Node, topics: Iterable[str]) -> dict[str, Publisher]:
     """Return a publisher for each given input of the simulator, with the quality of service of a mine."""
     return {
-        name: node.create_publisher(message_class(TOPICS[name].kind), name, given_qos(TOPICS[name].offered))
+        name: node.create_publisher(TOPICS[name].message_class, name, given_qos(TOPICS[name].offered))
         for name in topics
     }
 

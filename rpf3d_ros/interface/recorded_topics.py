@@ -1,6 +1,7 @@
 """The recorded topics and their message types, for the live recorder, the bag writer and both readers of bags."""
 
-from typing import NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 CLOUD, MARKERS, DIAGNOSTICS = (
     "sensor_msgs/msg/PointCloud2",
@@ -24,6 +25,12 @@ class RecordedTopic(NamedTuple):
     kind: str
     offered: str
     given: bool = False
+
+    @property
+    def message_class(self) -> Any:
+        """Return rclpy's class of its messages; the only part of this file that needs ROS."""
+        module, _, name = self.kind.rpartition("/")
+        return getattr(import_module(module.replace("/", ".")), name)
 
 
 TOPICS: dict[str, RecordedTopic] = {

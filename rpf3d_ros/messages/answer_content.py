@@ -3,9 +3,11 @@
 No message class is used here.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rpf3d_core.alerts.evidence import UNFINISHED
 from rpf3d_core.ensemble.flights import Deposits, FloatArray, Impacts, on_ground
@@ -13,7 +15,9 @@ from rpf3d_core.ensemble.paths import PathSamples, sample_paths
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES
-from rpf3d_ros.messages.columns import Columns
+
+Columns = Mapping[str, NDArray[Any]]
+"""Channel name -> (N,) values: x, y, z in m, t in s, speed in m/s, energy in J, rock counted from 0."""
 
 
 class AnswerContent(NamedTuple):

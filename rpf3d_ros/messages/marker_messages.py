@@ -16,7 +16,7 @@ from rpf3d_core.ensemble.colours import speed_colours
 from rpf3d_core.ensemble.paths import run_starts
 from rpf3d_core.live.zones import ShownZone
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.columns import Columns
+from rpf3d_ros.messages.answer_content import Columns
 from rpf3d_ros.messages.marker_layout import CLEARING, WHITE, Layout, cdr_of_markers
 from rpf3d_ros.messages.marker_reading import AREAS, HAZARD
 

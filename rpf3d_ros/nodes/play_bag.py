@@ -18,8 +18,8 @@ from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.nodes.leaving import unless_signalled
 from rpf3d_ros.nodes.node_process import beside_ros
+from rpf3d_ros.recording.entries import SECOND
 from rpf3d_ros.recording.from_bag import Raw, messages_of, topics_of
-from rpf3d_ros.recording.message_log import SECOND
 
 if TYPE_CHECKING:
     from rclpy.node import Node

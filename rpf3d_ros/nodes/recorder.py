@@ -15,11 +15,11 @@ from rpf3d_ros.interface.parameters import RecorderParameters, declare
 from rpf3d_ros.interface.qos import OVERRIDABLE, recorded_qos
 from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.messages.health import ERROR, OK, WARN
-from rpf3d_ros.messages.message_classes import message_class
 from rpf3d_ros.recording import file_writer
+from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 from rpf3d_ros.recording.files import FAULTS, RecordingFiles, Rotation
 from rpf3d_ros.recording.incident_bag import IncidentBag
-from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED, MessageLog
+from rpf3d_ros.recording.message_log import MessageLog
 from rpf3d_ros.recording.viewer_feed import NONE, Viewer, ViewerFeed
 
 NAME = "rpf3d_recorder"
@@ -56,9 +56,9 @@ class RecorderNode(Node):
         self.abandoned = False
         self._say_recorded()
         self.get_logger().info(f"recording into {self.files.path}")
-        for topic, (kind, offered, _) in TOPICS.items():
-            qos = recorded_qos(offered, parameters.terrain_durability)
-            self._listen(topic, message_class(kind), qos)
+        for topic, recorded in TOPICS.items():
+            qos = recorded_qos(recorded.offered, parameters.terrain_durability)
+            self._listen(topic, recorded.message_class, qos)
         self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now_ns(self) -> int:

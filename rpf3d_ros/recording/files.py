@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from rpf3d_ros.recording.message_log import Entry
+from rpf3d_ros.recording.entries import Entry
 from rpf3d_ros.recording.stream import Recording, file_recording
 
 MEGABYTE = 1_000_000

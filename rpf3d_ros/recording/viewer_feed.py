@@ -13,8 +13,8 @@ from typing import Any
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
+from rpf3d_ros.recording.entries import Entry
 from rpf3d_ros.recording.files import FAULTS, Head, draw
-from rpf3d_ros.recording.message_log import Entry
 from rpf3d_ros.recording.stream import APPLICATION, Recording
 from rpf3d_ros.recording.views import blueprint
 

@@ -173,7 +173,7 @@ def test_every_file_and_folder_of_the_core_stands_in_a_layer() -> None:
         ("kinetics", "rpf3d_core.effects.drag", False),
         ("rpf3d_ros.engine", "rpf3d_core.runs.run", True),
         ("rpf3d_ros.engine", "rpf3d_ros.nodes.simulator", False),
-        ("runs", "rpf3d_ros.messages.columns", False),
+        ("runs", "rpf3d_ros.messages.health", False),
     ],
 )
 def test_the_layer_rule_itself_can_say_no(importer: str, module: str, allowed: bool) -> None:

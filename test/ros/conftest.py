@@ -20,13 +20,12 @@ from rpf3d_ros.demo.processes import ended, node_process
 from rpf3d_ros.interface.qos import EVENTS, LATCHED
 from rpf3d_ros.interface.recorded_topics import EVENT, TOPICS
 from rpf3d_ros.messages.health import healths_of
-from rpf3d_ros.messages.message_classes import message_class
 
 PATIENCE = 240.0
 """Seconds until something that should happen is given up: nodes compile what they fly with before they listen, which
 takes 40 on one core with a cold cache, and several times that on busy ones."""
 
-KINDS = {name: message_class(topic.kind) for name, topic in TOPICS.items()} | {"/clock": Clock}
+KINDS = {name: topic.message_class for name, topic in TOPICS.items()} | {"/clock": Clock}
 PASSING = {name for name, topic in TOPICS.items() if topic.offered == EVENT} | {"/clock"}
 """Topics that are not latched."""
 

@@ -21,7 +21,9 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_messages import trajectory_markers
 from rpf3d_ros.messages.refusals import MessageRefused
 from rpf3d_ros.messages.terrain_messages import GridSurvey
-from rpf3d_ros.recording.message_log import EVENTS_KEPT, UPDATES_SHOWN, EventNumbers, MessageLog
+from rpf3d_ros.recording.entries import EVENTS_KEPT, EventNumbers
+from rpf3d_ros.recording.message_log import MessageLog
+from rpf3d_ros.recording.terrain_entries import UPDATES_SHOWN
 
 SECOND = made.SECOND
 header = made.header

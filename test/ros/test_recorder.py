@@ -15,8 +15,8 @@ from rpf3d_ros.interface.qos import recorded_qos
 from rpf3d_ros.interface.recorded_topics import RESULT, TOPICS, topic_called
 from rpf3d_ros.messages.health import ERROR, OK, WARN
 from rpf3d_ros.nodes.recorder import FILE, RECORDING, RecorderNode, _opened
+from rpf3d_ros.recording.alert_entries import COUNT_OF_RECORDED
 from rpf3d_ros.recording.incident_bag import IncidentBag
-from rpf3d_ros.recording.message_log import COUNT_OF_RECORDED
 
 
 class Stub(RecorderNode):

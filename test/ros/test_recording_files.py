@@ -9,9 +9,10 @@ import recorded_messages as made
 
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.recording.entries import Entry
 from rpf3d_ros.recording.files import RETRY, Head, RecordingFiles, Rotation, numbered_files
 from rpf3d_ros.recording.incident_bag import IncidentBag
-from rpf3d_ros.recording.message_log import Entry, MessageLog
+from rpf3d_ros.recording.message_log import MessageLog
 
 STANDING = (
     "/terrain", "/terrain/updates/0", "/sources", "/areas/live_area", "/areas/haul_ramp/outline", "/alert_level",

@@ -1,0 +1,90 @@
+"""Entries of alerts, of the alarm and of diagnostics, each when it changes."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from rpf3d_ros.messages.alert_reading import ReceivedLevel, alerts_of, decided_at_ns
+from rpf3d_ros.messages.health import healths_of
+from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, LoggedStates, nanoseconds
+from rpf3d_ros.recording.stream import Recording
+
+COUNT_OF_RECORDED = "rpf3d_recorder: recording"
+"""Name of the status that changes with every recorded message; its own recording would make it change again."""
+
+LEVELS_OF_AREA = ("held", "evident")
+"""Levels in the values of an area's alert, in addition to the shown level."""
+
+
+class AlertEntries:
+    """Converts alerts, the alarm and diagnostics."""
+
+    def __init__(self, times: EntryTimes) -> None:
+        """Begin without alerts."""
+        self._times, self._logged = times, LoggedStates()
+        self._areas_with_alerts: set[str] = set()
+
+    def makers(self) -> Mapping[str, EntryMaker]:
+        """Return the method of each topic."""
+        return {"alerts": self.alerts, "alarm": self.alarm, "/diagnostics": self.diagnostics}
+
+    def alerts(self, array: Any) -> Iterator[Entry]:
+        """Yield the level of the site, and the texts and lanes that have changed.
+
+        The level is logged every time, because it is a series. Text and lane of the site are logged if the level or the
+        sentence changes, those of an area if one of its levels changes. The lane of an area ends if the message lacks
+        the area, for example because a machine has left.
+
+        The entries carry the time of the decision, if the message has it. The stamp of the message is the stamp of the
+        sources. A decision that finds these sources stale has the same stamp as the decision before, so the stamp would
+        order the two wrongly.
+        """
+        alerts = alerts_of(array)
+        stamp_ns = decided_at_ns(alerts) or nanoseconds(array.header.stamp)
+        for alert in alerts:
+            if alert.area is None:
+                yield self._times.at(stamp_ns, lambda r, a=alert: r.alert(a.level), "alert/level")
+            lane = _lane_of(alert.area)
+            if self._logged.is_new(f"alert/{lane}", (alert.level, _shown_content(alert))):
+                yield self._times.at(stamp_ns, lambda r, a=alert: _draw_alert(r, a), f"alert/{lane}")
+        areas = {alert.area for alert in alerts if alert.area is not None}
+        for lane in map(_lane_of, sorted(self._areas_with_alerts - areas)):
+            self._logged.forget(f"alert/{lane}")
+            yield self._times.at(stamp_ns, lambda r, at=lane: r.alert_state(at, None), f"alert/{lane}")
+        self._areas_with_alerts = areas
+
+    def alarm(self, alarm: Any) -> Iterator[Entry]:
+        """Yield the state of the alarm if it has changed."""
+        state = "on" if alarm.data else "off"
+        if self._logged.is_new("alarm", state):
+            yield self._times.at(self._times.now(), lambda r: r.alert_state("alarm", state), "alarm")
+
+    def diagnostics(self, array: Any) -> Iterator[Entry]:
+        """Yield a state if it has changed.
+
+        A node repeats its states every second. The count of recorded messages is left out.
+        """
+        stamp_ns = nanoseconds(array.header.stamp)
+        for health in healths_of(array):
+            if health.name != COUNT_OF_RECORDED and self._logged.is_new(f"health/{health.name}", health):
+                yield self._times.at(stamp_ns, lambda r, h=health: r.text("diagnostics", h))
+
+
+def _shown_content(alert: ReceivedLevel) -> object:
+    """Return the content of an alert whose change is logged: the sentence of the site, the levels of an area."""
+    if alert.area is None:
+        return alert.health.message
+    return [alert.health.values.get(name) for name in LEVELS_OF_AREA]
+
+
+def _draw_alert(recording: Recording, alert: ReceivedLevel) -> None:
+    recording.alert_state(_lane_of(alert.area), alert.state)
+    recording.text("alerts", replace(alert.health, name=alert.area or "site"))
+
+
+def _lane_of(area: str | None) -> str:
+    """Return the lane of an area, or of the site for None.
+
+    The prefix of areas prevents that an area named "site" or "alarm" shares the lane of the site or of the alarm.
+    """
+    return "site" if area is None else f"area/{area}"

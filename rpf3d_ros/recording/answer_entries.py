@@ -1,0 +1,92 @@
+"""Entries of answers: trajectories, impacts, deposits, hazard and results."""
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from rpf3d_ros.messages.grid_reading import percent_of_grid
+from rpf3d_ros.messages.health import healths_of
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_reading import HAZARD, facets_of_markers, outlines_of_markers, strips_of_markers
+from rpf3d_ros.messages.moving_rocks import motion_of
+from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, by_name, column_of, finite_positions
+
+REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
+"""Optional columns of hazard/points that are recorded."""
+
+
+class AnswerEntries:
+    """Converts the messages of an answer, whose event is the event of its sources."""
+
+    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
+        """Begin without hazard levels."""
+        self._frame, self._times = frame, times
+        self._levels: set[str] = set()
+
+    def makers(self) -> Mapping[str, EntryMaker]:
+        """Return the method of each topic."""
+        clouds = {topic: partial(self.cloud, topic) for topic in ("trajectories/points", "impacts", "deposits")}
+        return {
+            **clouds,
+            "trajectories": self.trajectories,
+            "hazard/zones": self.zones,
+            "hazard/points": self.reach,
+            "hazard/grid": self.reach_grid,
+            "results": self.results,
+        }
+
+    def trajectories(self, array: Any) -> Iterator[Entry]:
+        """Yield the thinned trajectories."""
+        strips = strips_of_markers(array, self._frame)
+        yield self._times.of_markers(array, lambda r: r.trajectories(strips))
+
+    def cloud(self, topic: str, cloud: Any) -> Iterator[Entry]:
+        """Yield trajectories/points, impacts or deposits.
+
+        A cloud without points clears the entity of the last event.
+        """
+        self._frame.check(cloud.header.frame_id)
+        if cloud.width == 0:
+            yield self._times.of_message(cloud, lambda r: r.clear(topic))
+            return
+        points = finite_positions(cloud, self._frame)
+        energy = column_of(cloud, "energy")
+        if topic == "trajectories/points":
+            motion = motion_of(points, column_of(cloud, "t").astype(float), column_of(cloud, "rock"))
+            yield self._times.of_message(cloud, lambda r: r.motion(motion))
+        yield self._times.of_message(cloud, lambda r: r.points(topic, points, energy))
+        if topic == "impacts":
+            yield self._times.of_message(cloud, lambda r: r.energies(energy))
+
+    def zones(self, array: Any) -> Iterator[Entry]:
+        """Yield the facets and the outline of each hazard level, after the last levels are cleared."""
+        levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
+        outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
+        for level in sorted(self._levels):
+            yield self._times.of_markers(array, lambda r, level=level: r.clear_hazard(level))
+        self._levels = {*levels, *outlines}
+        for level, (corners, colour) in levels.items():
+            yield self._times.of_markers(array, lambda r, n=level, k=corners, c=colour: r.hazard(n, k, c))
+        for level, (lines, colour) in outlines.items():
+            yield self._times.of_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
+
+    def reach(self, cloud: Any) -> Iterator[Entry]:
+        """Yield the reached cells; a cloud without points clears those of the last event."""
+        self._frame.check(cloud.header.frame_id)
+        if cloud.width == 0:
+            yield self._times.of_message(cloud, lambda r: r.clear("hazard/points"))
+            return
+        points, reach = finite_positions(cloud, self._frame), column_of(cloud, "reach_probability")
+        given = {field.name for field in cloud.fields}
+        columns = {name: column_of(cloud, name) for name in REACH_COLUMNS if name in given}
+        yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns))
+
+    def reach_grid(self, grid: Any) -> Iterator[Entry]:
+        """Yield the reach probability in plan."""
+        percent = percent_of_grid(grid, self._frame)
+        yield self._times.of_message(grid, lambda r: r.grid(percent))
+
+    def results(self, array: Any) -> Iterator[Entry]:
+        """Yield the facts of a result as text."""
+        for health in healths_of(array):
+            yield self._times.of_message(array, lambda r, health=health: r.text("results", health))

@@ -1,0 +1,61 @@
+"""Entries of areas of interest: their definitions, and their outlines on the ground."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
+from rpf3d_ros.messages.source_reading import placed
+from rpf3d_ros.recording.entries import (
+    Entry,
+    EntryMaker,
+    EntryTimes,
+    LoggedStates,
+    by_name,
+    finite_points,
+    nanoseconds,
+)
+
+
+class AreaEntries:
+    """Converts messages of areas."""
+
+    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
+        """Begin without areas."""
+        self._frame, self._times = frame, times
+        self._logged = LoggedStates()
+        self._outlined: set[str] = set()
+
+    def makers(self) -> Mapping[str, EntryMaker]:
+        """Return the method of each topic."""
+        return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
+
+    def polygon(self, polygon: Any) -> Iterator[Entry]:
+        """Yield the live area."""
+        corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
+        corners = finite_points(corners, polygon.header.frame_id, self._frame)
+        stamp_ns = nanoseconds(polygon.header.stamp)
+        yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
+
+    def equipment(self, poses: Any) -> Iterator[Entry]:
+        """Yield the places of equipment."""
+        positions, _ = placed(poses, self._frame)
+        stamp_ns = nanoseconds(poses.header.stamp)
+        yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
+
+    def outlines(self, array: Any) -> Iterator[Entry]:
+        """Yield the outline of each area that has changed, and clear the outlines that the message lacks.
+
+        The entries carry the current time, because the answer to older sources may contain newer areas.
+        """
+        areas = by_name(outlines_of_markers(array, self._frame), AREAS, "name")
+        for name in sorted(self._outlined - set(areas)):
+            self._logged.forget(name)
+            yield self._times.at(self._times.now(), lambda r, n=name: r.clear_area(n), f"outline/{name}")
+        self._outlined = set(areas)
+        for name, (lines, _) in areas.items():
+            if self._logged.is_new(name, [line.tobytes() for line in lines]):
+                now_ns = self._times.now()
+                yield self._times.at(now_ns, lambda r, n=name, k=lines: r.area_outline(n, k), f"outline/{name}")

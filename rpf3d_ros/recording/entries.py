@@ -1,0 +1,132 @@
+"""Entries of a recording: rows at one time and of one event."""
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.cloud_reading import columns_of_cloud, positions_of_cloud
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.recording.stream import Recording
+
+SECOND = 1_000_000_000
+"""One second in nanoseconds."""
+
+EVENTS_KEPT = 1000
+"""Number of stamps with a remembered event; a result after more than a thousand newer stamps counts as a new event."""
+
+Drawn = TypeVar("Drawn")
+
+
+class Entry(NamedTuple):
+    """Rows of a recording at one time.
+
+    stamp_ns, event : the time and the event of the rows
+    draw : logs the rows
+    keeps : name of the state that the entry replaces, "" if it is not a state; a new file begins with the last entry of
+        each state
+    """
+
+    stamp_ns: int
+    event: int
+    draw: Callable[[Recording], None]
+    keeps: str = ""
+
+
+EntryMaker = Callable[[Any], Iterator[Entry]]
+"""Yields the entries of a message; terrain/mesh is given as CDR bytes. Raises MessageRefused."""
+
+
+class EventNumbers:
+    """Numbers of events by their stamps (ns), counted from 1; results may arrive long after newer sources."""
+
+    def __init__(self) -> None:
+        self.last = 0
+        self._known: OrderedDict[int, int] = OrderedDict()
+
+    def of(self, stamp_ns: int) -> int:
+        """Return the event of a stamp; an unknown stamp begins the next event."""
+        if stamp_ns not in self._known:
+            self.last += 1
+            self._known[stamp_ns] = self.last
+            if len(self._known) > EVENTS_KEPT:
+                self._known.popitem(last=False)
+        return self._known[stamp_ns]
+
+
+class EntryTimes:
+    """Makes entries at the time and of the event of a message.
+
+    now : returns the time (ns since the epoch) for messages without a stamp
+    """
+
+    def __init__(self, now: Callable[[], int]) -> None:
+        self.now = now
+        self._events = EventNumbers()
+
+    def of_message(self, message: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
+        """Return an entry at the stamp of a message, of the event of this stamp."""
+        stamp_ns = nanoseconds(message.header.stamp)
+        return Entry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
+
+    def of_markers(self, array: Any, draw: Callable[..., None]) -> Entry:
+        """Return an entry at the stamp of a MarkerArray; an empty array has the current time."""
+        return self.of_message(array.markers[0], draw) if array.markers else self.at(self.now(), draw)
+
+    def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> Entry:
+        """Return an entry at a time (ns), of the last event."""
+        return Entry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
+
+
+class LoggedStates:
+    """The last logged state of each name, so that a repeated state is logged once."""
+
+    def __init__(self) -> None:
+        self._states: dict[str, object] = {}
+
+    def is_new(self, name: str, state: object) -> bool:
+        """Note a state; return True if it differs from the last one of its name."""
+        if self._states.get(name) == state:
+            return False
+        self._states[name] = state
+        return True
+
+    def forget(self, name: str) -> None:
+        """Forget the state of a name."""
+        self._states.pop(name, None)
+
+
+def finite_points(points: FloatArray, frame_id: str, frame: MapFrame) -> FloatArray:
+    """Return points (N, 3) m of a message in the map frame. Raises MessageRefused if a point is not finite."""
+    if not bool(np.isfinite(points).all()):
+        raise MessageRefused("a point is not finite")
+    return frame.points(points, frame_id)
+
+
+def finite_positions(cloud: Any, frame: MapFrame) -> FloatArray:
+    """Return the points (N, 3) m of a cloud in the map frame. Raises MessageRefused if a point is not finite."""
+    return finite_points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id, frame)
+
+
+def column_of(cloud: Any, name: str) -> np.ndarray:
+    """Return one column (N,) of a cloud."""
+    return columns_of_cloud(cloud, (name,))[name].ravel()
+
+
+def by_name(drawn: Mapping[str, Drawn], root: str, what: str) -> dict[str, Drawn]:
+    """Return the drawn shapes by the name of their namespace below a root; what : kind of the names, in a refusal.
+
+    Raises MessageRefused for a namespace outside the root.
+    """
+    for namespace in drawn:
+        if not namespace.removeprefix(root).strip("/") or not namespace.startswith(root):
+            raise MessageRefused(f"a marker is in namespace '{namespace}'; it must be {root}<{what}>")
+    return {namespace.removeprefix(root): each for namespace, each in drawn.items()}
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Return the stamp of a message from rclpy or from a bag in nanoseconds."""
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)

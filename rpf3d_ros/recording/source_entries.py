@@ -1,0 +1,51 @@
+"""Entries of sources: release points and directions of throw."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.source_reading import placed
+from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, column_of, finite_points, finite_positions
+
+
+class SourceEntries:
+    """Converts messages of sources; each stamp is an event."""
+
+    def __init__(self, frame: MapFrame, times: EntryTimes) -> None:
+        self._frame, self._times = frame, times
+
+    def makers(self) -> Mapping[str, EntryMaker]:
+        """Return the method of each topic."""
+        return {"sources": self.poses, "/clicked_point": self.click, "source_cloud": self.cloud}
+
+    def poses(self, poses: Any) -> Iterator[Entry]:
+        """Yield the sources of a PoseArray."""
+        positions, directions = placed(poses, self._frame)
+        yield self._entry(poses, positions, directions)
+
+    def click(self, point: Any) -> Iterator[Entry]:
+        """Yield the one source of a clicked point."""
+        at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
+        yield self._entry(point, finite_points(at, point.header.frame_id, self._frame), np.zeros((1, 3)))
+
+    def cloud(self, cloud: Any) -> Iterator[Entry]:
+        """Yield the sources of a cloud; a cloud without points means that no rock is moving."""
+        if cloud.width * cloud.height == 0:
+            self._frame.check(cloud.header.frame_id)
+            yield self._entry(cloud, np.empty((0, 3)), np.empty((0, 3)))
+            return
+        points = finite_positions(cloud, self._frame)
+        names = [field.name for field in cloud.fields]
+        directions = np.zeros_like(points)
+        if {"vx", "vy", "vz"} <= set(names) and len(points):
+            velocity = np.stack([column_of(cloud, name) for name in ("vx", "vy", "vz")], axis=-1).astype(float)
+            with np.errstate(over="ignore"):
+                speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+            directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
+        yield self._entry(cloud, points, directions)
+
+    def _entry(self, message: Any, positions: FloatArray, directions: FloatArray) -> Entry:
+        return self._times.of_message(message, lambda r: r.sources(positions, directions), "sources")

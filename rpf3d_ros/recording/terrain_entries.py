@@ -1,0 +1,61 @@
+"""Entries of surveys: the terrain, and the patches on it."""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rpf3d_ros.messages.cloud_reading import positions_of_cloud
+from rpf3d_ros.messages.map_frame import MapFrame
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.survey_terrain import ground_mesh
+from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_of_cdr
+from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, nanoseconds
+
+UPDATES_SHOWN = 200
+"""Number of terrain patches that are shown together; the next patch replaces the oldest."""
+
+LARGEST_PATCH = 10_000_000
+"""Largest number of points in a patch."""
+
+
+class TerrainEntries:
+    """Converts surveys; a repeated survey gives no entry."""
+
+    def __init__(self, frame: MapFrame, mesh_frame: str, times: EntryTimes) -> None:
+        """Begin without terrain; mesh_frame : frame of terrain/mesh."""
+        self._frame, self._mesh_frame, self._times = frame, mesh_frame, times
+        self._digest, self._updates = b"", 0
+
+    def makers(self) -> Mapping[str, EntryMaker]:
+        """Return the method of each topic."""
+        return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
+
+    def grid(self, cloud: Any) -> Iterator[Entry]:
+        """Yield the terrain of an organised cloud."""
+        survey = grid_of_cloud(cloud, self._frame)
+        digest = hashlib.sha256(survey.points.tobytes()).digest()
+        if digest != self._digest:
+            yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
+
+    def mesh(self, data: bytes) -> Iterator[Entry]:
+        """Yield the terrain of a mesh, at the current time, because a mesh has no stamp."""
+        digest = hashlib.sha256(data).digest()
+        if digest != self._digest:
+            yield self._terrain(mesh_of_cdr(data, self._frame, self._mesh_frame), digest, self._times.now())
+
+    def update(self, cloud: Any) -> Iterator[Entry]:
+        """Yield a patch."""
+        if cloud.width * cloud.height > LARGEST_PATCH:
+            raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
+        points = self._frame.points(positions_of_cloud(cloud).reshape(-1, 3), cloud.header.frame_id)
+        points = points[~np.isnan(points).any(axis=1)]
+        number = self._updates % UPDATES_SHOWN
+        self._digest, self._updates = b"", self._updates + 1  # no digest: the same survey again undoes the patch
+        stamp_ns = nanoseconds(cloud.header.stamp)
+        yield self._times.at(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
+
+    def _terrain(self, mesh: MeshSurvey, digest: bytes, stamp_ns: int) -> Entry:
+        self._digest, self._updates = digest, 0
+        return self._times.at(stamp_ns, lambda r: r.terrain(mesh.vertices, mesh.triangles), "terrain")
