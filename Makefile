@@ -78,16 +78,16 @@ guards: venv
 campaign: venv
 	RPF3D_EXAMPLES=4000 $(BIN)/python -m pytest -n auto test/properties --hypothesis-seed=20261121
 	RPF3D_MUTATIONS=850 $(BIN)/python -m pytest -n auto test/formats/test_mutated_files.py
-	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/test_damaged_messages.py
+	RPF3D_MUTATIONS=10000 $(BIN)/python -m pytest -n auto test/ros/messages/test_damaged_messages.py
 
 # The report: docs/explanation/never-below.md
 never-below: venv
 	$(BIN)/python test/support/never_below.py --rebound constant --rebound coulomb_limited
 
-# The long ones of test/ros/test_faults_*.py on a living simulator, 10,000 damaged messages and a flood of a minute
+# The long ones of test/ros/faults on a living simulator, 10,000 damaged messages and a flood of a minute
 faults: venv
-	RPF3D_MUTATIONS=1250 $(BIN)/python -m pytest test/ros/test_faults_damaged.py
-	RPF3D_FLOOD=60 $(BIN)/python -m pytest test/ros/test_faults_flood.py
+	RPF3D_MUTATIONS=1250 $(BIN)/python -m pytest test/ros/faults/test_damaged.py
+	RPF3D_FLOOD=60 $(BIN)/python -m pytest test/ros/faults/test_flood.py
 
 # 128 combinations of the effects, each compiled and flown on both engines; in parts, for a process keeps what it compiles
 combinations: venv
@@ -129,8 +129,8 @@ $(COLCON)/.installed:
 	@touch $@
 
 # What colcon tests here: that the nodes come up and answer. Everything else is `make test`.
-COLCON_TESTS := test/project/test_package.py test/ros/test_launch_files.py test/ros/test_parameters.py test/ros/test_lifecycle.py \
-  test/ros/test_simulator_node.py
+COLCON_TESTS := test/project/test_package.py test/ros/interface/test_parameters.py \
+  $(foreach subject,launch_files lifecycle simulator_node,test/ros/nodes/test_$(subject).py)
 
 # The workspace is a temporary folder, so nothing of it stays behind. Its tests find the libraries in the virtual environment,
 # whose Python knows where the wheels of ROS 2 have their shared ones.

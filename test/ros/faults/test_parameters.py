@@ -8,7 +8,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_peer import CONFIGURE, PATIENCE, SITE
 
-DEMO = Path(__file__).resolve().parents[2] / "config" / "scenes" / "demo.yaml"
+DEMO = Path(__file__).resolve().parents[3] / "config" / "scenes" / "demo.yaml"
 REFUSED = {
     "a_parameter_out_of_its_range": ({"first_rocks": -3}, "first_rocks"),
     "a_scene_value_out_of_its_range": ({"materials.default.normal_restitution": 1.5}, "normal_restitution"),

@@ -26,7 +26,7 @@ from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 from rpf3d_ros.recording.from_bag import Raw, convert, messages_of, topics_of
 from rpf3d_ros.recording.incident_bag import IncidentBag
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NODE = "rpf3d_recorder"
 NO_ROS = """
 import sys

@@ -1,124 +1,14 @@
-"""What waits, in which order, and what is dropped."""
+"""Which surveys and patches wait, in which order, and which are lost."""
 
 import threading
 
-import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine import waiting_terrain
-from rpf3d_ros.engine.stamp_guards import StampGuards
-from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import UNTRIED, Moment, WaitingTerrain
 from rpf3d_ros.messages.refusals import MessageRefused
-from rpf3d_ros.messages.stamps import SECOND
-
-SIZE = 50.0
-"""m, of a region."""
-
-NOW, AHEAD = 1000 * SECOND, 2.0
-"""A time (ns), and how far stamps may be ahead of it (s)."""
-
-
-def at(x, y, stamp):
-    return trigger_of(np.array([[x, y, 0.0]]), np.zeros((1, 3)), None, stamp)
-
-
-def taken(waiting):
-    return [trigger.stamp_ns for trigger in iter(waiting.take, None)]
-
-
-def test_a_newer_message_takes_the_place_of_one_from_the_same_wall():
-    waiting = WaitingSources(SIZE, 10)
-    for stamp in range(5):
-        waiting.put(at(10.0, 10.0, stamp))
-    assert len(waiting) == 1 and waiting.dropped == 4
-    assert taken(waiting) == [4]
-
-
-def test_a_flood_from_one_wall_pushes_out_nothing_of_another():
-    waiting = WaitingSources(SIZE, 10)
-    waiting.put(at(10.0, 10.0, 1))
-    for stamp in range(2, 10_000):
-        waiting.put(at(500.0, 500.0, stamp))
-    assert taken(waiting) == [9_999, 1]
-    assert waiting.dropped == 9_997
-
-
-def test_walls_take_turns_while_a_flood_goes_on():
-    waiting, answered = WaitingSources(SIZE, 10), []
-    waiting.put(at(10.0, 10.0, 1))
-    for stamp in range(2, 6):
-        waiting.put(at(500.0, 500.0, stamp))
-        answered.append(waiting.take().stamp_ns)
-    assert 1 in answered[:2]
-
-
-def test_so_many_walls_wait_and_no_more_and_the_oldest_is_dropped():
-    waiting = WaitingSources(SIZE, 3)
-    pushed_out = [waiting.put(at(1000.0 * stamp, 0.0, stamp)) for stamp in range(6)]
-    assert sorted(taken(waiting)) == [3, 4, 5]
-    assert waiting.dropped == 3
-    assert [trigger and trigger.stamp_ns for trigger in pushed_out] == [None, None, None, 0, 1, 2]
-
-
-def test_a_message_that_a_newer_one_of_its_wall_replaces_is_not_one_without_an_answer():
-    waiting = WaitingSources(SIZE, 3)
-    assert [waiting.put(at(10.0, 0.0, stamp)) for stamp in range(6)] == [None] * 6
-    assert waiting.dropped == 5
-
-
-def test_nothing_seen_on_one_topic_does_not_replace_that_on_another():
-    waiting = WaitingSources(SIZE, 3)
-    for stamp, topic in enumerate(("sources", "source_cloud")):
-        waiting.put(trigger_of(np.empty((0, 3)), np.empty((0, 3)), None, stamp, topic))
-    assert sorted(taken(waiting)) == [0, 1]
-
-
-def test_messages_of_nobody_are_a_region_of_their_own():
-    waiting = WaitingSources(SIZE, 10)
-    waiting.put(trigger_of(np.empty((0, 3)), np.empty((0, 3)), None, 1))
-    waiting.put(at(1.0, 1.0, 2))
-    assert sorted(taken(waiting)) == [1, 2]
-
-
-def test_what_is_remembered_of_walls_is_bounded():
-    waiting = WaitingSources(SIZE, 3)
-    for stamp in range(1000):
-        waiting.put(at(1000.0 * stamp, 0.0, stamp))
-        waiting.take()
-    assert len(waiting._served) <= 6
-
-
-def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_is_set_back():
-    guards = StampGuards(AHEAD)
-    guards.note("sources", 10 * SECOND)
-    guards.check("sources", 10 * SECOND, NOW)
-    guards.check("source_cloud", 1, NOW)
-    with pytest.raises(MessageRefused, match=r"goes back by 2\.500 s behind the last message of sources"):
-        guards.check("sources", int(7.5 * SECOND), NOW)
-    guards.note("sources", 1)
-    with pytest.raises(MessageRefused):
-        guards.check("sources", 9 * SECOND, NOW)
-    guards.reset()
-    guards.check("sources", 1, NOW)
-
-
-def test_a_stamp_from_the_future_is_refused_unless_it_is_little_or_the_clock_has_not_begun():
-    guards = StampGuards(AHEAD)
-    guards.check("sources", NOW + 2 * SECOND, NOW)
-    with pytest.raises(MessageRefused, match=r"from the future, 2\.500 s ahead of this clock; 2 s are allowed"):
-        guards.check("sources", NOW + 5 * SECOND // 2, NOW)
-    guards.check("sources", NOW, 0)
-
-
-def test_a_click_takes_the_place_of_no_source_of_the_monitoring():
-    waiting, none = WaitingSources(SIZE, 10), np.zeros((1, 3))
-    waiting.put(trigger_of(none, none, None, 1, "sources"))
-    waiting.put(trigger_of(none, none, None, 2, "/clicked_point"))
-    assert sorted(taken(waiting)) == [1, 2] and waiting.dropped == 0
 
 
 def surveys(*wholes, patches=()):

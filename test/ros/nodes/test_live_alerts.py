@@ -29,7 +29,7 @@ from rpf3d_ros.messages.health import healths_of
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import outlines_of_markers
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NODE = "rpf3d_simulator"
 SITE = """\
 site: test pit

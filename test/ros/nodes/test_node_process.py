@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 NODES = ("simulator_node", "recorder_node", "scene_publisher_node")
 IMPORTED_EARLY = ("rclpy", "rclpy.executors", "rpf3d_ros.interface.parameters", "rpf3d_ros.interface.health_report")
 ENDS_WITHIN = 60.0

@@ -15,7 +15,7 @@ pytest.importorskip("rerun", reason="rerun-sdk is not installed")
 
 from rpf3d_ros.demo import run as demo
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PATIENCE = 60.0
 """Seconds; two nodes each have 15 to end."""
 

@@ -19,7 +19,7 @@ from parameter_tables import PAGE, with_tables
 from rpf3d_core.live.scene import SCENE
 from rpf3d_ros.interface.parameters import RecorderParameters, SimulatorParameters
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SOURCES = sorted((ROOT / "rpf3d_ros").rglob("*.py"))
 REFERENCE, HOWTO = ROOT / "docs" / "reference", ROOT / "docs" / "howto"
 PARAMETERS = PAGE.read_text(encoding="utf-8")

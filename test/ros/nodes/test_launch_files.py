@@ -20,7 +20,7 @@ from rpf3d_ros.interface.parameters import (
 )
 from rpf3d_ros.nodes import recorder, scene_publisher, simulator
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 PARAMETERS = {
     "/**": FrameParameters,

@@ -19,7 +19,7 @@ MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "300"))
 LONGEST = 240.0 * max(1.0, MUTATIONS / 1000)  # s; the slowest takes 2 s where nothing else runs
 MEMORY = 500_000_000
 """Bytes of address space more than the process has once everything is imported: the sound messages take kilobytes."""
-FOLDERS = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
+FOLDERS = [str(Path(__file__).parents[2] / "support"), str(Path(__file__).parents[3])]
 
 CHILD = """
 import random, resource, sys, traceback, warnings

@@ -1,0 +1,34 @@
+"""Which stamps are refused."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
+
+from rpf3d_ros.engine.stamp_guards import StampGuards
+from rpf3d_ros.messages.refusals import MessageRefused
+from rpf3d_ros.messages.stamps import SECOND
+
+NOW, AHEAD = 1000 * SECOND, 2.0
+"""A time (ns), and how far stamps may be ahead of it (s)."""
+
+
+def test_a_stamp_that_goes_back_is_refused_for_its_topic_alone_until_the_clock_is_set_back():
+    guards = StampGuards(AHEAD)
+    guards.note("sources", 10 * SECOND)
+    guards.check("sources", 10 * SECOND, NOW)
+    guards.check("source_cloud", 1, NOW)
+    with pytest.raises(MessageRefused, match=r"goes back by 2\.500 s behind the last message of sources"):
+        guards.check("sources", int(7.5 * SECOND), NOW)
+    guards.note("sources", 1)
+    with pytest.raises(MessageRefused):
+        guards.check("sources", 9 * SECOND, NOW)
+    guards.reset()
+    guards.check("sources", 1, NOW)
+
+
+def test_a_stamp_from_the_future_is_refused_unless_it_is_little_or_the_clock_has_not_begun():
+    guards = StampGuards(AHEAD)
+    guards.check("sources", NOW + 2 * SECOND, NOW)
+    with pytest.raises(MessageRefused, match=r"from the future, 2\.500 s ahead of this clock; 2 s are allowed"):
+        guards.check("sources", NOW + 5 * SECOND // 2, NOW)
+    guards.check("sources", NOW, 0)
