@@ -69,11 +69,11 @@ class Bench:
         self.stand_in = StandIn(("terrain/mesh", "terrain/points", "terrain/update", "sources"))
         self.came: dict[str, list[tuple[int, bytes]]] = {topic: [] for topic in HEARD}
         for topic, kept in self.came.items():
-            self.stand_in.hear(topic, lambda data, at, kept=kept, topic=topic: self.take(topic, kept, data, at))  # type: ignore[misc]
+            self.stand_in.subscribe(topic, lambda data, at, kept=kept, topic=topic: self.take(topic, kept, data, at))  # type: ignore[misc]
         self.told: list[bytes] = []
         self.asked_ns = 0
-        self.stand_in.hear("/diagnostics", lambda data, at: self.told.append(data))
-        if not self.stand_in.wait_for_listeners(START, alive=lambda: stack.alive(SIMULATOR)):
+        self.stand_in.subscribe("/diagnostics", lambda data, at: self.told.append(data))
+        if not self.stand_in.wait_for_subscribers(START, alive=lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the simulator does not listen\n{stack.tails()}")
         self.stand_in.publish("terrain/mesh", terrain)
         self.until_answered(lambda: self.stand_in.publish("sources", self.burst()), START)

@@ -113,7 +113,7 @@ def soaked(stack: Stack, world: World, options: argparse.Namespace) -> Mine:
         for node in nodes:
             start(stack, node)
         mine = Mine(stack, stand_in, clock)
-        if not stand_in.wait_for_listeners(2.0 * RECOVERY, len(nodes), lambda: stack.alive(SIMULATOR)):
+        if not stand_in.wait_for_subscribers(2.0 * RECOVERY, len(nodes), lambda: stack.alive(SIMULATOR)):
             raise TimeoutError(f"the nodes do not listen\n{stack.tails()}")
         Soak(mine, world, Disturbances(mine, world, options.seed)).run(options.minutes)
         for node in (SIMULATOR, RECORDER):

@@ -130,7 +130,8 @@ class Disturbances:
         if expected is None or began - mine.told.alarm_since < SETTLED:
             return
         with StandIn(name="rpf3d_late_joiner") as joiner:
-            joiner.hear("alarm", lambda data, at: heard.append(bool(deserialize_message(data, Bool).data)), LATCHED)
+            note = heard.append
+            joiner.subscribe("alarm", lambda data, at: note(bool(deserialize_message(data, Bool).data)), LATCHED)
             joiner.wait(lambda: heard, JOINING)
         mine.ledger.counts["late joiners compared"] += 1
         if heard:

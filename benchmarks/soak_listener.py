@@ -8,7 +8,7 @@ def main() -> None:
     """Receive messages until the process is killed."""
     with StandIn(name="rpf3d_soak_listener") as stand_in:
         for topic in TOPICS:
-            stand_in.hear(topic, lambda data, at_ns: None)
+            stand_in.subscribe(topic, lambda data, at_ns: None)
         while True:
             stand_in.spin_once(1.0)
 

@@ -54,10 +54,10 @@ class Mine:
         self.disturb: Callable[[float], None] = lambda now: None
         self._spoken, self._sampled, self._said = 0.0, 0.0, time.monotonic()
         self._waiting: dict[int, tuple[int, set[str]]] = {}
-        stand_in.hear("alerts", self._note_alert)
-        stand_in.hear("alarm", self._note_alarm)
-        stand_in.hear("results", self._note_result)
-        stand_in.hear("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
+        stand_in.subscribe("alerts", self._note_alert)
+        stand_in.subscribe("alarm", self._note_alarm)
+        stand_in.subscribe("results", self._note_result)
+        stand_in.subscribe("hazard/grid", lambda data, at: self._delay("sources to hazard/grid", data, at))
 
     def live(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Let time pass until the condition holds or time is up; return whether the condition holds."""

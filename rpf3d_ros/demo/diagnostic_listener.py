@@ -22,7 +22,7 @@ class DiagnosticListener:
         self._context = Context()
         self._context.init()
         self._node = Node("rpf3d_diagnostic_listener", context=self._context)
-        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._hear, EVENTS)
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._receive, EVENTS)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
@@ -31,7 +31,7 @@ class DiagnosticListener:
         self._executor.spin_once(timeout_sec=PATIENCE)
         return self.healths
 
-    def _hear(self, array: DiagnosticArray) -> None:
+    def _receive(self, array: DiagnosticArray) -> None:
         self.healths.update({health.name: health for health in healths_of(array)})
 
     def __enter__(self) -> Self:

@@ -146,9 +146,9 @@ def _play(options: argparse.Namespace, content: ShiftContent, processes: list[su
     from rpf3d_ros.demo.stand_in import StandIn  # starts DDS threads: after the children
     from rpf3d_ros.interface.simulated_clock import SimulatedClock
 
-    spoken = ("terrain/mesh", "terrain/update", "sources")
-    with StandIn(spoken) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:
-        if not stand_in.wait_for_listeners(options.timeout, len(processes), lambda: _all_run(processes)):
+    published = ("terrain/mesh", "terrain/update", "sources")
+    with StandIn(published) as stand_in, SimulatedClock(stand_in.node, BEGINS_NS - EARLIER_NS) as clock:
+        if not stand_in.wait_for_subscribers(options.timeout, len(processes), lambda: _all_run(processes)):
             return ["the nodes"]
         clock.skip_to(BEGINS_NS)
         shift = Shift(content, stand_in, clock, options.speed)
@@ -156,17 +156,17 @@ def _play(options: argparse.Namespace, content: ShiftContent, processes: list[su
         shift.play(lambda sentence: print(sentence, flush=True))
         clock.run_at(1.0)  # at a higher rate, the radar's last message would be stale before all is recorded
         print(f"  levels of the alert: {', '.join(shift.levels)}")
-        untold = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
-        return untold + _wait_for_topics(options.timeout, processes)
+        missing_levels = [] if _in_order(LEVELS, shift.levels) else [f"the levels {' and '.join(LEVELS)}"]
+        return missing_levels + _wait_for_topics(options.timeout, processes)
 
 
 def _all_run(processes: list[subprocess.Popen[bytes]]) -> bool:
     return all(process.poll() is None for process in processes)
 
 
-def _in_order(wanted: Sequence[str], told: Sequence[str]) -> bool:
+def _in_order(wanted: Sequence[str], received: Sequence[str]) -> bool:
     """True if the received levels contain all wanted levels in their order."""
-    rest = iter(told)
+    rest = iter(received)
     return all(level in rest for level in wanted)
 
 

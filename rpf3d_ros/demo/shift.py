@@ -42,26 +42,28 @@ class Event(NamedTuple):
     """One action of the shift.
 
     at : time in the shift (s)
-    what : name of the method of `Shift`
-    said : a sentence for the person who watches the demo
+    action : name of the method of `Shift`
+    sentence : a sentence for the person who watches the demo
     """
 
     at: float
-    what: str
-    said: str
+    action: str
+    sentence: str
 
 
 EVENTS = (
-    Event(0.0, "survey", "the survey of the morning: the whole pit"),
-    Event(30.0, "falls", "rocks leave a bench 30 m above the haul ramp; the bench below catches them"),
-    Event(60.0, "quiet", "the wall is quiet"),
-    Event(90.0, "fails", "survey, first update: a crest has failed, and its muck fills the bench"),
-    Event(120.0, "falls", "the same rocks again: over the muck they come down to the ramp"),
-    Event(160.0, "quiet", "the wall is quiet; what was said stays until somebody looks"),
-    Event(190.0, "acknowledge", "the shift supervisor acknowledges"),
-    Event(210.0, "cleaned", "survey, second update: the bench is cleaned"),
-    Event(240.0, "falls", "the same rocks a third time"),
-    Event(275.0, "quiet", "the wall is quiet"),
+    Event(at=0.0, action="survey", sentence="the survey of the morning: the whole pit"),
+    Event(
+        at=30.0, action="falls", sentence="rocks leave a bench 30 m above the haul ramp; the bench below catches them"
+    ),
+    Event(at=60.0, action="quiet", sentence="the wall is quiet"),
+    Event(at=90.0, action="fails", sentence="survey, first update: a crest has failed, and its muck fills the bench"),
+    Event(at=120.0, action="falls", sentence="the same rocks again: over the muck they come down to the ramp"),
+    Event(at=160.0, action="quiet", sentence="the wall is quiet; what was said stays until somebody looks"),
+    Event(at=190.0, action="acknowledge", sentence="the shift supervisor acknowledges"),
+    Event(at=210.0, action="cleaned", sentence="survey, second update: the bench is cleaned"),
+    Event(at=240.0, action="falls", sentence="the same rocks a third time"),
+    Event(at=275.0, action="quiet", sentence="the wall is quiet"),
 )
 """Two updates of the terrain, three bursts of sources, one alert up and down."""
 
@@ -77,36 +79,36 @@ class Shift:
         """Subscribe to results and alerts; speed : seconds of the shift per second while no answer is awaited."""
         self._content, self._stand_in, self._clock, self._speed = content, stand_in, clock, speed
         self._began_ns = clock.now_ns()
-        self._seen: tuple[FloatArray, FloatArray] = (NONE, NONE)
-        self._spoken_ns, self._answered_ns, self._flown_over = 0, 0, ""
+        self._detected: tuple[FloatArray, FloatArray] = (NONE, NONE)
+        self._published_ns, self._answered_ns, self._flown_over = 0, 0, ""
         self.levels: list[str] = []
-        stand_in.hear("results", self._note_answer)
-        stand_in.hear("alerts", self._note_alert, RESULTS)
+        stand_in.subscribe("results", self._note_answer)
+        stand_in.subscribe("alerts", self._note_alert, RESULTS)
 
-    def play(self, say: Callable[[str], None]) -> None:
+    def play(self, report: Callable[[str], None]) -> None:
         """Do everything at its time. Raises InputError if a node does not answer or an acknowledgement is refused."""
         if not self._stand_in.wait(lambda: self.levels, ANSWERING):
             raise InputError(f"no alert is heard within {ANSWERING:g} s")
         for event in EVENTS:
             self._pass_until(event.at)
-            say(f"  {event.at:3.0f} s  {event.said}")
-            getattr(self, event.what)()
+            report(f"  {event.at:3.0f} s  {event.sentence}")
+            getattr(self, event.action)()
         self._pass_until(LENGTH)
 
     def survey(self) -> None:
         """Publish the whole pit."""
         self._stand_in.publish("terrain/mesh", self._content.mesh)
-        self._speak()
+        self._publish_sources()
 
     def falls(self) -> None:
         """Let the radar detect rocks from here on."""
-        self._seen = (self._content.places, self._content.velocities)
-        self._speak()
+        self._detected = (self._content.places, self._content.velocities)
+        self._publish_sources()
 
     def quiet(self) -> None:
         """Let the radar detect nothing from here on."""
-        self._seen = (NONE, NONE)
-        self._speak()
+        self._detected = (NONE, NONE)
+        self._publish_sources()
 
     def fails(self) -> None:
         """Publish the bench with muck on it."""
@@ -131,17 +133,17 @@ class Shift:
 
         self._await(publish, lambda: self._flown_over != before)
 
-    def _speak(self) -> None:
+    def _publish_sources(self) -> None:
         """Publish the sources that the radar detects, and wait for the answer."""
 
         def publish() -> None:
-            self._spoken_ns = self._clock.now_ns()
-            header = Header(stamp=stamp_of(self._spoken_ns), frame_id=MapFrame().name)
-            places, velocities = self._seen
+            self._published_ns = self._clock.now_ns()
+            header = Header(stamp=stamp_of(self._published_ns), frame_id=MapFrame().name)
+            places, velocities = self._detected
             message = poses_of_sources(header, places, velocities) if len(places) else PoseArray(header=header)
             self._stand_in.publish("sources", message)
 
-        self._await(publish, lambda: self._answered_ns >= self._spoken_ns)
+        self._await(publish, lambda: self._answered_ns >= self._published_ns)
 
     def _pass_until(self, at: float) -> None:
         """Let the clock run to a second of the shift; the radar publishes in the meantime.
@@ -151,15 +153,15 @@ class Shift:
         """
         end = self._began_ns + round(at * SECOND)
         while (now := self._clock.now_ns()) < end:
-            if now - self._spoken_ns >= RADAR * SECOND:
-                self._speak()
+            if now - self._published_ns >= RADAR * SECOND:
+                self._publish_sources()
             self._stand_in.spin_once()
 
     def _await(self, ask: Callable[[], None], answered: Callable[[], bool]) -> None:
         """Publish after the nodes have received the current time, and wait for the answer."""
 
         def is_answered() -> bool:
-            self._clock.tell()
+            self._clock.publish()
             ask()
             return bool(self._stand_in.wait(answered, ANSWERING))
 

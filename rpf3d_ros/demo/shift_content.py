@@ -60,8 +60,9 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
     """
     content = scene_content(scene, MapFrame())
     some = np.linspace(0, len(content.positions) - 1, sources).round().astype(int)
-    terrain = Terrain(content.mesh.vertices, content.mesh.triangles, np.zeros(len(content.mesh.triangles), np.int32),
-                      ("terrain",))  # fmt: skip
+    mesh = content.mesh
+    zone = np.zeros(len(mesh.triangles), np.int32)
+    terrain = Terrain(vertices=mesh.vertices, triangles=mesh.triangles, zone=zone, zones=("terrain",))
     bench = surveyed_again(terrain)
     if np.isnan(bench).any():
         where = extent_of(bench)
@@ -70,7 +71,11 @@ def shift_content(scene: Path, sources: int) -> ShiftContent:
             " play it on config/scenes/shift.yaml or on a scene of the same pit"
         )
     return ShiftContent(
-        cdr_of_mesh(content.mesh), content.positions[some], content.velocities[some], bench, with_muck(bench)
+        mesh=cdr_of_mesh(mesh),
+        places=content.positions[some],
+        velocities=content.velocities[some],
+        bench=bench,
+        muck=with_muck(bench),
     )
 
 

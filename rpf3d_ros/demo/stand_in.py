@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from rpf3d_ros.interface.publishing import publishers_of
 from rpf3d_ros.interface.recorded_topics import TOPICS
-from rpf3d_ros.nodes.acknowledge import who_acknowledges
+from rpf3d_ros.nodes.acknowledge import acknowledged_by_request
 
 NEWS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE)
 """Quality of service for results: only new messages, none of them dropped."""
@@ -26,19 +26,19 @@ SIMULATOR = "rpf3d_simulator"
 SPIN = 0.02
 """Time that one spin waits for a message (s)."""
 
-Note = Callable[[bytes, int], None]
+Receive = Callable[[bytes, int], None]
 """Called for each message with its CDR bytes and its time of arrival (ns, monotonic)."""
 
 
 class StandIn:
     """A context manager: a node in a context of its own. One thread at a time may spin it; any thread may publish."""
 
-    def __init__(self, speaks: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
-        """Create the node; speaks : topics to publish on, offered at once, because discovery takes time."""
+    def __init__(self, publishes: tuple[str, ...] = (), name: str = "rpf3d_stand_in") -> None:
+        """Create the node; publishes : topics to publish on, offered at once, because discovery takes time."""
         self._context = Context()
         self._context.init()
         self.node = Node(name, context=self._context)
-        self._publishers = publishers_of(self.node, speaks)
+        self._publishers = publishers_of(self.node, publishes)
         self._acknowledge = self.node.create_client(Trigger, f"{SIMULATOR}/acknowledge")
         self._set = self.node.create_client(SetParameters, f"{SIMULATOR}/set_parameters")
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -50,11 +50,11 @@ class StandIn:
         self._publishers[topic].publish(message)
         return began
 
-    def hear(self, topic: str, note: Note, qos: QoSProfile = NEWS) -> None:
-        """Call `note` for each message of a topic, undecoded."""
+    def subscribe(self, topic: str, receive: Receive, qos: QoSProfile = NEWS) -> None:
+        """Call `receive` for each message of a topic, undecoded."""
         arrived = time.monotonic_ns
         kind = TOPICS[topic].message_class
-        self.node.create_subscription(kind, topic, lambda data: note(data, arrived()), qos, raw=True)
+        self.node.create_subscription(kind, topic, lambda data: receive(data, arrived()), qos, raw=True)
 
     def spin_once(self, seconds: float = SPIN) -> None:
         """Take at most one received message."""
@@ -67,25 +67,25 @@ class StandIn:
             self.spin_once()
         return answer
 
-    def wait_for_listeners(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
+    def wait_for_subscribers(self, seconds: float, count: int = 1, alive: Callable[[], bool] = lambda: True) -> bool:
         """Spin until every published topic has `count` subscribers, or `alive` is false.
 
         True if all have enough subscribers.
         """
         offered = self._publishers.values()
 
-        def heard() -> bool:
+        def all_subscribed() -> bool:
             return all(publisher.get_subscription_count() >= count for publisher in offered)
 
-        self.wait(lambda: heard() or not alive(), seconds)
-        return heard()
+        self.wait(lambda: all_subscribed() or not alive(), seconds)
+        return all_subscribed()
 
     def acknowledge(self, by: str, seconds: float) -> tuple[bool, str]:
         """Acknowledge as an operator would: set name and reason as a parameter, then call the service.
 
         Returns whether the acknowledgement was accepted, and the reply.
         """
-        done = self._call(self._set, who_acknowledges(by), seconds)
+        done = self._call(self._set, acknowledged_by_request(by), seconds)
         if done is None or not done.results[0].successful:
             return False, "no answer" if done is None else str(done.results[0].reason)
         answer = self._call(self._acknowledge, Trigger.Request(), seconds)

@@ -213,7 +213,7 @@ class AlertDesk:
         evidence = self._evidence.fresh(now)
         alert = decide(self.alert, evidence, self._thresholds, now, given)
         if self._log is not None:
-            decision = Decision(self.alert, evidence, given, now, alert)
+            decision = Decision(previous=self.alert, evidence=evidence, acknowledgement=given, now_ns=now, alert=alert)
             self._try_to_log(partial(self._log.decided, decision, self._thresholds))
         self.alert = alert
         self._listener.decided(alert, evidence)

@@ -49,7 +49,7 @@ DECISIONS = "decisions"
 class Equipment:
     """Everything that a station needs.
 
-    standing : the last good terrain, prepared, None if there is none; said : its age, or why it is missing
+    standing : the last good terrain, prepared, None if there is none; standing_report : its age, or why it is missing
     thresholds : of the site, None if there are no alerts; log_fault : why decisions cannot be logged, or empty
     compile_s : wall time of compiling (s)
     """
@@ -59,7 +59,7 @@ class Equipment:
     workshop: Workshop
     store: Store | None
     standing: PreparedTerrain | None
-    said: str
+    standing_report: str
     thresholds: Thresholds | None
     log: DecisionLog | None
     log_fault: str
@@ -81,13 +81,16 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
     try:
         compile_s = warm(scene, parameters)
         workshop = _workshop_of(scene, parameters)
-        standing, said = _restored(store, scene, workshop, now_ns)
+        standing, standing_report = _restored(store, scene, workshop, now_ns)
         log, log_fault = _log_of(parameters) if thresholds is not None else (None, "")
     except BaseException:
         if store is not None:
             store.close()  # otherwise its folder would be in use at the next attempt to configure
         raise
-    return Equipment(parameters, scene, workshop, store, standing, said, thresholds, log, log_fault, compile_s)
+    return Equipment(
+        parameters=parameters, scene=scene, workshop=workshop, store=store, standing=standing,
+        standing_report=standing_report, thresholds=thresholds, log=log, log_fault=log_fault, compile_s=compile_s,
+    )  # fmt: skip
 
 
 def _check_rocks(scene: Scene, thresholds: Thresholds) -> None:
@@ -142,7 +145,8 @@ def warm(scene: Scene, parameters: SimulatorParameters) -> float:
     _ = standing.cells
     middle = 0.5 * WARM_SIDE * WARM_STEP
     source = trigger_of(np.array([[1.5 * middle, middle, 1.3 * middle]]), np.array([[-3.0, 0.0, 0.0]]), None, 0)
-    warm_answers(standing, source, ReleaseSpread(0.4 * middle, 1.0, 2.0), WARM_ROCKS if standing.compiled else 1)
+    spread = ReleaseSpread(position=0.4 * middle, velocity=1.0, above_ground=2.0)
+    warm_answers(standing, source, spread, WARM_ROCKS if standing.compiled else 1)
     return time.perf_counter() - began
 
 
@@ -177,8 +181,8 @@ def _restored(store: Store | None, scene: Scene, workshop: Workshop, now_ns: int
         return None, ""
     _ = standing.cells
     store.follow(last)
-    said = f"restored, {age_of(standing.ground.stamp_ns, now_ns)} old"
-    return standing, "; ".join((said, *last.faults))
+    age = age_of(standing.ground.stamp_ns, now_ns)
+    return standing, "; ".join((f"restored, {age} old", *last.faults))
 
 
 def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:

@@ -103,7 +103,7 @@ class Flyer:
         Raises whatever the change raises; the ground is then unchanged. Raises InputError if the flyer is closed, or if
         there is no ground to change.
         """
-        handover = Handover(ready, change, threading.Event())
+        handover = Handover(ready=ready, change=change, done=threading.Event())
         with self._changed:
             self._handovers.append(handover)
             self._changed.notify()

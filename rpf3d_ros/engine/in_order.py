@@ -37,7 +37,7 @@ class InOrder(Generic[T]):
         self._waiting: list[Published[T]] = []
         self.errors: list[Exception] = []
 
-    def come(self) -> list[Published[T]]:
+    def ready(self) -> list[Published[T]]:
         """Return the messages that can be handed on, in order."""
         self.errors = []
         self._look()
@@ -45,14 +45,14 @@ class InOrder(Generic[T]):
             return []
         last = max(each.at_ns for each in self._waiting)
         self._look()
-        come = [each for each in self._waiting if each.at_ns <= last]
+        ready = [each for each in self._waiting if each.at_ns <= last]
         self._waiting = [each for each in self._waiting if each.at_ns > last]
-        return sorted(come, key=lambda each: each.at_ns)
+        return sorted(ready, key=lambda each: each.at_ns)
 
     def _look(self) -> None:
         for queue, take in enumerate(self._takes):
             try:
                 while (found := take()) is not None:
-                    self._waiting.append(Published(found[0], queue, found[1]))
+                    self._waiting.append(Published(at_ns=found[0], queue=queue, content=found[1]))
             except Exception as error:
                 self.errors.append(error)

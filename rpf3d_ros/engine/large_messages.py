@@ -32,7 +32,7 @@ PAUSE = 0.01
 AFTER_ERROR = 1.0
 """Time (s) until the next check after rcl has reported an error."""
 
-MOST_SAID = 100
+MOST_REPORTED = 100
 """Number of error messages that are remembered, so that they are not reported again while the errors go on."""
 
 OK, NOTHING_THERE = 0, 401
@@ -152,7 +152,7 @@ class LargeMessages:
         ]  # fmt: skip
         self._order = InOrder([partial(self._taken, subscription) for subscription in self._subscriptions])
         self._closed = threading.Event()
-        self._said: deque[str] = deque(maxlen=MOST_SAID)
+        self._reported: deque[str] = deque(maxlen=MOST_REPORTED)
         self._thread: threading.Thread | None = None
         if self._rcl is not None:
             self._thread = threading.Thread(target=self._run, name="rpf3d large messages", daemon=True)
@@ -170,13 +170,13 @@ class LargeMessages:
     def _run(self) -> None:
         pause = self._pause
         while not self._closed.wait(pause):
-            errors = sum(not self._hand_on(message) for message in self._order.come())
+            errors = sum(not self._hand_on(message) for message in self._order.ready())
             if any(isinstance(error, InvalidHandle) for error in self._order.errors):  # the node is being destroyed
                 return
             for error in self._order.errors:
-                self._say(error)
+                self._report(error)
             if not errors and not self._order.errors:
-                self._said.clear()
+                self._reported.clear()
             pause = AFTER_ERROR if self._order.errors else self._pause
 
     def _hand_on(self, message: Published[Buffer]) -> bool:
@@ -184,15 +184,15 @@ class LargeMessages:
         try:
             self._topics[message.queue].take(message.content, message.at_ns)
         except Exception as error:
-            self._say(error)
+            self._report(error)
             return False
         return True
 
-    def _say(self, error: Exception) -> None:
+    def _report(self, error: Exception) -> None:
         """Report an error, once until all is well; errors of a context that a signal has shut down are ignored."""
         sentence = f"{type(error).__name__}: {error}"
-        if sentence not in self._said and self._node.context.ok():
-            self._said.append(sentence)
+        if sentence not in self._reported and self._node.context.ok():
+            self._reported.append(sentence)
             self._failed(sentence)
 
     def _taken(self, subscription: Any) -> tuple[int, Buffer] | None:

@@ -85,9 +85,9 @@ class Station:
             self.decisions.logged(equipment.log_fault)
         if equipment.standing is not None:
             self.flyer.hand_over(ready=equipment.standing)
-            self.stands(equipment.standing.ground, equipment.said)
+            self.stands(equipment.standing.ground, equipment.standing_report)
         else:
-            outlets.health.set("terrain", WARN, equipment.said or "no terrain yet")
+            outlets.health.set("terrain", WARN, equipment.standing_report or "no terrain yet")
 
     def activate(self) -> None:
         """Start to answer and decide."""

@@ -86,7 +86,7 @@ class WaitingTerrain(Generic[M]):
 
     def __init__(self, most_patches: int) -> None:
         self._most = most_patches
-        self._chapters: list[Chapter[M]] = [Chapter(None)]
+        self._chapters: list[Chapter[M]] = [Chapter(whole=None)]
         self._tried: Chapter[M] | None = None
         self._patched = self._chapters[0]
         self._received: deque[ReceivedPatch[M]] = deque(maxlen=REMEMBERED)
@@ -113,7 +113,9 @@ class WaitingTerrain(Generic[M]):
             self._drop_old_patches()
             following = [each.patch for each in self._received if moment is not None and each.moment.follows(moment)]
             early = tuple(patch for patch in following if patch is not None)
-            self._chapters.append(Chapter(survey, moment, early, len(following) - len(early)))
+            self._chapters.append(
+                Chapter(whole=survey, moment=moment, early=early, missing=len(following) - len(early))
+            )
             untried = [each for each in self._chapters if each.whole is not None and each is not self._tried]
             self.overtaken += len(untried) > 1
             if len(untried) > UNTRIED:
@@ -124,7 +126,7 @@ class WaitingTerrain(Generic[M]):
         """Put a patch in line. Raises MessageRefused if too many wait: the terrain then lacks the patch."""
         with self._changed:
             if moment is not None:
-                self._received.append(received := ReceivedPatch(patch, moment, time.monotonic()))
+                self._received.append(received := ReceivedPatch(patch=patch, moment=moment, at=time.monotonic()))
                 self._kept.append(received)
             self._drop_old_patches()
             if sum(len(chapter.patches) for chapter in self._chapters) >= self._most:

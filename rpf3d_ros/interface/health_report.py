@@ -53,7 +53,7 @@ class HealthReport:
         """
         if self.closed:
             return
-        health = Health(f"{self._node.get_name()}: {part}", level, message, values or {})
+        health = Health(name=f"{self._node.get_name()}: {part}", level=level, message=message, values=values or {})
         with self._lock:
             before = self._parts.get(part)
             self._parts = {**self._parts, part: health}

@@ -54,7 +54,7 @@ class FrameParameters:
         if not self.map_frame or self.map_frame.startswith("/") or self.map_frame == self.survey_frame:
             raise InputError("map_frame must be a name without a leading slash, and not the name of survey_frame")
         x, y, z = self.map_origin
-        return MapFrame(self.map_frame, self.survey_frame, (x, y, z))
+        return MapFrame(name=self.map_frame, survey=self.survey_frame, origin=(x, y, z))
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ class SimulatedClock:
             self._base_ns, self._since = self._now_ns(), time.monotonic_ns()
             self._speed = speed
 
-    def tell(self) -> None:
+    def publish(self) -> None:
         """Publish the time at once, before a message with this stamp: at a high rate the last tick is long ago."""
         with self._lock:  # publishes the times in order
             self._publisher.publish(Clock(clock=stamp_of(self._now_ns())))
@@ -64,7 +64,7 @@ class SimulatedClock:
 
     def _run(self) -> None:
         while not self._ended.wait(1.0 / TICKS):
-            self.tell()
+            self.publish()
 
     def __enter__(self) -> Self:
         self._thread.start()

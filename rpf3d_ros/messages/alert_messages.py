@@ -36,7 +36,7 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
         **reasons,
     }
     sentence = f"{alert.level.word}: {'; '.join(alert.reasons)}"
-    site = Health(ALERT, LEVELS[alert.level.word], sentence, values)
+    site = Health(name=ALERT, level=LEVELS[alert.level.word], message=sentence, values=values)
     message = diagnostics_of(header.stamp, [site, *(_of_area(area, alert) for area in alert.areas)])
     message.header.frame_id = header.frame_id
     return message
@@ -45,19 +45,19 @@ def alerts_message(header: Header, alert: Alert, result: int | None) -> Diagnost
 def _of_area(area: AreaAlert, alert: Alert) -> Health:
     """Return the status of an area; the cause of its level comes first, as in the reasons of the site."""
     held = f"{area.held.word} is held and needs an acknowledgement to step down"
-    said = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
+    sentence = "; ".join((held, area.why) if area.held.word != area.evident.word else (area.why,))
     faults = "; ".join(alert.faults)
     if area.level.word == "fault":
-        said = f"fault: {faults}; {said}"
+        sentence = f"fault: {faults}; {sentence}"
     elif faults:
-        said = f"{said}; {faults}"
+        sentence = f"{sentence}; {faults}"
     values = {
         "level": area.level.word,
         "held": area.held.word,
         "evident": area.evident.word,
         "valid_until_ns": str(alert.valid_until_ns),
     }
-    return Health(f"{ALERT} {area.name}", LEVELS[area.level.word], said, values)
+    return Health(name=f"{ALERT} {area.name}", level=LEVELS[area.level.word], message=sentence, values=values)
 
 
 def alarm_message(alert: Alert) -> Bool:

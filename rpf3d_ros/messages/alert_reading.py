@@ -54,9 +54,9 @@ def alerts_of(array: "DiagnosticArray") -> list[ReceivedLevel]:
 
 def decided_at_ns(alerts: Iterable[ReceivedLevel]) -> int:
     """Return the time (ns) of the decision on the alert of the site; 0 if the time is missing or not a valid number."""
-    told = next((alert.health.values.get("decided_at_ns", "") for alert in alerts if alert.area is None), "")
-    is_number = told.isascii() and told.isdigit() and len(told) <= len(str(LATEST))
-    return int(told) if is_number and int(told) <= LATEST else 0
+    number = next((alert.health.values.get("decided_at_ns", "") for alert in alerts if alert.area is None), "")
+    is_number = number.isascii() and number.isdigit() and len(number) <= len(str(LATEST))
+    return int(number) if is_number and int(number) <= LATEST else 0
 
 
 def _alert(health: Health) -> ReceivedLevel:
@@ -64,4 +64,4 @@ def _alert(health: Health) -> ReceivedLevel:
     if level not in LEVELS:
         raise MessageRefused(f"'{health.name}' has the level '{level}'; it must be one of {', '.join(LEVELS)}")
     area = None if health.name == ALERT else health.name.removeprefix(f"{ALERT} ")
-    return ReceivedLevel(area, LEVELS.index(level), health)
+    return ReceivedLevel(area=area, level=LEVELS.index(level), health=health)

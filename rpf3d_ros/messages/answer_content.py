@@ -40,12 +40,12 @@ def content_of(answer: Answer, step: float) -> AnswerContent:
     """Return the columns of the shown rocks of an answer; step : longest distance between points of a flight (m)."""
     terrain, flights = answer.standing.ground.terrain, answer.flights
     samples = sample_paths(flights.paths, max_step=step, gravity=answer.standing.scene.gravity)
-    columns = (
-        _trajectory_columns(terrain, samples, flights.deposits),
-        _impact_columns(terrain, flights.impacts, flights.deposits),
-        _deposit_columns(terrain, flights.deposits),
-    )
-    return AnswerContent(*({**each, "result": np.full(len(each["x"]), answer.result, np.uint32)} for each in columns))
+    columns = {
+        "trajectories": _trajectory_columns(terrain, samples, flights.deposits),
+        "impacts": _impact_columns(terrain, flights.impacts, flights.deposits),
+        "deposits": _deposit_columns(terrain, flights.deposits),
+    }
+    return AnswerContent(**{name: _with_result(each, answer.result) for name, each in columns.items()})
 
 
 def figures_of(answer: Answer) -> dict[str, str]:
@@ -71,6 +71,10 @@ def warnings_of(answer: Answer) -> tuple[str, ...]:
     counts = {outcome: answer.outcomes.get(outcome, 0) for outcome in UNFINISHED}
     left_out = (f"sources refused: {answer.left_out}",) if answer.left_out else ()
     return left_out + tuple(f"rocks: {n}, each {OUTCOME_SENTENCES[outcome]}" for outcome, n in counts.items() if n)
+
+
+def _with_result(columns: Columns, result: int) -> Columns:
+    return {**columns, "result": np.full(len(columns["x"]), result, np.uint32)}
 
 
 def _trajectory_columns(terrain: Terrain, samples: PathSamples, deposits: Deposits) -> Columns:

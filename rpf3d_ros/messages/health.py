@@ -33,7 +33,12 @@ class Health:
 def healths_of(array: "DiagnosticArray") -> list[Health]:
     """Return the states in a received array."""
     return [
-        Health(status.name, _level(status.level), status.message, {pair.key: pair.value for pair in status.values})
+        Health(
+            name=status.name,
+            level=_level(status.level),
+            message=status.message,
+            values={pair.key: pair.value for pair in status.values},
+        )
         for status in array.status
     ]
 

@@ -55,7 +55,16 @@ def trajectory_markers(header: Header, columns: Columns, most: int, points_each:
     for strip, end in zip(strips, ends, strict=True):
         rock, some = int(columns["rock"][strip[0]]), slice(end - len(strip), end)
         markers.append(
-            Layout(TRAJECTORIES, rock, Marker.LINE_STRIP, Marker.ADD, scale, WHITE, points[some], colours[some], text)
+            Layout(
+                namespace=TRAJECTORIES,
+                number=rock,
+                kind=Marker.LINE_STRIP,
+                scale=scale,
+                colour=WHITE,
+                points=points[some],
+                colours=colours[some],
+                text=text,
+            )
         )
     return cdr_of_markers(header, markers)
 
@@ -73,8 +82,22 @@ def zone_markers(header: Header, zones: Iterable[ShownZone], result: int = 0) ->
         r, g, b, a = ((1.0 - share) * LEAST + share * GREATEST).tolist()
         namespace, facets, edges = HAZARD + zone.name, zone.corners.reshape(-1, 3), zone.outline.reshape(-1, 3)
         drawn = (
-            Layout(namespace, FACETS, Marker.TRIANGLE_LIST, Marker.ADD, (1.0, 1.0, 1.0), (r, g, b, a), facets),
-            Layout(namespace, OUTLINE, Marker.LINE_LIST, Marker.ADD, (LINE_WIDTH, 0.0, 0.0), (r, g, b, 1.0), edges),
+            Layout(
+                namespace=namespace,
+                number=FACETS,
+                kind=Marker.TRIANGLE_LIST,
+                scale=(1.0, 1.0, 1.0),
+                colour=(r, g, b, a),
+                points=facets,
+            ),
+            Layout(
+                namespace=namespace,
+                number=OUTLINE,
+                kind=Marker.LINE_LIST,
+                scale=(LINE_WIDTH, 0.0, 0.0),
+                colour=(r, g, b, 1.0),
+                points=edges,
+            ),
         )
         markers += [marker._replace(text=text) for marker in drawn if len(marker.points)]
     return cdr_of_markers(header, markers)
@@ -90,7 +113,15 @@ def area_markers(header: Header, areas: Mapping[str, Sequence[FloatArray]], resu
     for name, rings in areas.items():
         for number, ring in enumerate(rings):
             markers.append(
-                Layout(AREAS + name, number, Marker.LINE_STRIP, Marker.ADD, scale, AREA_COLOUR, ring, text=text)
+                Layout(
+                    namespace=AREAS + name,
+                    number=number,
+                    kind=Marker.LINE_STRIP,
+                    scale=scale,
+                    colour=AREA_COLOUR,
+                    points=ring,
+                    text=text,
+                )
             )
     return cdr_of_markers(header, markers)
 

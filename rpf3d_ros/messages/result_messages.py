@@ -49,7 +49,7 @@ COMPLETE = {"true": True, "false": False}
 def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
     """Return the message that marks a result as published; all other messages of the result precede it."""
     done = "complete" if facts.complete else "to be refined"
-    said = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
+    summary = f"result {facts.result}: {facts.rocks} rocks from {facts.sources} sources, {done}"
     values = {
         **{name: str(getattr(facts, name)) for name in WHOLE},
         "complete": str(facts.complete).lower(),
@@ -59,8 +59,10 @@ def results_message(header: Header, facts: ResultFacts) -> DiagnosticArray:
         "warning": facts.warning,
         **{OUTCOME + name: str(count) for name, count in facts.outcomes.items()},
     }
-    sentence = f"{said}; {facts.warning}" if facts.warning else said
-    message = diagnostics_of(header.stamp, [Health(NAME, WARN if facts.warning else OK, sentence, values)])
+    sentence = f"{summary}; {facts.warning}" if facts.warning else summary
+    message = diagnostics_of(
+        header.stamp, [Health(name=NAME, level=WARN if facts.warning else OK, message=sentence, values=values)]
+    )
     message.header.frame_id = header.frame_id
     return message
 

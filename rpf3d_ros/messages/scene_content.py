@@ -50,4 +50,6 @@ def scene_content(path: Path, frame: MapFrame) -> SceneContent:
     if float(np.abs(vertices).max()) > FARTHEST:
         near = (ROUND_ORIGIN * np.round((vertices.mean(axis=0) + frame.origin) / ROUND_ORIGIN)).tolist()
         raise SceneError(f"{path}: the terrain lies beyond {FARTHEST:.0e} m from map_origin; set map_origin to {near}")
-    return SceneContent(MeshSurvey(vertices, terrain.triangles), releases.x + shift, releases.v)
+    return SceneContent(
+        mesh=MeshSurvey(vertices, terrain.triangles), positions=releases.x + shift, velocities=releases.v
+    )

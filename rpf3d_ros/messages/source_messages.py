@@ -67,7 +67,9 @@ def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> S
     frame.check(poses.header.frame_id)
     _check_number(len(poses.poses))
     positions, directions = placed(poses, frame)
-    return Sources(Header(stamp=poses.header.stamp, frame_id=frame.name), positions, speed * directions)
+    return Sources(
+        header=Header(stamp=poses.header.stamp, frame_id=frame.name), positions=positions, velocities=speed * directions
+    )
 
 
 def sources_of_point(point: PointStamped, frame: MapFrame) -> Sources:
@@ -129,7 +131,9 @@ def _sources(
 ) -> Sources:
     """Return the sources in the map frame."""
     ours = Header(stamp=header.stamp, frame_id=frame.name)
-    return Sources(ours, frame.points(positions, header.frame_id), velocities, diameters)
+    return Sources(
+        header=ours, positions=frame.points(positions, header.frame_id), velocities=velocities, diameters=diameters
+    )
 
 
 def _check_number(sources: int) -> None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from rpf3d_core.errors import InputError
 from rpf3d_ros.messages.refusals import TAKEN_UP
 from rpf3d_ros.nodes.leaving import unless_signalled
-from rpf3d_ros.nodes.node_process import beside_ros
+from rpf3d_ros.nodes.node_process import arguments_of_program
 
 if TYPE_CHECKING:
     from rcl_interfaces.srv import SetParameters
@@ -29,26 +29,26 @@ NOT_YET = 3
 def main(args: Sequence[str] | None = None) -> int:
     """Acknowledge; return 0, 1 if refused, 2 for bad input, 3 if not yet decided, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
-    options = _options(beside_ros(words))
+    options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _acknowledged(options, words))
 
 
-def who_acknowledges(said: str) -> "SetParameters.Request":
+def acknowledged_by_request(acknowledged_by: str) -> "SetParameters.Request":
     """Return the request to the simulator's `set_parameters` that must precede `~/acknowledge`.
 
-    said : "NAME: REASON"
+    acknowledged_by : "NAME: REASON"
     """
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
 
-    who = Parameter("acknowledged_by", Parameter.Type.STRING, said)
+    who = Parameter("acknowledged_by", Parameter.Type.STRING, acknowledged_by)
     return SetParameters.Request(parameters=[who.to_parameter_msg()])
 
 
 def _options(args: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="rpf3d_acknowledge", description=__doc__.splitlines()[0])
-    parser.add_argument("by", type=_said, help="who acknowledges")
-    parser.add_argument("why", type=_said, help="for which reason the level may fall")
+    parser.add_argument("by", type=_sentence, help="who acknowledges")
+    parser.add_argument("why", type=_sentence, help="for which reason the level may fall")
     parser.add_argument("--node", default="/rpf3d_simulator", help="full name of the simulator")
     parser.add_argument("--patience", type=float, default=5.0, help="seconds to wait for it")
     options = parser.parse_args(args)
@@ -57,7 +57,7 @@ def _options(args: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def _said(text: str) -> str:
+def _sentence(text: str) -> str:
     if not text.strip():
         raise argparse.ArgumentTypeError("it is empty")
     return text
@@ -89,13 +89,14 @@ def _ask(options: argparse.Namespace) -> tuple[bool, str]:
     from std_srvs.srv import Trigger
 
     node = Node("rpf3d_acknowledge", start_parameter_services=False)  # asks two services, and serves none
-    name_who = node.create_client(SetParameters, f"{options.node}/set_parameters")
+    set_parameters = node.create_client(SetParameters, f"{options.node}/set_parameters")
     acknowledge = node.create_client(Trigger, f"{options.node}/acknowledge")
     until = time.monotonic() + options.patience
-    for each in (name_who, acknowledge):
+    for each in (set_parameters, acknowledge):
         if not each.wait_for_service(max(until - time.monotonic(), 0.1)):
             raise InputError(f"{options.node} does not answer; does it run, in this ROS_DOMAIN_ID, under this name?")
-    (taken,) = _answer(node, name_who.call_async(who_acknowledges(f"{options.by}: {options.why}")), options).results
+    request = acknowledged_by_request(f"{options.by}: {options.why}")
+    (taken,) = _answer(node, set_parameters.call_async(request), options).results
     if not taken.successful:
         return False, taken.reason
     response = _answer(node, acknowledge.call_async(Trigger.Request()), options)

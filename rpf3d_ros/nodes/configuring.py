@@ -45,13 +45,13 @@ def on_a_thread(node: LifecycleNode, work: Callable[[], T], meanwhile: Callable[
 
     thread = threading.Thread(target=run, name="rpf3d configure", daemon=True)
     thread.start()
-    said = time.monotonic()
+    reported_at = time.monotonic()
     while thread.is_alive():
         thread.join(LOOK)
         if not node.context.ok():
             raise ContextEnded
-        if time.monotonic() - said >= REPEAT:
-            said = time.monotonic()
+        if time.monotonic() - reported_at >= REPEAT:
+            reported_at = time.monotonic()
             meanwhile()
     if raised:
         raise raised[0]

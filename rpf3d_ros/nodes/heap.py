@@ -19,7 +19,7 @@ the heap and leave it fragmented: a node that received a terrain of 2.33 million
 """
 
 
-def give_large_arrays_back() -> None:
+def return_large_arrays() -> None:
     """Return large arrays to the system when they are freed; do nothing if the C library is not glibc."""
     if sys.platform != "linux":
         return
@@ -28,7 +28,7 @@ def give_large_arrays_back() -> None:
         mallopt(MMAP_THRESHOLD, LARGE)
 
 
-def leave_what_stays_to_itself() -> None:
+def exempt_from_collection() -> None:
     """Exclude all objects that exist at this time, mostly those of libraries, from Python's garbage collection.
 
     A collection over their 120,000 objects stops every thread for 35 to 65 ms, including the executor, and each patch
@@ -38,7 +38,7 @@ def leave_what_stays_to_itself() -> None:
     gc.freeze()
 
 
-def free_what_is_gone() -> None:
+def free_unused_objects() -> None:
     """Free unused objects that refer to each other in cycles, including the excluded ones."""
     gc.unfreeze()
     gc.collect()

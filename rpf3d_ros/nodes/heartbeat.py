@@ -24,14 +24,14 @@ class Heartbeat:
     def __init__(self, node: Node, health: HealthReport) -> None:
         self._health = health
         self._last = time.monotonic()
-        self._told = self._last
+        self._reported_at = self._last
         self._gap = 0.0
         self.longest = 0.0
         node.create_timer(BEAT, self.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def reset(self) -> None:
         """Start again: earlier delays, such as compiling, were expected."""
-        self._last = self._told = time.monotonic()
+        self._last = self._reported_at = time.monotonic()
         self._gap = self.longest = 0.0
 
     def beat(self) -> None:
@@ -39,13 +39,13 @@ class Heartbeat:
         now = time.monotonic()
         self._gap = max(self._gap, now - self._last - BEAT)
         self._last = now
-        if now - self._told >= 1.0:
-            self._tell(now)
+        if now - self._reported_at >= 1.0:
+            self._report(now)
 
-    def _tell(self, now: float) -> None:
+    def _report(self, now: float) -> None:
         self.longest = max(self.longest, self._gap)
         level = WARN if self._gap > LONGEST else OK
         values = {"gap_ms": f"{1e3 * self._gap:.1f}", "longest_gap_ms": f"{1e3 * self.longest:.1f}"}
         sentence = "busy for longer than 50 ms" if level == WARN else "in time"
         self._health.set("executor", level, sentence, values)
-        self._told, self._gap = now, 0.0
+        self._reported_at, self._gap = now, 0.0

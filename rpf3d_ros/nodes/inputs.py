@@ -43,16 +43,16 @@ class Inputs:
         terrain = terrain_qos(parameters.terrain_durability)
         many = QoSProfile(depth=parameters.waiting_patches, reliability=EVENTS.reliability)
         self._subscriptions = [
-            self._listen(PoseArray, "sources", self.on_poses, EVENTS),
-            self._listen(PointStamped, "/clicked_point", self.on_point, EVENTS),
-            self._listen(PointCloud2, "source_cloud", self.on_cloud, EVENTS),
-            self._listen(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
-            self._listen(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
+            self._subscribe(PoseArray, "sources", self.on_poses, EVENTS),
+            self._subscribe(PointStamped, "/clicked_point", self.on_point, EVENTS),
+            self._subscribe(PointCloud2, "source_cloud", self.on_cloud, EVENTS),
+            self._subscribe(PolygonStamped, "areas/polygon", self.on_polygon, EVENTS),
+            self._subscribe(PoseArray, "areas/equipment", self.on_equipment, EVENTS),
         ]
         surveys = (
-            LargeTopic(PointCloud2, "terrain/update", self.on_update, many),
-            LargeTopic(PointCloud2, "terrain/points", self.on_points, terrain),
-            LargeTopic(Mesh, "terrain/mesh", self.on_mesh, terrain),
+            LargeTopic(kind=PointCloud2, name="terrain/update", take=self.on_update, qos=many),
+            LargeTopic(kind=PointCloud2, name="terrain/points", take=self.on_points, qos=terrain),
+            LargeTopic(kind=Mesh, name="terrain/mesh", take=self.on_mesh, qos=terrain),
         )
         self._surveys = LargeMessages(node, surveys, lambda why: health.set("terrain", ERROR, why))
 
@@ -77,7 +77,7 @@ class Inputs:
             frame, mesh_frame, most = self._frame, self._parameters.mesh_frame, self._parameters.most_points
             frame.check(mesh_frame)
             check_mesh(data, most)
-            arrival = Arrival(lambda: mesh_of_cdr(data, frame, mesh_frame, most), now, data)
+            arrival = Arrival(convert=lambda: mesh_of_cdr(data, frame, mesh_frame, most), stamp_ns=now, data=data)
             self._station.terrain.put_whole(arrival, Moment(published_ns))
 
         self._try("terrain", take)
@@ -118,7 +118,7 @@ class Inputs:
     def _now(self) -> int:
         return int(self._node.get_clock().now().nanoseconds)
 
-    def _listen(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
+    def _subscribe(self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> Any:
         return self._node.create_subscription(kind, topic, callback, qos, qos_overriding_options=OVERRIDABLE)
 
     def _whole(self, cloud: PointCloud2, published_ns: int) -> None:
@@ -138,15 +138,15 @@ class Inputs:
     def _arrival(self, cloud: PointCloud2) -> Arrival:
         frame, most, stamp = self._frame, self._parameters.most_points, nanoseconds(cloud.header.stamp)
         check_cloud(cloud, frame, most)
-        return Arrival(lambda: survey_of_cloud(cloud, frame, most), stamp)
+        return Arrival(convert=lambda: survey_of_cloud(cloud, frame, most), stamp_ns=stamp)
 
     def _sources(self, topic: str, header: Header, convert: Callable[[], Sources]) -> None:
         def take() -> None:
             found = convert()
             stamp = nanoseconds(header.stamp)
             trigger = trigger_of(found.positions, found.velocities, found.diameters, stamp, topic)
-            said = "received" if len(found.positions) else "received: watched, and nothing seen"
-            self._health.set("sources", OK, said, {"sources": str(len(found.positions)), "topic": topic})
+            sentence = "received" if len(found.positions) else "received: watched, and nothing seen"
+            self._health.set("sources", OK, sentence, {"sources": str(len(found.positions)), "topic": topic})
             self._station.submit(trigger)
 
         self._take("sources", topic, header, take)

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from rpf3d_ros.nodes.heap import give_large_arrays_back
+from rpf3d_ros.nodes.heap import return_large_arrays
 
 if TYPE_CHECKING:
     from rclpy.executors import Executor
@@ -32,13 +32,13 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
     make_node : returns the node
     """
     listening = _leave_on_signals()
-    unknown = beside_ros(sys.argv[1:] if args is None else args)
+    unknown = arguments_of_program(sys.argv[1:] if args is None else args)
     if {"-h", "--help"} & set(unknown):
         print(f"{sys.modules[make_node.__module__].__doc__}\n{USAGE}")
         return 0
     if unknown:
         return _refused(f"{unknown[0]} is no argument; {USAGE}")
-    give_large_arrays_back()
+    return_large_arrays()
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
 
@@ -51,15 +51,15 @@ def run(make_node: "Callable[[], Node]", args: Sequence[str] | None = None) -> i
     return _spin(make_node, executor)
 
 
-def beside_ros(args: Sequence[str]) -> list[str]:
+def arguments_of_program(args: Sequence[str]) -> list[str]:
     """Return the arguments that are not ROS's: those outside of --ros-args ... --."""
-    beside, ros = [], False
+    own, ros = [], False
     for word in args:
         if word == "--ros-args" or (ros and word == "--"):
             ros = not ros
         elif not ros:
-            beside.append(word)
-    return beside
+            own.append(word)
+    return own
 
 
 def _leave_on_signals() -> list[bool]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from rpf3d_core.errors import InputError
 from rpf3d_ros.interface.recorded_topics import TOPICS
 from rpf3d_ros.nodes.leaving import unless_signalled
-from rpf3d_ros.nodes.node_process import beside_ros
+from rpf3d_ros.nodes.node_process import arguments_of_program
 from rpf3d_ros.recording.entries import SECOND
 from rpf3d_ros.recording.from_bag import Raw, messages_of, topics_of
 
@@ -37,7 +37,7 @@ LEAVING = 1.0
 def main(args: Sequence[str] | None = None) -> int:
     """Play a bag; return 0, 2 for bad input, 128 + its number after a signal."""
     words = sys.argv[1:] if args is None else list(args)
-    options = _options(beside_ros(words))
+    options = _options(arguments_of_program(words))
     return unless_signalled(lambda: _played(options, words))
 
 
@@ -116,7 +116,7 @@ def _play(options: argparse.Namespace, words: list[str]) -> None:
             for raw in timed:
                 _wait_until(began + (raw.stamp_ns - begin_ns) / SECOND / options.rate)
                 if clock is not None:
-                    clock.tell()
+                    clock.publish()
                 publishers[raw.topic].publish(raw.data)
                 played[raw.topic] += 1
             time.sleep(LEAVING)

@@ -47,24 +47,24 @@ class RecorderNode(Node):
         parameters = declare(self, RecorderParameters)
         self.log = MessageLog(parameters.frame, parameters.mesh_frame, self._now_ns)
         self.bag = IncidentBag(parameters.bag)
-        viewer = Viewer(parameters.viewer, parameters.viewer_bind, parameters.viewer_port)
+        viewer = Viewer(kind=parameters.viewer, bind=parameters.viewer_bind, port=parameters.viewer_port)
         viewer.check()
         self.files = _opened(parameters, self.bag)
         self.recorded: Counter[str] = Counter()
         self.health = HealthReport(self)
         self.feed = ViewerFeed(viewer, self.files.head) if viewer.kind != NONE else None
         self.abandoned = False
-        self._say_recorded()
+        self._report_recorded()
         self.get_logger().info(f"recording into {self.files.path}")
         for topic, recorded in TOPICS.items():
             qos = recorded_qos(recorded.offered, parameters.terrain_durability)
-            self._listen(topic, recorded.message_class, qos)
+            self._subscribe(topic, recorded.message_class, qos)
         self.create_timer(LOOK_AFTER, self._look_after, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
-    def _listen(self, topic: str, kind: Any, qos: Any) -> None:
+    def _subscribe(self, topic: str, kind: Any, qos: Any) -> None:
         """Subscribe to a topic as CDR, so that a message that cannot be deserialized is refused like any other."""
         receive = partial(self._receive, topic, kind)
         self.create_subscription(kind, topic, receive, qos, qos_overriding_options=OVERRIDABLE, raw=True)
@@ -92,7 +92,7 @@ class RecorderNode(Node):
         try:
             self.files.write(entries)
         except FAULTS as error:
-            self._say_fault(error)
+            self._report_fault(error)
         else:
             self._count(topic)
 
@@ -100,15 +100,15 @@ class RecorderNode(Node):
         try:
             self.files.check()
         except FAULTS as error:
-            self._say_fault(error)
+            self._report_fault(error)
         else:
-            self._say_recorded()
+            self._report_recorded()
         if self.bag.folder is not None:
             level = ERROR if self.bag.fault else OK
             self.health.set(BAG, level, self.bag.fault or f"writing {self.bag.folder}")
-        self._say_viewer()
+        self._report_viewer()
 
-    def _say_viewer(self) -> None:
+    def _report_viewer(self) -> None:
         if self.feed is not None:
             lost = {"dropped": str(self.feed.dropped)}
             if self.feed.fault:
@@ -119,15 +119,15 @@ class RecorderNode(Node):
     def _count(self, topic: str) -> None:
         if topic != DIAGNOSTICS:  # counting diagnostics would publish diagnostics each time
             self.recorded[topic] += 1
-            self._say_recorded()
+            self._report_recorded()
 
-    def _say_recorded(self) -> None:
+    def _report_recorded(self) -> None:
         counts = {topic: str(count) for topic, count in self.recorded.items()}
         self.health.set(RECORDING, OK, f"writing {self.files.path}", counts)
         if self.files.lost:
             self.health.set(FILE, WARN, f"writing again; rows that were lost before: {self.files.lost}")
 
-    def _say_fault(self, error: Exception) -> None:
+    def _report_fault(self, error: Exception) -> None:
         sentence = f"{self.files.path} could not be written: {error}"
         self.health.set(FILE, ERROR, sentence, {"lost": str(self.files.lost)})
         self.health.set(RECORDING, ERROR, sentence)
@@ -147,7 +147,7 @@ class RecorderNode(Node):
 def _opened(parameters: RecorderParameters, bag: IncidentBag) -> RecordingFiles:
     """Open the first file. Raises InputError if it cannot be created."""
     path = Path(parameters.file)
-    rotation = Rotation(parameters.rotate_mb, parameters.rotate_minutes, parameters.keep_files)
+    rotation = Rotation(megabytes=parameters.rotate_mb, minutes=parameters.rotate_minutes, keep=parameters.keep_files)
     try:
         return RecordingFiles(path, rotation, begun=bag.begin_with, forgotten=bag.forget)
     except FAULTS as error:

@@ -34,7 +34,7 @@ class ScenePublisherNode(Node):
         self.content = content
         self.served, self.repeated = 0, 0
         self.health = HealthReport(self)
-        self._say(content)
+        self._report(content)
         self.terrain = self.create_publisher(Mesh, "terrain/mesh", LATCHED, qos_overriding_options=OVERRIDABLE)
         self.sources = self.create_publisher(PoseArray, "sources", EVENTS, qos_overriding_options=OVERRIDABLE)
         self.create_timer(LOOK_EVERY, self.look)
@@ -46,7 +46,7 @@ class ScenePublisherNode(Node):
             raise InputError("parameter scene is not set; it must be the path of a scene file (-p scene:=demo.yaml)")
         return scene_content(Path(self.parameters.scene), self.frame)
 
-    def _say(self, content: SceneContent) -> None:
+    def _report(self, content: SceneContent) -> None:
         slow, fast = content.speeds
         asked = f"{fast:.6g} m/s" if slow == fast else f"one for all; the scene has {slow:.6g} to {fast:.6g} m/s"
         values = {"triangles": str(len(content.mesh.triangles)), "rocks": str(len(content.positions))}

@@ -28,7 +28,7 @@ from rpf3d_ros.nodes.configuring import (
     refuse_impossible_transitions,
     watch_clock,
 )
-from rpf3d_ros.nodes.heap import free_what_is_gone, leave_what_stays_to_itself
+from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
 from rpf3d_ros.nodes.heartbeat import Heartbeat
 from rpf3d_ros.nodes.inputs import Inputs
 
@@ -59,7 +59,10 @@ class SimulatorNode(LifecycleNode):
         _ = parameters.frame  # raises an error here if the frame is refused
         self.lock = ParameterLock(self, free=("acknowledged_by",))
         self.health = HealthReport(self)
-        self.outlets = Outlets(AnswerPublishers(self), AlertPublishers(self), self.health, self.get_logger(), self._now)
+        self.outlets = Outlets(
+            answers=AnswerPublishers(self), alerts=AlertPublishers(self), health=self.health, logger=self.get_logger(),
+            now=self._now,
+        )  # fmt: skip
         self.station: Station | None = None
         self.inputs: Inputs | None = None
         self.broken = ""
@@ -71,7 +74,7 @@ class SimulatorNode(LifecycleNode):
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
         watch_clock(self, self._clock_went_back)
-        self._say("unconfigured", OK)
+        self._report("unconfigured", OK)
         if parameters.autostart:
             self._starting = self.create_timer(0.0, self._start)
 
@@ -81,21 +84,21 @@ class SimulatorNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read parameters, scene and site file, compile, and restore the last good terrain."""
         self.broken = ""
-        self._say("configuring: reading, and compiling what the scene names", OK)
+        self._report("configuring: reading, and compiling what the scene names", OK)
         try:
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
             now = self._now()
             equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
-            leave_what_stays_to_itself()
+            exempt_from_collection()
             self.station = Station(equipment, self.outlets)
         except ContextEnded:
             self.abandoned = True
             return FAILED
         except InputError as refusal:
-            self._say(f"not configured: {refusal}", ERROR)
+            self._report(f"not configured: {refusal}", ERROR)
             return FAILED
         self.lock.closed = True
-        self._say(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
+        self._report(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
         return super().on_configure(state)
 
     @noting_errors
@@ -106,14 +109,14 @@ class SimulatorNode(LifecycleNode):
         self.inputs = Inputs(self, values_of(self, SimulatorParameters), self.station, self.health)
         self.station.activate()
         self.heartbeat.reset()
-        self._say("active", OK)
+        self._report("active", OK)
         return done
 
     @noting_errors
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End all subscriptions, forget what waits, and publish nothing."""
-        self._fall_silent()
-        self._say("inactive", OK)
+        self._stop()
+        self._report("inactive", OK)
         self.health.set("run", OK, "inactive")
         return super().on_deactivate(state)
 
@@ -123,20 +126,20 @@ class SimulatorNode(LifecycleNode):
         self._close_station()
         self.lock.closed = False
         self.health.clear("terrain", "sources", "run", "queues", "areas", "decision log", "store")
-        self._say("unconfigured", OK)
+        self._report("unconfigured", OK)
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """End for good."""
-        self._let_go()
-        self._say("shut down", OK)
+        self._release()
+        self._report("shut down", OK)
         return super().on_shutdown(state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Release everything after an error in a transition, report it, and be ready to be configured again."""
-        self._let_go()
+        self._release()
         self.lock.closed = False
-        self._say(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
+        self._report(f"unconfigured after an error: {self.broken or f'in the transition from {state.label}'}", ERROR)
         return DONE
 
     # --- called by the executor
@@ -167,12 +170,12 @@ class SimulatorNode(LifecycleNode):
         self, request: TriggerService.Request, response: TriggerService.Response
     ) -> TriggerService.Response:
         """Acknowledge the alert for the person in `acknowledged_by`, and clear that parameter."""
-        said = self._named()
+        acknowledged_by = self._named()
         self.set_parameters([Parameter("acknowledged_by", Parameter.Type.STRING, "")])
         if self.station is None or self.inputs is None:
             response.success, response.message = False, "the node is not active"
         else:
-            response.success, response.message = self.station.acknowledged(said)
+            response.success, response.message = self.station.acknowledged(acknowledged_by)
         return response
 
     def _named(self) -> str:
@@ -191,28 +194,28 @@ class SimulatorNode(LifecycleNode):
         self._close_station()
         super().destroy_node()
 
-    def _fall_silent(self) -> None:
+    def _stop(self) -> None:
         """End all subscriptions and stop answering; the last alert published is a fault."""
-        self._stop_listening()
+        self._unsubscribe()
         if self.station is not None:
             self.station.deactivate()
 
-    def _let_go(self) -> None:
-        self._fall_silent()
+    def _release(self) -> None:
+        self._stop()
         self._close_station()
 
     def _close_station(self) -> None:
         if self.station is not None:
             self.abandoned = not self.station.close() or self.abandoned
             self.station = None
-            free_what_is_gone()
+            free_unused_objects()
 
-    def _stop_listening(self) -> None:
+    def _unsubscribe(self) -> None:
         if self.inputs is not None:
             self.inputs.close()
             self.inputs = None
 
-    def _say(self, what: str, level: int) -> None:
+    def _report(self, what: str, level: int) -> None:
         self.health.set("lifecycle", level, what)
         if level == OK:
             self.get_logger().info(what)  # the health report logs only problems and their ends

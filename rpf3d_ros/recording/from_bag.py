@@ -78,7 +78,7 @@ def messages_of(bag: Path, namespace: str = "") -> Iterator[Raw]:
             return  # rosbags reads all topics if the list is empty
         for connection, stamp_ns, data in reader.messages(connections=chosen):
             topic = topic_called(connection.topic, namespace)
-            yield Raw(str(topic), connection.topic, stamp_ns, bytes(data))
+            yield Raw(topic=str(topic), name=connection.topic, stamp_ns=stamp_ns, data=bytes(data))
 
 
 @contextmanager

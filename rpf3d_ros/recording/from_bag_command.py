@@ -29,7 +29,7 @@ def from_bag(
     """Write the recording that the live recorder would have written from a bag's messages."""
     from rpf3d_ros.recording.from_bag import MapFrame, convert
 
-    frame = MapFrame(map_frame, survey_frame, map_origin)
+    frame = MapFrame(name=map_frame, survey=survey_frame, origin=map_origin)
     try:
         done = convert(bag, out, frame, mesh_frame, namespace)
     except OSError as error:

@@ -37,7 +37,7 @@ class IncidentBag:
         if self._prefix is None:
             return
         first = self.folder is None
-        self.folder = self._beside(recording)
+        self.folder = self._folder_of(recording)
         try:
             self.close()
             self._writer, self._is_new, self.fault = BagWriter(self.folder), True, ""
@@ -51,9 +51,9 @@ class IncidentBag:
         if self._prefix is None:
             return
         try:
-            for file in self._beside(recording).glob("*"):  # a bag's folder has no subfolders
+            for file in self._folder_of(recording).glob("*"):  # a bag's folder has no subfolders
                 file.unlink()
-            self._beside(recording).rmdir()
+            self._folder_of(recording).rmdir()
         except FileNotFoundError:
             pass
         except OSError as error:
@@ -77,7 +77,7 @@ class IncidentBag:
         if writer is not None:
             writer.close()
 
-    def _beside(self, recording: Path) -> Path:
+    def _folder_of(self, recording: Path) -> Path:
         assert self._prefix is not None
         return self._prefix.with_name(f"{self._prefix.name}_{recording.stem}")
 

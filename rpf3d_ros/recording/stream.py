@@ -57,7 +57,7 @@ class Recording:
         in_file : whether the sink is a file
         """
         self._rerun, self._stream, self._in_file = import_rerun(), stream, in_file
-        self._looked_at = 0.0
+        self._extent_in_view = 0.0
         self._stamp_ns, self._event = 0, 0
         self._frames, self._lanes = 0, set[str]()
         self._log("/", self._rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
@@ -72,7 +72,7 @@ class Recording:
     def terrain(self, vertices: FloatArray, triangles: IntArray) -> None:
         """Log the terrain, vertices (V, 3) m, as one zone; the patches of the previous terrain are cleared."""
         zone = np.zeros(len(triangles), dtype=np.int32)
-        mesh = coloured_mesh(Terrain(vertices, triangles, zone, ("terrain",)))
+        mesh = coloured_mesh(Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=("terrain",)))
         self.clear("terrain/updates")
         self._log(
             "terrain",
@@ -123,9 +123,9 @@ class Recording:
             colors=np.concatenate([np.empty((0, 4), dtype=np.uint8), *colours]),
         )
         self._log("trajectories", lines)
-        if (extent := extent_of(strips)) > FARTHER * self._looked_at:
+        if (extent := extent_of(strips)) > FARTHER * self._extent_in_view:
             self._stream.send_blueprint(blueprint(strips))
-            self._looked_at = extent
+            self._extent_in_view = extent
 
     def motion(self, motion: RockPositions) -> None:
         """Log the motion of rocks, one row for each frame, over simulated time and from the event's stamp on.
@@ -157,12 +157,12 @@ class Recording:
             for name, value in (("largest", energy.max()), ("p95", np.percentile(energy, 95))):
                 self._log(f"energy/{name}", self._rerun.Scalars(float(value) / JOULE_PER_KJ))
 
-    def reach(self, positions: FloatArray, reach: FloatArray, beside: dict[str, NDArray[Any]]) -> None:
+    def reach(self, positions: FloatArray, reach: FloatArray, columns: dict[str, NDArray[Any]]) -> None:
         """Log the reached cells, (N, 3) m, coloured by the share of rocks (N,) that reach each cell.
 
-        beside : further columns, name -> (N,)
+        columns : further columns, name -> (N,)
         """
-        self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **beside})
+        self._coloured("hazard/points", positions, reach, 1.0, {"reach_probability": reach, **columns})
 
     def grid(self, percent: NDArray[np.int8]) -> None:
         """Log a grid of reach probability (H, W) in percent, the southernmost row first, -1 for unknown values."""
@@ -240,11 +240,11 @@ class Recording:
             self._log(f"energy/{name}", rr.SeriesLines(names=[name], interpolation_mode=step), static=True)
 
     def _coloured(
-        self, entity: str, positions: FloatArray, values: FloatArray, top: float, beside: dict[str, NDArray[Any]]
+        self, entity: str, positions: FloatArray, values: FloatArray, top: float, columns: dict[str, NDArray[Any]]
     ) -> None:
         pixels = DEPOSIT_PIXELS if entity == "deposits" else POINT_PIXELS
         cloud = self._rerun.Points3D(positions, radii=-pixels, colors=speed_colours(values, top))
-        self._log(entity, cloud, self._rerun.AnyValues(**beside))
+        self._log(entity, cloud, self._rerun.AnyValues(**columns))
 
     def _points(self, positions: FloatArray, colour: tuple[int, int, int], pixels: float) -> Any:
         return self._rerun.Points3D(positions, radii=-pixels, colors=colour)

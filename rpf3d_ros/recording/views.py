@@ -23,7 +23,9 @@ STATE_COLOURS = {
 }
 """Colour of each level and of the alarm: red, green, blue, opacity."""
 
-NOWHERE = Terrain(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32), np.zeros(0, dtype=np.int32), ())
+NOWHERE = Terrain(
+    vertices=np.zeros((0, 3)), triangles=np.zeros((0, 3), dtype=np.int32), zone=np.zeros(0, dtype=np.int32), zones=()
+)
 """Empty terrain for `point_of_view`, where trajectories alone determine the position of the eye."""
 
 COVERING = ("trajectories/points", "hazard/points")

@@ -59,7 +59,7 @@ def test_a_clock_at_twenty_times_the_rate_goes_on_from_where_it_was(clock):
 
 
 def test_the_shift_has_two_updates_three_bursts_and_one_acknowledgement_in_five_minutes():
-    done = [event.what for event in EVENTS]
+    done = [event.action for event in EVENTS]
     assert done.count("falls") == 3 and done.count("acknowledge") == 1
     assert done.count("fails") + done.count("cleaned") == 2
     assert [event.at for event in EVENTS] == sorted(event.at for event in EVENTS) and EVENTS[-1].at < LENGTH == 300.0

@@ -42,7 +42,7 @@ def test_what_comes_during_a_look_is_handed_on_in_order_and_once(queues, paces):
     order = InOrder([lambda queue=queue: stream.take(queue) for queue in range(QUEUES)])
     handed = []
     for _ in range(2 * len(queues) + len(paces) + 2):
-        handed += order.come()
+        handed += order.ready()
     assert [(each.at_ns, each.queue, each.content) for each in handed] == [
         (at, queue, f"message {at}") for at, queue in enumerate(queues)
     ]
@@ -52,7 +52,7 @@ def test_a_message_is_not_kept_back_where_nothing_follows():
     stream = Stream([1], [1])
     stream.publish(1)
     order = InOrder([lambda queue=queue: stream.take(queue) for queue in range(QUEUES)])
-    assert [each.content for each in order.come()] == ["message 0"]
+    assert [each.content for each in order.ready()] == ["message 0"]
 
 
 @pytest.mark.parametrize("calls", [{0}, {1}, {0, 1}, range(100)])
@@ -69,7 +69,7 @@ def test_what_a_queue_raises_is_told_and_keeps_nothing_of_another_back(calls):
     order = InOrder([lambda: stream.take(0), take, lambda: stream.take(2)])
     handed, told = [], 0
     for _ in range(40):
-        handed += [each.at_ns for each in order.come()]
+        handed += [each.at_ns for each in order.ready()]
         told += len(order.errors)
     assert handed == list(range(10))
     assert told == min(len(calls), next(count))
@@ -78,4 +78,4 @@ def test_what_a_queue_raises_is_told_and_keeps_nothing_of_another_back(calls):
 def test_messages_of_one_time_keep_the_order_in_which_they_came():
     queues = [deque([(5, "a"), (5, "b")]), deque([(5, "c")])]
     order = InOrder([lambda queue=queue: queue.popleft() if queue else None for queue in queues])
-    assert [each.content for each in order.come()] == ["a", "b", "c"]
+    assert [each.content for each in order.ready()] == ["a", "b", "c"]
