@@ -41,8 +41,8 @@ def ros_environment(tmp_path_factory):
 class Peer:
     """What stands at the other end of the topics: publishes anything, keeps all that it receives."""
 
-    def __init__(self, publishes=(), hears=()):
-        self.heard = {topic: [] for topic in hears}
+    def __init__(self, publishes=(), subscribes=()):
+        self.received = {topic: [] for topic in subscribes}
         self.health = {}
         self.context = Context()
         self.context.init()
@@ -51,9 +51,9 @@ class Peer:
             topic: self.node.create_publisher(KINDS[topic], topic, EVENTS if topic in PASSING else LATCHED)
             for topic in publishes
         }
-        for topic in hears:
+        for topic in subscribes:
             qos = EVENTS if topic in PASSING else LATCHED
-            self.node.create_subscription(KINDS[topic], topic, self.heard[topic].append, qos)
+            self.node.create_subscription(KINDS[topic], topic, self.received[topic].append, qos)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._note_health, EVENTS)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -74,11 +74,11 @@ class Peer:
         for topic, publisher in self.publishers.items():
             self.wait(lambda p=publisher: p.get_subscription_count() >= count, f"{count} subscribers of {topic}")
 
-    def wait_for_health(self, name, saying):
+    def wait_for_health(self, name, sentence):
         """Spin until a part of a node says something; its health."""
         return self.wait(
-            lambda: name in self.health and saying in self.health[name].message and self.health[name],
-            f"{name} to say {saying!r}",
+            lambda: name in self.health and sentence in self.health[name].message and self.health[name],
+            f"{name} to say {sentence!r}",
         )
 
     def send(self, topic, message):
@@ -116,7 +116,7 @@ class Stage:
         self.processes.append(node_process(module, given, self.folder))
         return self.processes[-1]
 
-    def node_beside(self, name, module, **parameters):
+    def named_node(self, name, module, **parameters):
         """Start a node as a process, one of several of a module: its output is that of `name/module`."""
         whole, self.folder = self.folder, self.folder / name
         self.folder.mkdir()
@@ -125,9 +125,9 @@ class Stage:
         finally:
             self.folder = whole
 
-    def peer(self, publishes=(), hears=()):
+    def peer(self, publishes=(), subscribes=()):
         """Join as a peer."""
-        self.peers.append(Peer(publishes, hears))
+        self.peers.append(Peer(publishes, subscribes))
         return self.peers[-1]
 
     def live_peer(self, clock=False):

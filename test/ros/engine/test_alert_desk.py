@@ -29,7 +29,7 @@ PATIENCE = 20.0
 RADAR, OTHER = "sources", "source_cloud"
 
 
-class Heard:
+class DeskReports:
     """Keeps what the desk reports, and raises where the test wants it."""
 
     def __init__(self):
@@ -101,20 +101,20 @@ def wait(condition):
     return found
 
 
-def decided(heard, count):
+def decided(reports, count):
     """The alert that comes as number n."""
-    wait(lambda: len(heard.alerts) >= count)
-    assert len(heard.alerts) == count
-    return heard.alerts[-1]
+    wait(lambda: len(reports.alerts) >= count)
+    assert len(reports.alerts) == count
+    return reports.alerts[-1]
 
 
 @pytest.fixture
 def desk():
     """A desk without a log, what it has reported, and its clock."""
-    heard, clock = Heard(), Clock()
-    made = AlertDesk(site(), None, clock, heard)
-    yield made, heard, clock
-    heard.hold.set()
+    reports, clock = DeskReports(), Clock()
+    made = AlertDesk(site(), None, clock, reports)
+    yield made, reports, clock
+    reports.hold.set()
     assert made.close(PATIENCE)
 
 
@@ -123,132 +123,132 @@ def nothing_seen(stamp):
 
 
 def test_nothing_seen_clears_what_was_seen_before_and_nothing_newer(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
     desk.decide_on("nobody", nothing_seen(NOW - 2 * S), RADAR)
-    wait(lambda: len(heard.alerts) == 2)
-    assert heard.alerts[-1].evident == Level.EVACUATE
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].evident == Level.EVACUATE
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
-    wait(lambda: len(heard.alerts) == 3)
-    assert heard.alerts[-1].evident == Level.NORMAL
+    wait(lambda: len(reports.alerts) == 3)
+    assert reports.alerts[-1].evident == Level.NORMAL
 
 
 def test_nothing_seen_by_one_radar_clears_nothing_that_another_sees(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), RADAR)
     desk.decide_on("nobody", nothing_seen(NOW), OTHER)
-    wait(lambda: len(heard.alerts) == 2)
-    assert heard.alerts[-1].evident == Level.EVACUATE
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].evident == Level.EVACUATE
     replies = []
     desk.acknowledge("J. Meyer", "the other radar sees nothing", replies.append)
     lowered, why = wait(lambda: replies)[0]
     assert not lowered and "evidence" in why, why
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
-    wait(lambda: heard.alerts[-1].evident == Level.NORMAL)
+    wait(lambda: reports.alerts[-1].evident == Level.NORMAL)
 
 
 def test_an_older_answer_does_not_take_the_place_of_a_newer_fault_of_its_wall(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     lacking = evidence()._replace(areas=(), faults=("no room",), trigger_stamp_ns=NOW - S)
     desk.decide_on("wall", lacking, RADAR)
     desk.decide_on("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - 2 * S), RADAR)
-    wait(lambda: len(heard.alerts) == 2)
-    assert "no room" in heard.alerts[-1].faults
+    wait(lambda: len(reports.alerts) == 2)
+    assert "no room" in reports.alerts[-1].faults
 
 
 def test_where_one_radar_goes_clear_what_another_told_before_it_is_no_step_back(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("other wall", evidence(area(0)), OTHER)
     desk.decide_on("wall", evidence(area(0), now=NOW + S), RADAR)
     clock.now = NOW + 2 * S
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
-    wait(lambda: len(heard.alerts) == 3)
-    assert heard.alerts[-1].faults == ()
+    wait(lambda: len(reports.alerts) == 3)
+    assert reports.alerts[-1].faults == ()
 
 
 def test_a_fault_of_what_is_not_kept_is(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(0))._replace(trigger_stamp_ns=NOW - S), RADAR)
     desk.decide_on("nobody", nothing_seen(NOW)._replace(faults=("2 patches are not in the terrain",)), OTHER)
-    wait(lambda: len(heard.alerts) == 2)
-    assert heard.alerts[-1].faults == ("2 patches are not in the terrain",)
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].faults == ("2 patches are not in the terrain",)
 
 
 def test_what_was_clicked_is_cleared_by_whoever_watches_and_sees_nothing(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(5000))._replace(trigger_stamp_ns=NOW - S), BY_HAND)
     desk.decide_on("nobody", nothing_seen(NOW), RADAR)
-    wait(lambda: len(heard.alerts) == 2)
-    assert heard.alerts[-1].evident == Level.NORMAL
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].evident == Level.NORMAL
 
 
 def test_a_disk_that_hangs_is_told_of_while_it_does(monkeypatch):
     monkeypatch.setattr(alert_desk, "LONGEST_WRITE", 0.05)
-    heard, log = Heard(), HangingLog()
-    desk = AlertDesk(site(), log, Clock(), heard)
+    reports, log = DeskReports(), HangingLog()
+    desk = AlertDesk(site(), log, Clock(), reports)
     try:
         desk.decide_on("wall", evidence(area(5000)), RADAR)
-        wait(lambda: desk.tick() or heard.hangs)
+        wait(lambda: desk.tick() or reports.hangs)
         desk.tick()
-        assert not heard.alerts and heard.hangs == 1, "once is enough"
+        assert not reports.alerts and reports.hangs == 1, "once is enough"
         log.answers.set()
-        wait(lambda: heard.alerts)
+        wait(lambda: reports.alerts)
         time.sleep(0.1)
         desk.tick()
-        assert heard.hangs == 1
+        assert reports.hangs == 1
     finally:
         log.answers.set()
         assert desk.close(PATIENCE)
 
 
 def test_an_acknowledgement_does_not_count_for_evidence_that_got_worse_after_it_was_given(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("wall", evidence(area(5000)), RADAR)
     desk.decide_on("wall", evidence(area(0)), RADAR)
-    wait(lambda: len(heard.alerts) == 2)
-    heard.hold.clear()
+    wait(lambda: len(reports.alerts) == 2)
+    reports.hold.clear()
     desk.decide_on("wall", evidence(area(200)), RADAR)
     replies = []
     time.sleep(0.05)
     clock.now = NOW - 1  # what was given before that decision, by whatever thread was slow
     desk.acknowledge("J. Meyer", "looks quiet", replies.append)
     clock.now = NOW + S
-    heard.hold.set()
+    reports.hold.set()
     assert wait(lambda: replies)[0][0] is False
-    assert heard.alerts[-1].held == Level.EVACUATE and "got worse" in heard.alerts[-1].void
+    assert reports.alerts[-1].held == Level.EVACUATE and "got worse" in reports.alerts[-1].void
 
 
 def test_a_decision_that_could_not_be_published_is_made_again_as_a_fault_and_not_without_end(desk):
-    desk, heard, _ = desk
-    heard.broken = True
+    desk, reports, _ = desk
+    reports.broken = True
     desk.decide_on("wall", evidence(area(5000)), RADAR)
-    wait(lambda: heard.errors)
+    wait(lambda: reports.errors)
     time.sleep(0.1)
-    assert len(heard.errors) == 1
-    heard.broken = False
+    assert len(reports.errors) == 1
+    reports.broken = False
     desk.tick()
-    assert wait(lambda: heard.alerts)[0].held == Level.EVACUATE and heard.alerts[0].faults
+    assert wait(lambda: reports.alerts)[0].held == Level.EVACUATE and reports.alerts[0].faults
 
 
 def test_an_alert_goes_out_whatever_is_wrong_with_the_log():
-    heard = Heard()
-    desk = AlertDesk(site(), BrokenLog(), Clock(), heard)
+    reports = DeskReports()
+    desk = AlertDesk(site(), BrokenLog(), Clock(), reports)
     desk.decide_on("wall", evidence(area(5000)), RADAR)
-    assert wait(lambda: heard.alerts)[0].level == Level.EVACUATE
-    assert desk.close(PATIENCE) and "broken" in heard.faults[0]
+    assert wait(lambda: reports.alerts)[0].level == Level.EVACUATE
+    assert desk.close(PATIENCE) and "broken" in reports.faults[0]
 
 
 def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done(tmp_path):
     """A node that is configured again opens the log again, in the same process."""
-    heard = Heard()
-    heard.hold.clear()
-    desk = AlertDesk(site(), DecisionLog(tmp_path, "0.0.0"), Clock(), heard)
+    reports = DeskReports()
+    reports.hold.clear()
+    desk = AlertDesk(site(), DecisionLog(tmp_path, "0.0.0"), Clock(), reports)
     desk.decide_on("wall", evidence(area(5000)), RADAR)
-    wait(lambda: heard.faults == [""])  # it is being reported
+    wait(lambda: reports.faults == [""])  # it is being reported
     assert not desk.close(0.05)
     with pytest.raises(NotLogged):
         DecisionLog(tmp_path, "0.0.0")
-    heard.hold.set()
+    reports.hold.set()
 
     def free():
         try:
@@ -260,8 +260,8 @@ def test_a_desk_that_is_left_behind_at_work_lets_go_of_its_log_when_that_is_done
 
 
 def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
-    desk, heard, clock = desk
-    heard.hold.clear()
+    desk, reports, clock = desk
+    reports.hold.clear()
     desk.decide_on("wall", evidence(area(0)), RADAR)
     time.sleep(0.05)
     clock.now = NOW + 100 * S
@@ -271,18 +271,18 @@ def test_ticks_do_not_pile_up_behind_a_slow_disk(desk):
 
 
 def test_of_sources_that_are_all_stale_the_newest_are_told_of(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("one", evidence(area(0))._replace(trigger_stamp_ns=NOW - 40 * S), RADAR)
     desk.decide_on("other", evidence(area(0))._replace(trigger_stamp_ns=NOW - 90 * S), RADAR)
-    wait(lambda: len(heard.alerts) == 2)
-    assert "stamped 40.000 s ago" in " ".join(heard.alerts[-1].faults)
+    wait(lambda: len(reports.alerts) == 2)
+    assert "stamped 40.000 s ago" in " ".join(reports.alerts[-1].faults)
 
 
 def test_who_makes_it_forget_hears_when_the_fault_has_been_told(desk):
-    desk, heard, _ = desk
+    desk, reports, _ = desk
     desk.decide_on("wall", evidence(area(0)), RADAR)
     told = []
-    desk.forget("not active", lambda said: told.append((said, heard.alerts[-1].level, heard.alerts[-1].alarm)))
+    desk.forget("not active", lambda said: told.append((said, reports.alerts[-1].level, reports.alerts[-1].alarm)))
     assert wait(lambda: told) == [((True, "not active"), Level.FAULT, True)]
 
 
@@ -290,27 +290,27 @@ def test_before_the_clock_runs_nothing_is_decided_nor_logged_and_at_its_first_ti
     with DecisionLog(tmp_path, "0.1.0") as log:  # a level that is held from before, valid for long
         before = decide(None, evidence(area(5000)), site(), NOW - S)
         log.decided(Decision(None, evidence(area(5000)), None, NOW - S, before), site())
-    log, heard, clock = DecisionLog(tmp_path, "0.1.0"), Heard(), Clock()
+    log, reports, clock = DecisionLog(tmp_path, "0.1.0"), DeskReports(), Clock()
     lines, clock.now = logged(tmp_path), 0
-    desk = AlertDesk(site(), log, clock, heard)
+    desk = AlertDesk(site(), log, clock, reports)
     replies = []
     desk.forget("just activated", replies.append)
     desk.acknowledge("J. Meyer", "looks quiet", replies.append)
     desk.decide_on("wall", evidence(area(0)), RADAR)
     desk.tick()
     assert wait(lambda: len(replies) == 2 and replies) == [(True, NO_CLOCK), (False, NO_CLOCK)]
-    wait(lambda: len(heard.hindrances) >= 3)
-    assert set(heard.hindrances) == {NO_CLOCK} and not heard.alerts
+    wait(lambda: len(reports.hindrances) >= 3)
+    assert set(reports.hindrances) == {NO_CLOCK} and not reports.alerts
     assert logged(tmp_path) == lines
     clock.now = NOW
     desk.tick()
-    (alert,) = wait(lambda: heard.alerts)
+    (alert,) = wait(lambda: reports.alerts)
     assert (alert.at_ns, alert.held, alert.faults) == (NOW, Level.EVACUATE, ())
-    assert heard.hindrances[-1] == "" and logged(tmp_path) == lines + 1
+    assert reports.hindrances[-1] == "" and logged(tmp_path) == lines + 1
     desk.tick()  # what was owed is not decided again
     desk.acknowledge("", "", replies.append)
     wait(lambda: len(replies) == 3)
-    assert len(heard.alerts) == 1
+    assert len(reports.alerts) == 1
     assert desk.close(PATIENCE)
 
 
@@ -320,58 +320,61 @@ def logged(folder):
 
 
 def test_a_clock_that_goes_back_to_0_is_decided_on(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("wall", evidence(area(0)), RADAR)
-    wait(lambda: heard.alerts)
+    wait(lambda: reports.alerts)
     clock.now = 0
     desk.forget("the clock went back")
-    wait(lambda: len(heard.alerts) == 2)
-    assert heard.alerts[-1].level == Level.FAULT and not heard.hindrances
+    wait(lambda: len(reports.alerts) == 2)
+    assert reports.alerts[-1].level == Level.FAULT and not reports.hindrances
 
 
 def test_a_topic_that_falls_silent_after_it_told_of_sources_is_a_fault_that_names_it_whoever_else_speaks(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("other wall", evidence(), OTHER)
     desk.decide_on("wall", evidence(), RADAR)
-    assert decided(heard, 2).level == Level.NORMAL
+    assert decided(reports, 2).level == Level.NORMAL
     clock.now = NOW + 20 * S
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
-    assert decided(heard, 3).level == Level.NORMAL
+    assert decided(reports, 3).level == Level.NORMAL
     clock.now = NOW + 30 * S
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
-    alert = decided(heard, 4)
-    assert (alert.level, alert.faults) == (Level.FAULT, (f"nothing has been heard of sources on {OTHER} for 32.000 s",))
+    alert = decided(reports, 4)
+    assert (alert.level, alert.faults) == (
+        Level.FAULT,
+        (f"nothing has been heard of sources on {OTHER} for 32.000 s",),
+    )
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), RADAR)
-    assert decided(heard, 5).faults == alert.faults, "that is what another radar sees"
+    assert decided(reports, 5).faults == alert.faults, "that is what another radar sees"
     desk.decide_on("nobody", nothing_seen(clock.now)._replace(at_ns=clock.now), OTHER)
-    assert decided(heard, 6).level == Level.NORMAL
+    assert decided(reports, 6).level == Level.NORMAL
 
 
 def test_a_topic_that_told_of_other_sources_or_of_none_since_or_of_a_click_is_not_silent(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("wall", evidence(), OTHER)
     desk.decide_on("clicked", evidence(), "/clicked_point")
     clock.now = NOW + 40 * S
     desk.decide_on("nobody", nothing_seen(NOW + 30 * S), OTHER)
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
     desk.decide_on("wall", evidence()._replace(at_ns=clock.now), OTHER)  # answered again, over new ground
-    wait(lambda: len(heard.alerts) == 5)
+    wait(lambda: len(reports.alerts) == 5)
     clock.now = NOW + 80 * S  # who sees nothing need not say so for ever
     desk.decide_on("elsewhere", evidence(now=clock.now), RADAR)
-    wait(lambda: len(heard.alerts) == 6)
-    assert not any("nothing has been heard" in fault for alert in heard.alerts for fault in alert.faults)
+    wait(lambda: len(reports.alerts) == 6)
+    assert not any("nothing has been heard" in fault for alert in reports.alerts for fault in alert.faults)
 
 
 def test_evidence_that_is_lost_hides_no_topic_that_falls_silent_and_a_new_beginning_does(desk):
-    desk, heard, clock = desk
+    desk, reports, clock = desk
     desk.decide_on("other wall", evidence(), OTHER)
     desk.lose("an answer failed")
     clock.now = NOW + 40 * S
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
-    assert OTHER in decided(heard, 3).faults[0]
+    assert OTHER in decided(reports, 3).faults[0]
     desk.forget("the node has just been activated")
     desk.decide_on("wall", evidence(now=clock.now), RADAR)
-    assert decided(heard, 5).faults == ()
+    assert decided(reports, 5).faults == ()
 
 
 def test_an_answer_that_fails_loses_evidence_and_forgets_no_topic():
@@ -395,9 +398,9 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
 def test_where_the_log_keeps_the_last_fault_waiting_the_alarm_is_the_last_word(monkeypatch):
     monkeypatch.setattr("rpf3d_ros.engine.station.LAST_FAULT", 0.01)
     outlets = MagicMock()
-    reports = DecisionReports(outlets, "map")
-    station = SimpleNamespace(flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), decisions=reports)
+    decisions = DecisionReports(outlets, "map")
+    station = SimpleNamespace(flyer=MagicMock(), terrain=MagicMock(), desk=MagicMock(), decisions=decisions)
     Station.deactivate(station)
     outlets.alerts.sound_alarm.assert_called_once_with()
-    reports.decided(decide(None, evidence(), site(), NOW), evidence())
+    decisions.decided(decide(None, evidence(), site(), NOW), evidence())
     outlets.alerts.publish.assert_not_called()

@@ -23,7 +23,7 @@ PATIENCE = 120.0
 """Seconds; what is waited for takes one, or thirty while everything is compiled."""
 
 
-class Heard:
+class BuilderReports:
     """Keeps what builder and flyer report."""
 
     def __init__(self):
@@ -69,49 +69,49 @@ def made(tmp_path):
     threads = []
 
     def make(store=None):
-        scene, heard, waiting = pit_scene(tmp_path), Heard(), WaitingTerrain(8)
+        scene, reports, waiting = pit_scene(tmp_path), BuilderReports(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
-        flyer = Flyer(ReleaseSpread(), StageSizes(100), WaitingSources(50.0, 10), itertools.count(1), heard)
-        builder = Builder(scene, Workshop(reference=True), waiting, flyer, heard, store)
+        flyer = Flyer(ReleaseSpread(), StageSizes(100), WaitingSources(50.0, 10), itertools.count(1), reports)
+        builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store)
         threads.extend((builder, flyer))
-        return waiting, flyer, heard
+        return waiting, flyer, reports
 
     yield make
     assert all(thread.close(PATIENCE) for thread in threads)
 
 
 def test_a_store_that_fails_does_not_end_the_thread(made):
-    waiting, _, heard = made(FullStore())
+    waiting, _, reports = made(FullStore())
     for height in (0.0, 1.0):
-        count = len(heard.grounds)
+        count = len(reports.grounds)
         waiting.put_whole(arrival(hill(height)))
-        wait(lambda count=count: len(heard.grounds) > count)
-    assert isinstance(wait(lambda: heard.errors)[0], MemoryError) and not heard.refused
+        wait(lambda count=count: len(reports.grounds) > count)
+    assert isinstance(wait(lambda: reports.errors)[0], MemoryError) and not reports.refused
 
 
 def test_a_patch_that_is_refused_is_told_of_as_lost_until_the_next_whole_survey(made):
-    waiting, _, heard = made()
+    waiting, _, reports = made()
     waiting.put_whole(arrival(hill()))
-    wait(lambda: heard.grounds)
+    wait(lambda: reports.grounds)
     waiting.put_patch(arrival(CloudSurvey(np.zeros((1, 3)))))
-    wait(lambda: heard.refused)
+    wait(lambda: reports.refused)
     assert waiting.lost_patches == 1
     waiting.put_whole(arrival(hill(1.0)))
-    wait(lambda: len(heard.grounds) == 2)
+    wait(lambda: len(reports.grounds) == 2)
     assert waiting.lost_patches == 0
 
 
 def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(made, monkeypatch):
-    waiting, flyer, heard = made()
+    waiting, flyer, reports = made()
     waiting.put_whole(arrival(hill(), b"mesh"))
-    wait(lambda: heard.grounds)
+    wait(lambda: reports.grounds)
 
     def no_ground(*given):
         raise TerrainError("no ground")
 
     monkeypatch.setattr("rpf3d_ros.engine.builder.stand_after", no_ground)
     waiting.put_patch(arrival(GridSurvey(hill().points[5:10, 5:10] + (0.5, 0.5, 0.1))))
-    wait(lambda: heard.refused)
+    wait(lambda: reports.refused)
     assert flyer.standing is None, "its arrays have changed"
     waiting.put_whole(arrival(hill(), b"mesh"))
     wait(lambda: flyer.standing is not None)
@@ -119,18 +119,18 @@ def test_the_same_mesh_again_is_made_ground_where_a_patch_has_failed_half_way(ma
 
 def test_a_mesh_that_is_the_terrain_already_makes_it_no_younger(made):
     """As a latched one is received again after a restart that has taken the terrain from the store."""
-    waiting, flyer, heard = made()
+    waiting, flyer, reports = made()
     waiting.put_whole(Arrival(hill, 1, b"mesh"))
-    wait(lambda: len(heard.grounds) == 1)
+    wait(lambda: len(reports.grounds) == 1)
     waiting.put_whole(Arrival(hill, 9, b"its bytes after another start"))
-    wait(lambda: len(heard.grounds) == 2)
+    wait(lambda: len(reports.grounds) == 2)
     assert flyer.standing.ground.stamp_ns == 1
     waiting.put_whole(Arrival(hill, 0, b"its bytes after another start"))
-    wait(lambda: len(heard.grounds) == 3)
+    wait(lambda: len(reports.grounds) == 3)
     assert flyer.standing.ground.stamp_ns == 0, "the clock was set back"
     waiting.put_whole(Arrival(hill, 5, b"its bytes after another start"))
-    wait(lambda: len(heard.grounds) == 4)
+    wait(lambda: len(reports.grounds) == 4)
     assert flyer.standing.ground.stamp_ns == 5, "0 is no age"
     waiting.put_whole(Arrival(hill, 9))
-    wait(lambda: len(heard.grounds) == 5)
+    wait(lambda: len(reports.grounds) == 5)
     assert flyer.standing.ground.stamp_ns == 9, "a cloud has a stamp of its own"

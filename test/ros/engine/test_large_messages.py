@@ -55,61 +55,61 @@ def wait(condition, turn=lambda: time.sleep(0.01)):
 
 
 @pytest.fixture
-def heard(node):
+def subscriber(node):
     """What comes, and the threads that it comes on."""
-    came, threads = [], []
+    received, threads = [], []
 
     def take(data, published_ns):
-        came.append(data)
+        received.append(data)
         threads.append(threading.current_thread())
 
-    node.came, node.threads = came, threads
-    node.listening = listening(node, take)
+    node.received, node.threads = received, threads
+    node.subscription = subscribed(node, take)
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     yield node
-    node.listening.close()
+    node.subscription.close()
 
 
-def listening(node, take, topic="mesh", failed=pytest.fail):
+def subscribed(node, take, topic="mesh", failed=pytest.fail):
     return LargeMessages(node, [LargeTopic(Mesh, topic, take, LATCHED)], failed)
 
 
 def publish(node, data):
-    before = len(node.came)
+    before = len(node.received)
     wait(lambda: node.publisher.get_subscription_count() > 0)
     node.publisher.publish(data)
     return before
 
 
-def test_the_bytes_are_those_that_were_published_and_no_executor_was_needed(heard):
+def test_the_bytes_are_those_that_were_published_and_no_executor_was_needed(subscriber):
     sent = mesh(100_000)
-    publish(heard, sent)
-    wait(lambda: heard.came)
-    assert isinstance(heard.came[0], memoryview) and same_bytes(heard.came[0], sent)
-    assert heard.threads[0] is not threading.main_thread()
+    publish(subscriber, sent)
+    wait(lambda: subscriber.received)
+    assert isinstance(subscriber.received[0], memoryview) and same_bytes(subscriber.received[0], sent)
+    assert subscriber.threads[0] is not threading.main_thread()
 
 
-def test_what_came_stays_as_it_is_while_others_come(heard):
+def test_what_came_stays_as_it_is_while_others_come(subscriber):
     for seed in range(3):
-        before = publish(heard, mesh(50_000, seed))
-        wait(lambda before=before: len(heard.came) > before)
-    assert all(same_bytes(data, mesh(50_000, seed)) for seed, data in enumerate(heard.came))
+        before = publish(subscriber, mesh(50_000, seed))
+        wait(lambda before=before: len(subscriber.received) > before)
+    assert all(same_bytes(data, mesh(50_000, seed)) for seed, data in enumerate(subscriber.received))
 
 
-def test_an_executor_that_spins_takes_none_of_it(heard):
-    executor = SingleThreadedExecutor(context=heard.context)
-    executor.add_node(heard)
-    publish(heard, mesh(10))
-    wait(lambda: heard.came, lambda: executor.spin_once(timeout_sec=0.01))
-    assert heard.threads[0] is not threading.main_thread()
+def test_an_executor_that_spins_takes_none_of_it(subscriber):
+    executor = SingleThreadedExecutor(context=subscriber.context)
+    executor.add_node(subscriber)
+    publish(subscriber, mesh(10))
+    wait(lambda: subscriber.received, lambda: executor.spin_once(timeout_sec=0.01))
+    assert subscriber.threads[0] is not threading.main_thread()
     executor.shutdown()
 
 
-def test_messages_leave_no_memory_behind(heard):
+def test_messages_leave_no_memory_behind(subscriber):
     def send():
-        before = publish(heard, mesh(200_000))
-        wait(lambda: len(heard.came) > before)
-        heard.came[:] = [b""]
+        before = publish(subscriber, mesh(200_000))
+        wait(lambda: len(subscriber.received) > before)
+        subscriber.received[:] = [b""]
 
     for _ in range(3):
         send()
@@ -120,86 +120,86 @@ def test_messages_leave_no_memory_behind(heard):
 
 
 def test_what_a_callback_raises_is_told_and_the_next_message_comes(node):
-    came, told = [], []
+    received, told = [], []
 
     def take(data, published_ns):
-        came.append(len(data))
-        if len(came) == 1:
+        received.append(len(data))
+        if len(received) == 1:
             raise ValueError("the first is not wanted")
 
-    node.came = came
-    some = listening(node, take, failed=told.append)
+    node.received = received
+    some = subscribed(node, take, failed=told.append)
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     for count in (10, 20):
         before = publish(node, mesh(count))
-        wait(lambda before=before: len(came) > before)
+        wait(lambda before=before: len(received) > before)
     some.close()
-    assert came == [len(mesh(10)), len(mesh(20))]
+    assert received == [len(mesh(10)), len(mesh(20))]
     assert told == ["ValueError: the first is not wanted"]
 
 
 def test_what_a_callback_raises_costs_no_message_that_came_with_it(node):
-    came = []
+    received = []
 
     def take(data, published_ns):
-        came.append(published_ns)
+        received.append(published_ns)
         time.sleep(0.2)  # so that the others come at once
         raise ValueError("none is wanted")
 
-    node.came = came
+    node.received = received
     some = LargeMessages(node, [LargeTopic(Mesh, "mesh", take, QoSProfile(depth=10))], lambda sentence: None)
     node.publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=10))
     for _ in range(4):
         publish(node, mesh(10))
-    wait(lambda: len(came) == 4)
+    wait(lambda: len(received) == 4)
     some.close()
-    assert came == sorted(came)
+    assert received == sorted(received)
 
 
-def test_nothing_comes_after_it_has_been_closed(heard):
-    publish(heard, mesh(10))
-    wait(lambda: heard.came)
-    heard.listening.close()
-    heard.publisher.publish(mesh(20))
+def test_nothing_comes_after_it_has_been_closed(subscriber):
+    publish(subscriber, mesh(10))
+    wait(lambda: subscriber.received)
+    subscriber.subscription.close()
+    subscriber.publisher.publish(mesh(20))
     time.sleep(0.2)
-    assert len(heard.came) == 1
-    heard.listening.close()
+    assert len(subscriber.received) == 1
+    subscriber.subscription.close()
 
 
 def test_where_rcl_is_not_to_be_had_the_executor_hands_on_the_bytes(node, monkeypatch):
     monkeypatch.setattr(large_messages, "_rcl", lambda: None)
-    came = node.came = []
-    some = listening(node, lambda data, published_ns: came.append((data, published_ns)))
+    received = node.received = []
+    some = subscribed(node, lambda data, published_ns: received.append((data, published_ns)))
     node.publisher = node.create_publisher(Mesh, "mesh", LATCHED)
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     before = time.time_ns()
     publish(node, mesh(10))
-    wait(lambda: came, lambda: executor.spin_once(timeout_sec=0.01))
-    data, published_ns = came[0]
+    wait(lambda: received, lambda: executor.spin_once(timeout_sec=0.01))
+    data, published_ns = received[0]
     assert data == mesh(10) and before <= published_ns <= time.time_ns()
     executor.shutdown()
     some.close()
 
 
 def test_messages_of_several_topics_come_in_the_order_in_which_they_were_published(node):
-    came = []
-    topics = [LargeTopic(Mesh, name, lambda data, at, name=name: came.append(name), DEEP) for name in "abc"]
+    received = []
+    topics = [LargeTopic(Mesh, name, lambda data, at, name=name: received.append(name), DEEP) for name in "abc"]
     some = LargeMessages(node, topics, pytest.fail)
     publishers = {name: node.create_publisher(Mesh, name, DEEP) for name in "abc"}
     wait(lambda: all(each.get_subscription_count() for each in publishers.values()))
     for each in publishers.values():  # a reader that has not found its writer yet gets the first messages late
         each.publish(mesh(10))
-    wait(lambda: sorted(came) == list("abc"))
-    came.clear()
+    wait(lambda: sorted(received) == list("abc"))
+    received.clear()
     sent = [str(name) for name in np.random.default_rng(1).choice(list("abc"), 120)]
     for number, name in enumerate(sent):
         publishers[name].publish(mesh(20_000 if name == "c" else 10))
         if number % 7 == 0:
             time.sleep(0.013)
-    wait(lambda: len(came) == len(sent))
+    wait(lambda: len(received) == len(sent))
     some.close()
-    assert came == sent
+    assert received == sent
 
 
 def test_an_error_of_rcl_is_told_once_with_its_sentence(node, monkeypatch):
@@ -207,14 +207,14 @@ def test_an_error_of_rcl_is_told_once_with_its_sentence(node, monkeypatch):
     rcl = large_messages._rcl()
     monkeypatch.setattr(rcl, "take", lambda *given: 1)
     monkeypatch.setattr(large_messages, "AFTER_ERROR", 0.01)
-    some = listening(node, pytest.fail, failed=told.append)
+    some = subscribed(node, pytest.fail, failed=told.append)
     time.sleep(0.3)
     some.close()
     assert len(told) == 1 and "rcl says 1" in told[0]
 
 
 def test_a_publisher_whose_durability_does_not_fit_is_warned_of(node, capfd):
-    some = listening(node, pytest.fail)
+    some = subscribed(node, pytest.fail)
     publisher = node.create_publisher(Mesh, "mesh", QoSProfile(depth=1))  # volatile, where latched is asked for
     executor = SingleThreadedExecutor(context=node.context)
     executor.add_node(node)

@@ -28,24 +28,24 @@ class Threads:
         """As the desk's."""
 
 
-class Heard:
+class CalledNames:
     """Keeps the names of what it is asked to do."""
 
     def __init__(self):
-        self.heard = []
+        self.names = []
 
     def __getattr__(self, name):
-        return lambda *given, **named: self.heard.append(name)
+        return lambda *given, **named: self.names.append(name)
 
 
 def made(ends):
     """A station of fakes, and what receives its messages."""
-    heard, station = Heard(), object.__new__(Station)
+    calls, station = CalledNames(), object.__new__(Station)
     station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
     station.desk, station._equipment = Threads(True), SimpleNamespace(store=None)
-    station._outlets = Outlets(heard, heard, heard, heard, lambda: 7)
+    station._outlets = Outlets(calls, calls, calls, calls, lambda: 7)
     station.decisions = DecisionReports(station._outlets, "map")
-    return station, heard
+    return station, calls
 
 
 @pytest.mark.parametrize("ends", [True, False])
@@ -56,16 +56,16 @@ def test_a_station_says_whether_all_its_threads_have_ended(ends):
 
 
 def test_threads_that_are_left_behind_disturb_no_station_that_comes_after():
-    station, heard = made(False)
+    station, calls = made(False)
     station.decisions.logged("the disk is full")
-    assert heard.heard == ["set"]
+    assert calls.names == ["set"]
     station.close()
     station.decisions.logged("")
     station.terrain_refused("the node is being shut down")
     station.failed(ValueError("late"))
     station.decisions.unwritten()
     station.decisions.held_up("no clock")
-    assert heard.heard == ["set"]
+    assert calls.names == ["set"]
     assert station._outlets.now() == 7
 
 
@@ -78,7 +78,7 @@ def test_what_takes_its_time_leaves_none_of_it_to_the_next():
 
 
 def test_a_patch_that_no_late_survey_can_ask_for_is_kept_until_the_next_beat(monkeypatch):
-    station, heard = made(True)
+    station, calls = made(True)
     station.desk, station.sources = None, WaitingSources(50.0, 10)
     station.terrain.put_patch("patch", Moment(1))
     station.beat()
@@ -86,4 +86,4 @@ def test_a_patch_that_no_late_survey_can_ask_for_is_kept_until_the_next_beat(mon
     monkeypatch.setattr(waiting_terrain, "LATE", 0.0)
     station.beat()
     assert station.terrain._received[0].patch is None
-    assert heard.heard == ["set", "set"]
+    assert calls.names == ["set", "set"]

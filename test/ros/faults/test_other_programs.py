@@ -121,7 +121,7 @@ def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_loggin
     _, peer = living
     said = len(peer.said)
     given = with_alerts(shared_stage.folder) | {"store": shared_stage.folder / "second store"}
-    second = shared_stage.node_beside("second", "simulator_node", **given)
+    second = shared_stage.named_node("second", "simulator_node", **given)
     peer.wait_for_sentence("another process writes the log of decisions", said)
     second.send_signal(signal.SIGTERM)
     assert second.wait(20.0) == 0
@@ -133,7 +133,7 @@ def test_a_second_simulator_on_the_same_log_says_so_and_the_first_goes_on_loggin
 def test_a_second_simulator_on_the_same_store_is_not_configured_and_takes_nothing_from_the_first(living, shared_stage):
     _, peer = living
     said = len(peer.said)
-    second = shared_stage.node_beside("third", "simulator_node", **with_alerts(shared_stage.folder))
+    second = shared_stage.named_node("third", "simulator_node", **with_alerts(shared_stage.folder))
     refusal = peer.wait_for_sentence("not configured: store: ", said)
     assert refusal.level == ERROR and f"{shared_stage.folder / 'store'}: another simulator" in refusal.message
     second.send_signal(signal.SIGTERM)

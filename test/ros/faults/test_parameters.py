@@ -22,7 +22,7 @@ REFUSED = {
 @pytest.fixture(scope="module")
 def started(shared_stage):
     """A simulator for each case, all at once: each has nothing to do but to end."""
-    return {case: shared_stage.node_beside(case, "simulator_node", **given) for case, (given, _) in REFUSED.items()}
+    return {case: shared_stage.named_node(case, "simulator_node", **given) for case, (given, _) in REFUSED.items()}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -58,8 +58,8 @@ def set_parameter(peer, name, value):
 
 def answered(peer, sent):
     def found():
-        heard = [message for message in peer.heard["results"] if message.header.stamp == sent.header.stamp]
-        return heard and facts_of(heard[-1])
+        received = [message for message in peer.received["results"] if message.header.stamp == sent.header.stamp]
+        return received and facts_of(received[-1])
 
     return peer.wait(found, "an answer")
 
@@ -72,7 +72,7 @@ def spin(peer, seconds):
 
 def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage, tmp_path):
     stage.node("simulator_node", **QUIET, store=tmp_path / "store")
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=tuple(TOPICS))
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=tuple(TOPICS))
     assert state(peer) == "unconfigured"
     assert change(peer, Transition.TRANSITION_CONFIGURE) and state(peer) == "inactive"
     peer.send("terrain/points", cloud())
@@ -84,18 +84,18 @@ def test_a_node_goes_through_its_states_and_answers_in_one_of_them_only(stage, t
     first = poses(2)
     peer.send("sources", first)
     assert answered(peer, first).rocks == 1
-    assert not any(message.header.stamp.sec == 1 for message in peer.heard["results"])
+    assert not any(message.header.stamp.sec == 1 for message in peer.received["results"])
     assert change(peer, Transition.TRANSITION_DEACTIVATE) and state(peer) == "inactive"
-    heard = {topic: len(messages) for topic, messages in peer.heard.items()}
+    received = {topic: len(messages) for topic, messages in peer.received.items()}
     peer.send("sources", poses(3))
     spin(peer, 1.0)
-    assert {topic: len(messages) for topic, messages in peer.heard.items()} == heard
+    assert {topic: len(messages) for topic, messages in peer.received.items()} == received
     assert change(peer, Transition.TRANSITION_ACTIVATE)
     peer.wait_for_subscribers()
     again = poses(4)
     peer.send("sources", again)
     answered(peer, again)  # over the ground that it still has
-    assert not any(message.header.stamp.sec == 3 for message in peer.heard["results"])
+    assert not any(message.header.stamp.sec == 3 for message in peer.received["results"])
     assert change(peer, Transition.TRANSITION_DEACTIVATE)
     assert change(peer, Transition.TRANSITION_CLEANUP) and state(peer) == "unconfigured"
     assert change(peer, Transition.TRANSITION_CONFIGURE) and change(peer, Transition.TRANSITION_ACTIVATE)

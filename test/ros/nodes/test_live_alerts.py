@@ -69,13 +69,13 @@ def square(low, high):
 
 
 def level(peer):
-    heard = peer.heard["alerts"]
-    return healths_of(heard[-1])[0].values["level"] if heard else None
+    received = peer.received["alerts"]
+    return healths_of(received[-1])[0].values["level"] if received else None
 
 
 def wait_for_alarm(peer, sounds):
     """Spin until the alarm is on, or off; it is a topic of its own, so it may come after the alert."""
-    peer.wait(lambda: peer.heard["alarm"] and peer.heard["alarm"][-1].data is sounds, f"the alarm to be {sounds}")
+    peer.wait(lambda: peer.received["alarm"] and peer.received["alarm"][-1].data is sounds, f"the alarm to be {sounds}")
 
 
 def acknowledge(peer, said):
@@ -108,8 +108,8 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     (tmp_path / "site.yaml").write_text(SITE)
     log = tmp_path / "decisions"
     stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), decision_log=str(log), **FLIGHT)
-    heard = ("alerts", "alarm", "areas/outlines")
-    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=heard)
+    topics = ("alerts", "alarm", "areas/outlines")
+    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), subscribes=topics)
     peer.wait_for_subscribers()
     peer.wait(lambda: level(peer) == "fault", "a fault, for nothing has been heard yet")
     wait_for_alarm(peer, True)
@@ -117,13 +117,13 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.send("areas/polygon", square(9.0, 12.0))
     keep_saying(peer, poses, lambda: level(peer) == "normal", "normal, for nothing is seen")
     wait_for_alarm(peer, False)
-    peer.wait(lambda: peer.heard["areas/outlines"], "where the area lies")
-    ((line,), _) = outlines_of_markers(peer.heard["areas/outlines"][-1], MapFrame())["areas/live_area"]
+    peer.wait(lambda: peer.received["areas/outlines"], "where the area lies")
+    ((line,), _) = outlines_of_markers(peer.received["areas/outlines"][-1], MapFrame())["areas/live_area"]
     assert (line.min(axis=0), line.max(axis=0)) == (pytest.approx([9.0, 9.0, 0.0]), pytest.approx([12.0, 12.0, 0.0]))
     rock = lambda: poses((10.3, 10.4, 5.0))  # noqa: E731
     keep_saying(peer, rock, lambda: level(peer) == "evacuate", "an evacuation")
     wait_for_alarm(peer, True)
-    keep_saying(peer, poses, lambda: len(peer.heard["alerts"]) > 20 or time.sleep(0.05), "more decisions")
+    keep_saying(peer, poses, lambda: len(peer.received["alerts"]) > 20 or time.sleep(0.05), "more decisions")
     assert level(peer) == "evacuate", "nobody has acknowledged"
     nobody = acknowledge(peer, "")
     assert not nobody.success and "name" in nobody.message and "NAME: REASON" in nobody.message
@@ -133,7 +133,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     peer.wait(lambda: level(peer) == "normal", "normal")
     peer.wait(lambda: level(peer) == "fault", "a fault, for the sources are stale")
     assert stage.clear() == [0], stage.output("simulator_node")
-    for array in peer.heard["alerts"]:
+    for array in peer.received["alerts"]:
         site, area = alerts_of(array)  # the only area decides alone
         assert (site.area, area.area) == (None, "live_area")
         assert (area.state, area.health.level) == (site.state, site.health.level)
@@ -148,7 +148,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
 def test_a_node_that_is_no_longer_active_leaves_the_alarm_on_for_who_comes_later_too(stage, tmp_path, transition):
     (tmp_path / "site.yaml").write_text(SITE)
     stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), **FLIGHT)
-    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), hears=("alerts", "alarm"))
+    peer = stage.peer(publishes=("terrain/points", "sources", "areas/polygon"), subscribes=("alerts", "alarm"))
     peer.wait_for_subscribers()
     peer.send("terrain/points", cloud())
     peer.send("areas/polygon", square(9.0, 12.0))
@@ -158,7 +158,7 @@ def test_a_node_that_is_no_longer_active_leaves_the_alarm_on_for_who_comes_later
     assert peer.call(ChangeState, f"{NODE}/change_state", request).success
     wait_for_alarm(peer, True)
     peer.wait(lambda: level(peer) == "fault", "a fault, for nobody decides any more")
-    late = stage.peer(hears=("alerts", "alarm"))
+    late = stage.peer(subscribes=("alerts", "alarm"))
     wait_for_alarm(late, True)
     late.wait(lambda: level(late) == "fault", "the same for who comes late")
 
@@ -166,9 +166,9 @@ def test_a_node_that_is_no_longer_active_leaves_the_alarm_on_for_who_comes_later
 def test_there_is_always_a_decision_that_is_valid(stage, tmp_path):
     (tmp_path / "site.yaml").write_text(SITE)
     stage.node("simulator_node", site_file=str(tmp_path / "site.yaml"), **FLIGHT)
-    peer = stage.peer(hears=("alerts",))
-    peer.wait(lambda: len(peer.heard["alerts"]) >= 4, "decisions that follow each other without any news")
-    told = [{p.key: p.value for p in array.status[0].values} for array in peer.heard["alerts"]]
+    peer = stage.peer(subscribes=("alerts",))
+    peer.wait(lambda: len(peer.received["alerts"]) >= 4, "decisions that follow each other without any news")
+    told = [{p.key: p.value for p in array.status[0].values} for array in peer.received["alerts"]]
     for one, after in pairwise(told):
         assert int(after["decided_at_ns"]) < int(one["valid_until_ns"])
 
@@ -190,13 +190,13 @@ def keep_and_acknowledge(peer):
 
 def test_without_a_site_file_there_are_no_alerts_and_acknowledging_says_so(stage):
     stage.node("simulator_node", **{**FLIGHT, "engine": "reference"})
-    peer = stage.peer(hears=("alerts",))
+    peer = stage.peer(subscribes=("alerts",))
     peer.wait_for_health(f"{NODE}: lifecycle", "active")
     answer = acknowledge(peer, "A. Foreman: inspected")
     assert not answer.success and "site_file" in answer.message
     code, said = acknowledge_by_program("A. Foreman", "inspected")
     assert code == 1 and said.startswith("not lowered: no site_file is set"), said
-    assert not peer.heard["alerts"]
+    assert not peer.received["alerts"]
 
 
 def test_who_acknowledges_nobody_or_nothing_is_told_so_with_exit_code_2(stage):

@@ -67,24 +67,26 @@ def test_a_scene_far_from_the_origin_is_refused_with_the_origin_to_set(far_scene
 
 def test_terrain_and_sources_of_the_scene_are_published(stage, scene):
     stage.node("scene_publisher_node", scene=scene, repeat_every=0.2)
-    peer = stage.peer(hears=("terrain/mesh", "sources"))
-    peer.wait(lambda: peer.heard["terrain/mesh"] and len(peer.heard["sources"]) > 2, "terrain and repeated sources")
-    mesh = mesh_of_cdr(serialize_message(peer.heard["terrain/mesh"][-1]), MAP, "map")
+    peer = stage.peer(subscribes=("terrain/mesh", "sources"))
+    peer.wait(
+        lambda: peer.received["terrain/mesh"] and len(peer.received["sources"]) > 2, "terrain and repeated sources"
+    )
+    mesh = mesh_of_cdr(serialize_message(peer.received["terrain/mesh"][-1]), MAP, "map")
     assert (len(mesh.vertices), len(mesh.triangles)) == (4, 2)
-    sources = sources_of_poses(peer.heard["sources"][-1], MAP)
+    sources = sources_of_poses(peer.received["sources"][-1], MAP)
     assert sources.positions[:, 1].tolist() == [10.0, 20.5, 10.0, 20.5]
     assert np.allclose(sources.directions, [1.0, 0.0, 0.0])
-    first, second = (message.header.stamp for message in peer.heard["sources"][:2])
+    first, second = (message.header.stamp for message in peer.received["sources"][:2])
     assert (first.sec, first.nanosec) < (second.sec, second.nanosec)
 
 
 def test_sources_are_published_no_more_often_than_asked(stage, scene):
     stage.node("scene_publisher_node", scene=scene, repeat_every=0.1, repetitions=2)
-    peer = stage.peer(hears=("sources",))
-    peer.wait(lambda: len(peer.heard["sources"]) == 2, "two publications")
+    peer = stage.peer(subscribes=("sources",))
+    peer.wait(lambda: len(peer.received["sources"]) == 2, "two publications")
     for _ in range(20):
         peer.executor.spin_once(timeout_sec=0.05)
-    assert len(peer.heard["sources"]) == 2
+    assert len(peer.received["sources"]) == 2
 
 
 @pytest.mark.parametrize(

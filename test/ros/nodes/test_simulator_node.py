@@ -69,7 +69,7 @@ def answers(peer, sent):
     """Wait for the results of a message of sources; the last message of each result topic."""
 
     def complete():
-        last = {topic: heard[-1] for topic, heard in peer.heard.items() if heard}
+        last = {topic: messages[-1] for topic, messages in peer.received.items() if messages}
         stamps = [getattr(m, "header", None) or m.markers[0].header for m in last.values()]
         return len(last) == len(RESULTS) and all(h.stamp == sent.header.stamp for h in stamps) and last
 
@@ -83,7 +83,7 @@ def column(cloud, name):
 @pytest.mark.parametrize("engine", ["reference", "compiled"])
 def test_a_dropped_rock_is_simulated_and_published_with_the_stamp_of_its_source(stage, engine):
     stage.node("simulator_node", **{**QUIET_PARAMETERS, "engine": engine})
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     peer.wait_for_health(f"{NODE}: run", "waiting for sources")
@@ -110,7 +110,7 @@ def test_a_dropped_rock_is_simulated_and_published_with_the_stamp_of_its_source(
 
 def test_sources_wait_for_terrain_and_a_new_terrain_is_flown_with_the_last_sources(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/mesh", "terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/mesh", "terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     sent = poses((5.0, 5.2, HEIGHT), (6.0, 6.1, HEIGHT))
     peer.send("sources", sent)
@@ -118,15 +118,15 @@ def test_sources_wait_for_terrain_and_a_new_terrain_is_flown_with_the_last_sourc
     peer.send("terrain/mesh", floor_mesh())
     assert column(answers(peer, sent)["deposits"], "z") == pytest.approx([0.0, 0.0], abs=FLOAT32)
     lowered = GridSurvey(floor().points - np.array([0.0, 0.0, 3.0]))
-    count = len(peer.heard["deposits"])
+    count = len(peer.received["deposits"])
     peer.send("terrain/points", cloud_of_grid(Header(frame_id="map"), lowered))
-    peer.wait(lambda: len(peer.heard["deposits"]) > count, "results over the new terrain")
-    assert column(peer.heard["deposits"][-1], "z") == pytest.approx([-3.0, -3.0], abs=FLOAT32)
+    peer.wait(lambda: len(peer.received["deposits"]) > count, "results over the new terrain")
+    assert column(peer.received["deposits"][-1], "z") == pytest.approx([-3.0, -3.0], abs=FLOAT32)
 
 
 def test_rocks_are_thrown_along_the_x_axis_of_their_pose(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS, release_speed=2.0)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     sent = poses((2.0, 10.4, HEIGHT))
     half = math.sqrt(0.5)
@@ -140,18 +140,18 @@ def test_rocks_are_thrown_along_the_x_axis_of_their_pose(stage):
 
 def test_who_joins_late_gets_the_last_results(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     sent = poses((10.3, 10.4, HEIGHT))
     peer.send("terrain/points", floor_cloud())
     peer.send("sources", sent)
     answers(peer, sent)
-    assert answers(stage.peer(hears=RESULTS), sent)
+    assert answers(stage.peer(subscribes=RESULTS), sent)
 
 
 def test_rocks_that_leave_make_an_empty_cloud_of_deposits(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS, release_speed=50.0)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     sent = poses((15.0, 10.4, HEIGHT))
     peer.send("terrain/points", floor_cloud())
@@ -166,7 +166,7 @@ def busy(stage, rocks, normal_restitution):
     ground = {"normal_restitution": normal_restitution, "tangential_restitution": 1.0}
     material = {f"materials.default.{name}": value for name, value in ground.items()}
     stage.node("simulator_node", engine="reference", **material, **ONE_EACH)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     peer.wait_for_health(f"{NODE}: run", "waiting for sources")
@@ -187,7 +187,7 @@ def test_the_node_hears_bad_input_while_a_long_run_is_under_way(stage):
     peer, many = busy(stage, rocks=200, normal_restitution=0.95)
     peer.send("sources", poses((1.0, 1.0, math.nan)))
     peer.wait_for_health(f"{NODE}: sources", "pose 0 is not finite")
-    assert not peer.heard["deposits"], "the run ended before it could be seen that the node listens: make it longer"
+    assert not peer.received["deposits"], "the run ended before it could be seen that the node listens: make it longer"
     assert answers(peer, many)
 
 
@@ -195,7 +195,7 @@ def test_the_node_hears_bad_input_while_a_long_run_is_under_way(stage):
 def running(shared_stage):
     """A simulator that has a terrain, and a peer; shared by all the tests that send it something bad."""
     process = shared_stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = shared_stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), hears=RESULTS)
+    peer = shared_stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     peer.wait_for_health(f"{NODE}: terrain", "received")
@@ -286,7 +286,7 @@ def test_bad_input_is_refused_with_a_diagnostic_and_the_node_lives_on(running, c
 
 def test_a_survey_that_is_no_terrain_is_refused_as_terrain_and_the_last_good_one_stays(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "terrain/mesh", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     peer.wait_for_health(f"{NODE}: terrain", "received")
@@ -343,7 +343,7 @@ def test_a_node_with_a_wrong_parameter_ends_with_exit_code_2_and_a_sentence(stag
 
 def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     seen, nothing = poses((10.3, 10.4, HEIGHT)), poses()
@@ -358,7 +358,7 @@ def test_no_sources_are_an_answer_that_clears_what_was_shown(stage):
 
 def test_a_scattered_cloud_is_terrain_too(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", flat_cloud())
     sent = poses((10.3, 10.4, HEIGHT))
@@ -368,17 +368,17 @@ def test_a_scattered_cloud_is_terrain_too(stage):
 
 def test_a_patch_changes_the_ground_in_its_footprint_and_what_goes_back_is_refused(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "terrain/update", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "terrain/update", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=50)), floor()))
     sent = poses((10.3, 10.4, HEIGHT), (2.3, 2.4, HEIGHT))
     peer.send("sources", sent)
     answers(peer, sent)
     raised = GridSurvey(floor().points[7:14, 7:14] + (0.0, 0.0, 1.5))
-    count = len(peer.heard["results"])
+    count = len(peer.received["results"])
     peer.send("terrain/update", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=60)), raised))
-    peer.wait(lambda: len(peer.heard["results"]) > count, "an answer over the patched terrain")
-    assert column(peer.heard["deposits"][-1], "z") == pytest.approx([1.5, 0.0], abs=FLOAT32)
+    peer.wait(lambda: len(peer.received["results"]) > count, "an answer over the patched terrain")
+    assert column(peer.received["deposits"][-1], "z") == pytest.approx([1.5, 0.0], abs=FLOAT32)
     assert column(answers(peer, sent)["hazard/points"], "rocks").sum() > 0
     peer.send("terrain/update", cloud_of_grid(Header(frame_id="map", stamp=Time(sec=55)), floor()))
     assert peer.wait_for_health(f"{NODE}: terrain", "goes back by 5.000 s").level == WARN
@@ -388,23 +388,23 @@ def test_a_patch_changes_the_ground_in_its_footprint_and_what_goes_back_is_refus
 
 def test_a_burst_is_answered_at_once_and_refined_until_the_target_is_met(stage):
     stage.node("simulator_node", first_rocks=50, **{"target.most_rocks": 400, "target.half_width": 0.0001})
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=("results", "hazard/grid"))
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=("results", "hazard/grid"))
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     sent = poses((10.3, 10.4, HEIGHT), (5.3, 5.4, HEIGHT))
     peer.send("sources", sent)
-    facts = lambda: [facts_of(message) for message in peer.heard["results"]]  # noqa: E731
+    facts = lambda: [facts_of(message) for message in peer.received["results"]]  # noqa: E731
     peer.wait(lambda: facts() and facts()[-1].complete, "the last answer")
     told = facts()
     assert told[-1].rocks == 400 and {each.rocks for each in told} <= {50, 100, 200, 400}
     assert [each.result for each in told] == sorted(each.result for each in told)
     assert len({each.sources_digest for each in told}) == len({each.terrain_digest for each in told}) == 1
-    assert all(message.header.stamp == sent.header.stamp for message in peer.heard["results"])
+    assert all(message.header.stamp == sent.header.stamp for message in peer.received["results"])
 
 
 def test_sources_off_the_terrain_are_left_out_and_named_and_the_others_are_answered(stage):
     stage.node("simulator_node", **QUIET_PARAMETERS)
-    peer = stage.peer(publishes=("terrain/points", "sources"), hears=RESULTS)
+    peer = stage.peer(publishes=("terrain/points", "sources"), subscribes=RESULTS)
     peer.wait_for_subscribers()
     peer.send("terrain/points", floor_cloud())
     sent = poses((10.3, 10.4, HEIGHT), (50.0, 5.0, 5.0))

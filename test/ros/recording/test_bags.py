@@ -169,7 +169,7 @@ def test_a_bag_replays_into_the_simulator(stage):
     wanted = {"terrain/mesh", "sources"}
     made.write_bag(folder, ((ns, topic, message) for ns, topic, message in made.shift() if topic in wanted))
     stage.node("simulator_node", terrain_durability="transient_local")
-    peer = stage.peer(hears=("hazard/zones",))
+    peer = stage.peer(subscribes=("hazard/zones",))
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     player = subprocess.Popen(
         [sys.executable, "-m", "rpf3d_ros.nodes.play_bag", str(folder), "--rate", "20", "--clock"],
@@ -178,7 +178,7 @@ def test_a_bag_replays_into_the_simulator(stage):
     try:
         last = max(ns // made.SECOND for ns, topic, _ in made.shift() if topic == "sources")
         peer.wait(
-            lambda: any(array.markers[0].header.stamp.sec == last for array in peer.heard["hazard/zones"]),
+            lambda: any(array.markers[0].header.stamp.sec == last for array in peer.received["hazard/zones"]),
             "an answer to the last sources of the bag",
         )
         said, _ = player.communicate(timeout=30.0)

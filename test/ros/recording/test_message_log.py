@@ -169,8 +169,8 @@ def test_an_area_is_told_of_in_words_when_its_level_changes(log):
         array = made.alerts(second, "watch")
         for status in array.status:
             status.message = f"watch: {second} of 100 rocks came"
-        heard = calls(log.entries("alerts", array))
-    assert [health.name for kind, *_, health in heard if kind == "text"] == ["site"]
+        drawn = calls(log.entries("alerts", array))
+    assert [health.name for kind, *_, health in drawn if kind == "text"] == ["site"]
     array = made.alerts(3, "watch")
     array.status[1].values.append(KeyValue(key="held", value="restrict"))
     assert [health.name for kind, *_, health in calls(log.entries("alerts", array)) if kind == "text"] == [
@@ -182,9 +182,9 @@ def test_an_area_is_told_of_in_words_when_its_level_changes(log):
 def test_no_area_takes_the_place_of_the_site(log, name):
     array = made.alerts(1, "evacuate", name)
     array.status[1].values[0].value = "normal"
-    heard = calls(log.entries("alerts", array))
-    assert ("alert", 3) in heard and ("alert", 0) not in heard
-    assert [call[1:] for call in heard if call[0] == "alert_state"] == [
+    drawn = calls(log.entries("alerts", array))
+    assert ("alert", 3) in drawn and ("alert", 0) not in drawn
+    assert [call[1:] for call in drawn if call[0] == "alert_state"] == [
         ("site", "evacuate"), (f"area/{name}", "normal"),
     ]  # fmt: skip
 
