@@ -9,10 +9,11 @@ from std_msgs.msg import Header
 from rpf3d_core.ensemble.releases import ABOVE_EVERYTHING
 from rpf3d_core.errors import SceneError
 from rpf3d_core.jit.dispatch import HAS_NUMBA
+from rpf3d_core.live.survey import GridSurvey
 from rpf3d_core.simulation.engines import Engine, engine_of
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of
 from rpf3d_core.terrain.frame import FloatArray
-from rpf3d_ros.messages.cloud_messages import cloud_of_columns
+from rpf3d_ros.messages.cloud_messages import cloud_of_grid
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.scene_content import scene_content
 from rpf3d_ros.messages.stamps import stamp_of
@@ -111,4 +112,4 @@ def with_muck(bench: FloatArray) -> FloatArray:
 def patch_message(points: FloatArray, stamp_ns: int) -> object:
     """Return a PointCloud2 of a grid (H, W, 3) m, map frame, for terrain/update."""
     header = Header(frame_id=MapFrame().name, stamp=stamp_of(stamp_ns))
-    return cloud_of_columns(header, {name: points[..., i] for i, name in enumerate("xyz")})
+    return cloud_of_grid(header, GridSurvey(points))

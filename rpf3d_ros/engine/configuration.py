@@ -46,7 +46,7 @@ DECISIONS = "decisions"
 
 
 @dataclass(frozen=True, eq=False)
-class Equipment:
+class StationConfiguration:
     """Everything that a station needs.
 
     standing : the last good terrain, prepared, None if there is none; standing_report : its age, or why it is missing
@@ -66,7 +66,7 @@ class Equipment:
     compile_s: float
 
 
-def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> Equipment:
+def configuration_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_ns: int) -> StationConfiguration:
     """Prepare everything that parameters and a scene's values ask for; call it on a thread, because it takes seconds.
 
     Raises InputError if the scene, the site file or the store is refused; the store is then free again.
@@ -87,7 +87,7 @@ def equipment_of(parameters: SimulatorParameters, given: Mapping[str, Any], now_
         if store is not None:
             store.close()  # otherwise its folder would be in use at the next attempt to configure
         raise
-    return Equipment(
+    return StationConfiguration(
         parameters=parameters, scene=scene, workshop=workshop, store=store, standing=standing,
         standing_report=standing_report, thresholds=thresholds, log=log, log_fault=log_fault, compile_s=compile_s,
     )  # fmt: skip

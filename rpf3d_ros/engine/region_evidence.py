@@ -53,11 +53,11 @@ class RegionEvidence:
         if known is not None and new.stamp_ns < known.stamp_ns:
             return  # newer sources of the wall are being answered, or have no answer
         self._newest_at_ns = max(self._newest_at_ns, evidence.at_ns)
-        others = {each: one for each, one in self._evidence.items() if one.evidence.sources and each != region}
+        others = {wall: kept for wall, kept in self._evidence.items() if kept.evidence.sources and wall != region}
         if evidence.sources:
             self._evidence = {**others, region: new}
         else:
-            others = {each: one.with_faults_of(new) for each, one in others.items() if not new.clears(one)}
+            others = {wall: kept.with_faults_of(new) for wall, kept in others.items() if not new.clears(kept)}
             self._evidence = others or {region: new}
 
     def fresh(self, now_ns: int) -> Evidence | None:
@@ -68,9 +68,9 @@ class RegionEvidence:
         """
         if not self._evidence:
             return None
-        oldest = min(now_ns - self._max_age_ns, max(one.stamp_ns for one in self._evidence.values()))
-        self._evidence = {each: one for each, one in self._evidence.items() if one.stamp_ns >= oldest}
-        known = together([one.evidence for one in self._evidence.values()])
+        oldest = min(now_ns - self._max_age_ns, max(kept.stamp_ns for kept in self._evidence.values()))
+        self._evidence = {wall: kept for wall, kept in self._evidence.items() if kept.stamp_ns >= oldest}
+        known = together([kept.evidence for kept in self._evidence.values()])
         faults = (*known.faults, *self._topics.silent(oldest, now_ns))
         # The newest evidence may be gone, cleared or stale: the rest is as new as the last evidence received.
         return known._replace(at_ns=max(known.at_ns, self._newest_at_ns), faults=faults)

@@ -17,7 +17,7 @@ from rpf3d_ros.engine.alert_desk import AlertDesk
 from rpf3d_ros.engine.answer_evidence import EvidenceContext, evidence_of_answer, evidence_without_answer
 from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.builder import Arrival, Builder
-from rpf3d_ros.engine.configuration import Equipment, spread_of
+from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
 from rpf3d_ros.engine.flyer import Flyer, StageSizes
 from rpf3d_ros.engine.outlets import Outlets
@@ -55,39 +55,39 @@ class Ending(Protocol):
         """Wait at most `timeout` (s); return True if the thread has ended."""
 
 
-def _all_end(each: Iterable[Ending], timeout: float) -> bool:
+def _all_end(threads: Iterable[Ending], timeout: float) -> bool:
     """End all of them within `timeout` (s) in total; return True if all have ended."""
     until = time.monotonic() + timeout
-    ended = [one.close(max(until - time.monotonic(), 0.0)) for one in each]
+    ended = [one.close(max(until - time.monotonic(), 0.0)) for one in threads]
     return all(ended)
 
 
 class Station:
     """The threads of a configured simulator, and the connections between them."""
 
-    def __init__(self, equipment: Equipment, outlets: Outlets) -> None:
+    def __init__(self, configuration: StationConfiguration, outlets: Outlets) -> None:
         """Start the threads; nothing is answered before `activate`."""
-        self._equipment, self._outlets = equipment, outlets
-        parameters, scene = equipment.parameters, equipment.scene
+        self._configuration, self._outlets = configuration, outlets
+        parameters, scene = configuration.parameters, configuration.scene
         self.sources = WaitingSources(parameters.region_size, parameters.waiting_sources)
         self.terrain: WaitingTerrain[Arrival] = WaitingTerrain(parameters.waiting_patches)
-        terms = equipment.thresholds.evidence if equipment.thresholds is not None else None
+        terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
         answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
         sizes = StageSizes(first=parameters.first_rocks, least=least)
         self.flyer = Flyer(spread_of(parameters), sizes, self.sources, itertools.count(1), self, answered)
-        self.builder = Builder(scene, equipment.workshop, self.terrain, self.flyer, self, equipment.store)
+        self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
         self.desk: AlertDesk | None = None
         self.decisions = DecisionReports(outlets, parameters.map_frame)
-        if equipment.thresholds is not None:
-            self.desk = AlertDesk(equipment.thresholds, equipment.log, outlets.now, self.decisions)
-        if equipment.log_fault:
-            self.decisions.logged(equipment.log_fault)
-        if equipment.standing is not None:
-            self.flyer.hand_over(ready=equipment.standing)
-            self.stands(equipment.standing.ground, equipment.standing_report)
+        if configuration.thresholds is not None:
+            self.desk = AlertDesk(configuration.thresholds, configuration.log, outlets.now, self.decisions)
+        if configuration.log_fault:
+            self.decisions.logged(configuration.log_fault)
+        if configuration.standing is not None:
+            self.flyer.hand_over(ready=configuration.standing)
+            self.stands(configuration.standing.ground, configuration.standing_report)
         else:
-            outlets.health.set("terrain", WARN, equipment.standing_report or "no terrain yet")
+            outlets.health.set("terrain", WARN, configuration.standing_report or "no terrain yet")
 
     def activate(self) -> None:
         """Start to answer and decide."""
@@ -119,7 +119,7 @@ class Station:
         """
         self.terrain.close()
         ended = _all_end((self.flyer, self.builder), COMPUTING)
-        ended &= _all_end([each for each in (self.desk, self._equipment.store) if each is not None], WRITING)
+        ended &= _all_end([each for each in (self.desk, self._configuration.store) if each is not None], WRITING)
         self._outlets = self._outlets.silenced()
         self.decisions.close()
         return ended
@@ -131,7 +131,7 @@ class Station:
         """
         pushed_out = self.flyer.submit(trigger)
         if pushed_out is not None:
-            most = self._equipment.parameters.waiting_sources
+            most = self._configuration.parameters.waiting_sources
             self.unanswerable(pushed_out, f"more than {most} walls tell of sources at once (waiting_sources)")
         self.report_waiting()
 
@@ -159,8 +159,8 @@ class Station:
             "sources_waiting": len(self.sources), "sources_dropped": dropped, "terrain_waiting": len(self.terrain),
             "terrain_overtaken": self.terrain.overtaken, "patches_lost": lost,
         }  # fmt: skip
-        if self._equipment.store is not None:
-            self._report_store(self._equipment.store)
+        if self._configuration.store is not None:
+            self._report_store(self._configuration.store)
         lacking = "patches are not in the terrain: publish the whole terrain"
         level, sentence = (WARN, lacking) if lost else (OK, "in hand")
         self._outlets.health.set("queues", level, sentence, {name: str(value) for name, value in values.items()})
@@ -196,7 +196,7 @@ class Station:
             evidence = evidence_of_answer(answer, self._circumstances())
             self.desk.decide_on(self.region_of(answer.trigger), evidence, answer.trigger.topic)
         made = stamp_of(self._outlets.now())
-        self._outlets.answers.publish(answer, self._equipment.parameters, made)
+        self._outlets.answers.publish(answer, self._configuration.parameters, made)
         warnings = warnings_of(answer)
         well = "every rock has an outcome" if answer.sources else "watched, nothing seen"
         level, sentence = (WARN, "; ".join(warnings)) if warnings else (OK, well)
@@ -253,5 +253,5 @@ class Station:
             standing=self.flyer.standing,
             lost_patches=self.terrain.lost_patches,
             at_ns=self._outlets.now(),
-            seed=self._equipment.scene.seed,
+            seed=self._configuration.scene.seed,
         )

@@ -10,7 +10,6 @@ from rclpy.parameter import Parameter
 
 from rpf3d_core.live.scene import SCENE, live_parameters, live_scene
 from rpf3d_core.scene.fields import SceneField
-from rpf3d_core.scene.model import Scene
 
 LARGEST_INTEGER = 2**63 - 1
 """Largest integer of a ROS parameter."""
@@ -25,7 +24,7 @@ ABOUT_SCENE = "path of a scene file, which then says everything that the paramet
 
 
 class SceneParameters:
-    """The fields of a scene as parameters of a node, and the scene of the given values."""
+    """The fields of a scene as parameters of a node, and their given values."""
 
     def __init__(self, node: Node) -> None:
         """Declare all fields. Raises InputError, one line for each parameter, if the given values form no scene."""
@@ -52,13 +51,6 @@ class SceneParameters:
         All other parameters have the scene's default.
         """
         return {name: self._node.get_parameter(name).value for name in self.names if name in self._given}
-
-    def scene(self) -> Scene:
-        """Return the scene of the current values.
-
-        Raises InputError, one line for each parameter, in the words of a scene file.
-        """
-        return live_scene(self.given)
 
     def _declare(self, field: SceneField, given: Mapping[str, Any]) -> None:
         value = given.get(field.key, None if field.within else field.default)

@@ -52,12 +52,6 @@ class Sources:
         """Return the stamp of the message (ns)."""
         return nanoseconds(self.header.stamp)
 
-    @property
-    def directions(self) -> FloatArray:
-        """Return the direction of each throw, (S, 3) unit vectors; zero for a source at rest."""
-        speed = np.linalg.norm(self.velocities, axis=1, keepdims=True)
-        return np.asarray(np.divide(self.velocities, speed, out=np.zeros_like(self.velocities), where=speed > 0.0))
-
 
 def sources_of_poses(poses: PoseArray, frame: MapFrame, speed: float = 1.0) -> Sources:
     """Return one source for each pose, thrown at a speed (m/s); a source without orientation starts at rest.

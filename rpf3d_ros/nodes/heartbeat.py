@@ -15,7 +15,7 @@ LONGEST = 0.05
 """Time (s) that no callback may exceed; a longer gap is reported as a warning."""
 
 
-class Heartbeat:
+class ExecutorHeartbeat:
     """Beats on the executor and reports the longest delay of a beat in /diagnostics.
 
     Each second reports the longest delay of that second, so a summary can be made from all published reports.

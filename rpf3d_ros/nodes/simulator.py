@@ -29,11 +29,11 @@ from rpf3d_ros.nodes.configuring import (
     watch_clock,
 )
 from rpf3d_ros.nodes.heap import exempt_from_collection, free_unused_objects
-from rpf3d_ros.nodes.heartbeat import Heartbeat
+from rpf3d_ros.nodes.heartbeat import ExecutorHeartbeat
 from rpf3d_ros.nodes.inputs import Inputs
 
 if TYPE_CHECKING:
-    from rpf3d_ros.engine.configuration import Equipment
+    from rpf3d_ros.engine.configuration import StationConfiguration
 
 NAME = "rpf3d_simulator"
 
@@ -69,7 +69,7 @@ class SimulatorNode(LifecycleNode):
         self.abandoned = False
         self._ticked, self._named_at = 0, -NAMED_FOR
         self.add_post_set_parameters_callback(self._note_name)
-        self.heartbeat = Heartbeat(self, self.health)
+        self.heartbeat = ExecutorHeartbeat(self, self.health)
         self.create_service(TriggerService, "~/acknowledge", self.on_acknowledge)
         self.create_timer(TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))  # also if time goes back
         refuse_impossible_transitions(self)
@@ -88,9 +88,9 @@ class SimulatorNode(LifecycleNode):
         try:
             parameters, given = values_of(self, SimulatorParameters), self.scene_parameters.given
             now = self._now()
-            equipment = on_a_thread(self, lambda: _equipment(parameters, given, now), self.health.publish)
+            configuration = on_a_thread(self, lambda: _configuration(parameters, given, now), self.health.publish)
             exempt_from_collection()
-            self.station = Station(equipment, self.outlets)
+            self.station = Station(configuration, self.outlets)
         except ContextEnded:
             self.abandoned = True
             return FAILED
@@ -98,7 +98,7 @@ class SimulatorNode(LifecycleNode):
             self._report(f"not configured: {refusal}", ERROR)
             return FAILED
         self.lock.closed = True
-        self._report(f"inactive, compiled in {equipment.compile_s:.1f} s", OK)
+        self._report(f"inactive, compiled in {configuration.compile_s:.1f} s", OK)
         return super().on_configure(state)
 
     @noting_errors
@@ -224,9 +224,9 @@ class SimulatorNode(LifecycleNode):
         return int(self.get_clock().now().nanoseconds)
 
 
-def _equipment(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "Equipment":
+def _configuration(parameters: SimulatorParameters, given: dict[str, Any], now_ns: int) -> "StationConfiguration":
     from rpf3d_ros.engine.configuration import (
-        equipment_of,  # a long import, so on a thread
+        configuration_of,  # a long import, so on a thread
     )
 
-    return equipment_of(parameters, given, now_ns)
+    return configuration_of(parameters, given, now_ns)

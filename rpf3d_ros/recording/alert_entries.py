@@ -6,7 +6,7 @@ from typing import Any
 
 from rpf3d_ros.messages.alert_reading import ReceivedLevel, alerts_of, decided_at_ns
 from rpf3d_ros.messages.health import healths_of
-from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, LoggedStates, nanoseconds
+from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, LoggedStates, RecordingEntry, nanoseconds
 from rpf3d_ros.recording.stream import Recording
 
 COUNT_OF_RECORDED = "rpf3d_recorder: recording"
@@ -28,7 +28,7 @@ class AlertEntries:
         """Return the method of each topic."""
         return {"alerts": self.alerts, "alarm": self.alarm, "/diagnostics": self.diagnostics}
 
-    def alerts(self, array: Any) -> Iterator[Entry]:
+    def alerts(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the level of the site, and the texts and lanes that have changed.
 
         The level is logged every time, because it is a series. Text and lane of the site are logged if the level or the
@@ -53,13 +53,13 @@ class AlertEntries:
             yield self._times.at(stamp_ns, lambda r, at=lane: r.alert_state(at, None), f"alert/{lane}")
         self._areas_with_alerts = areas
 
-    def alarm(self, alarm: Any) -> Iterator[Entry]:
+    def alarm(self, alarm: Any) -> Iterator[RecordingEntry]:
         """Yield the state of the alarm if it has changed."""
         state = "on" if alarm.data else "off"
         if self._logged.is_new("alarm", state):
             yield self._times.at(self._times.now(), lambda r: r.alert_state("alarm", state), "alarm")
 
-    def diagnostics(self, array: Any) -> Iterator[Entry]:
+    def diagnostics(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield a state if it has changed.
 
         A node repeats its states every second. The count of recorded messages is left out.

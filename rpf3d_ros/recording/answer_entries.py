@@ -9,7 +9,7 @@ from rpf3d_ros.messages.health import healths_of
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import HAZARD, facets_of_markers, outlines_of_markers, strips_of_markers
 from rpf3d_ros.messages.moving_rocks import motion_of
-from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, by_name, column_of, finite_positions
+from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, by_name, column_of, finite_positions
 
 REACH_COLUMNS = ("p95_energy", "first_arrival", "rocks", "result")
 """Optional columns of hazard/points that are recorded."""
@@ -35,12 +35,12 @@ class AnswerEntries:
             "results": self.results,
         }
 
-    def trajectories(self, array: Any) -> Iterator[Entry]:
+    def trajectories(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the thinned trajectories."""
         strips = strips_of_markers(array, self._frame)
         yield self._times.of_markers(array, lambda r: r.trajectories(strips))
 
-    def cloud(self, topic: str, cloud: Any) -> Iterator[Entry]:
+    def cloud(self, topic: str, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield trajectories/points, impacts or deposits.
 
         A cloud without points clears the entity of the last event.
@@ -58,7 +58,7 @@ class AnswerEntries:
         if topic == "impacts":
             yield self._times.of_message(cloud, lambda r: r.energies(energy))
 
-    def zones(self, array: Any) -> Iterator[Entry]:
+    def zones(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the facets and the outline of each hazard level, after the last levels are cleared."""
         levels = by_name(facets_of_markers(array, self._frame), HAZARD, "level")
         outlines = by_name(outlines_of_markers(array, self._frame), HAZARD, "level")
@@ -70,7 +70,7 @@ class AnswerEntries:
         for level, (lines, colour) in outlines.items():
             yield self._times.of_markers(array, lambda r, n=level, k=lines, c=colour: r.outline(n, k, c))
 
-    def reach(self, cloud: Any) -> Iterator[Entry]:
+    def reach(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the reached cells; a cloud without points clears those of the last event."""
         self._frame.check(cloud.header.frame_id)
         if cloud.width == 0:
@@ -81,12 +81,12 @@ class AnswerEntries:
         columns = {name: column_of(cloud, name) for name in REACH_COLUMNS if name in given}
         yield self._times.of_message(cloud, lambda r: r.reach(points, reach, columns))
 
-    def reach_grid(self, grid: Any) -> Iterator[Entry]:
+    def reach_grid(self, grid: Any) -> Iterator[RecordingEntry]:
         """Yield the reach probability in plan."""
         percent = percent_of_grid(grid, self._frame)
         yield self._times.of_message(grid, lambda r: r.grid(percent))
 
-    def results(self, array: Any) -> Iterator[Entry]:
+    def results(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the facts of a result as text."""
         for health in healths_of(array):
             yield self._times.of_message(array, lambda r, health=health: r.text("results", health))

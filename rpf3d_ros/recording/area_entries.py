@@ -9,10 +9,10 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import AREAS, outlines_of_markers
 from rpf3d_ros.messages.source_reading import placed
 from rpf3d_ros.recording.entries import (
-    Entry,
     EntryMaker,
     EntryTimes,
     LoggedStates,
+    RecordingEntry,
     by_name,
     finite_points,
     nanoseconds,
@@ -32,20 +32,20 @@ class AreaEntries:
         """Return the method of each topic."""
         return {"areas/polygon": self.polygon, "areas/equipment": self.equipment, "areas/outlines": self.outlines}
 
-    def polygon(self, polygon: Any) -> Iterator[Entry]:
+    def polygon(self, polygon: Any) -> Iterator[RecordingEntry]:
         """Yield the live area."""
         corners = np.array([(p.x, p.y, p.z) for p in polygon.polygon.points], dtype=float).reshape(-1, 3)
         corners = finite_points(corners, polygon.header.frame_id, self._frame)
         stamp_ns = nanoseconds(polygon.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.area("live_area", corners), "areas/live_area")
 
-    def equipment(self, poses: Any) -> Iterator[Entry]:
+    def equipment(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the places of equipment."""
         positions, _ = placed(poses, self._frame)
         stamp_ns = nanoseconds(poses.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.places("equipment", positions), "areas/equipment")
 
-    def outlines(self, array: Any) -> Iterator[Entry]:
+    def outlines(self, array: Any) -> Iterator[RecordingEntry]:
         """Yield the outline of each area that has changed, and clear the outlines that the message lacks.
 
         The entries carry the current time, because the answer to older sources may contain newer areas.

@@ -21,7 +21,7 @@ EVENTS_KEPT = 1000
 Drawn = TypeVar("Drawn")
 
 
-class Entry(NamedTuple):
+class RecordingEntry(NamedTuple):
     """Rows of a recording at one time.
 
     stamp_ns, event : the time and the event of the rows
@@ -36,7 +36,7 @@ class Entry(NamedTuple):
     keeps: str = ""
 
 
-EntryMaker = Callable[[Any], Iterator[Entry]]
+EntryMaker = Callable[[Any], Iterator[RecordingEntry]]
 """Yields the entries of a message; terrain/mesh is given as CDR bytes. Raises MessageRefused."""
 
 
@@ -67,18 +67,18 @@ class EntryTimes:
         self.now = now
         self._events = EventNumbers()
 
-    def of_message(self, message: Any, draw: Callable[..., None], keeps: str = "") -> Entry:
+    def of_message(self, message: Any, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
         """Return an entry at the stamp of a message, of the event of this stamp."""
         stamp_ns = nanoseconds(message.header.stamp)
-        return Entry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
+        return RecordingEntry(stamp_ns=stamp_ns, event=self._events.of(stamp_ns), draw=draw, keeps=keeps)
 
-    def of_markers(self, array: Any, draw: Callable[..., None]) -> Entry:
+    def of_markers(self, array: Any, draw: Callable[..., None]) -> RecordingEntry:
         """Return an entry at the stamp of a MarkerArray; an empty array has the current time."""
         return self.of_message(array.markers[0], draw) if array.markers else self.at(self.now(), draw)
 
-    def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> Entry:
+    def at(self, stamp_ns: int, draw: Callable[..., None], keeps: str = "") -> RecordingEntry:
         """Return an entry at a time (ns), of the last event."""
-        return Entry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
+        return RecordingEntry(stamp_ns=stamp_ns, event=self._events.last, draw=draw, keeps=keeps)
 
 
 class LoggedStates:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from rpf3d_ros.recording.entries import Entry
+from rpf3d_ros.recording.entries import RecordingEntry
 from rpf3d_ros.recording.stream import Recording, file_recording
 
 MEGABYTE = 1_000_000
@@ -45,9 +45,9 @@ class Head:
     """The last entry of each state: terrain and its patches, sources, areas, alerts; every file begins with them."""
 
     def __init__(self) -> None:
-        self._kept: dict[str, Entry] = {}
+        self._kept: dict[str, RecordingEntry] = {}
 
-    def note(self, entries: Iterable[Entry]) -> None:
+    def note(self, entries: Iterable[RecordingEntry]) -> None:
         """Keep the entries that are a state; new terrain deletes the patches of the old terrain."""
         for entry in entries:
             if entry.keeps == "terrain":
@@ -56,12 +56,12 @@ class Head:
                 self._kept.pop(entry.keeps, None)
                 self._kept[entry.keeps] = entry
 
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[RecordingEntry]:
         """Return the entries that a new file begins with, oldest first."""
         return list(self._kept.values())
 
 
-def draw(recording: Recording, entries: Iterable[Entry]) -> None:
+def draw(recording: Recording, entries: Iterable[RecordingEntry]) -> None:
     """Log entries, each at its own time."""
     for entry in entries:
         recording.at(entry.stamp_ns, entry.event)
@@ -95,7 +95,7 @@ class RecordingFiles:
         self._since, self._retry_at = 0.0, 0.0
         self._begin()
 
-    def write(self, entries: list[Entry]) -> None:
+    def write(self, entries: list[RecordingEntry]) -> None:
         """Log entries and flush.
 
         Raises OSError or RuntimeError if the entries cannot be written; the next call tries again. `lost` counts the

@@ -10,7 +10,7 @@ from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.recording.alert_entries import AlertEntries
 from rpf3d_ros.recording.answer_entries import AnswerEntries
 from rpf3d_ros.recording.area_entries import AreaEntries
-from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes
+from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry
 from rpf3d_ros.recording.source_entries import SourceEntries
 from rpf3d_ros.recording.terrain_entries import TerrainEntries
 
@@ -36,7 +36,7 @@ class MessageLog:
             **AlertEntries(times).makers(),
         }
 
-    def entries(self, topic: str, message: Any) -> list[Entry]:
+    def entries(self, topic: str, message: Any) -> list[RecordingEntry]:
         """Return the entries of a message of a topic of TOPICS; terrain/mesh is given as CDR bytes.
 
         Raises MessageRefused.

@@ -8,7 +8,14 @@ import numpy as np
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.source_reading import placed
-from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, column_of, finite_points, finite_positions
+from rpf3d_ros.recording.entries import (
+    EntryMaker,
+    EntryTimes,
+    RecordingEntry,
+    column_of,
+    finite_points,
+    finite_positions,
+)
 
 
 class SourceEntries:
@@ -21,17 +28,17 @@ class SourceEntries:
         """Return the method of each topic."""
         return {"sources": self.poses, "/clicked_point": self.click, "source_cloud": self.cloud}
 
-    def poses(self, poses: Any) -> Iterator[Entry]:
+    def poses(self, poses: Any) -> Iterator[RecordingEntry]:
         """Yield the sources of a PoseArray."""
         positions, directions = placed(poses, self._frame)
         yield self._entry(poses, positions, directions)
 
-    def click(self, point: Any) -> Iterator[Entry]:
+    def click(self, point: Any) -> Iterator[RecordingEntry]:
         """Yield the one source of a clicked point."""
         at = np.array([[point.point.x, point.point.y, point.point.z]], dtype=float)
         yield self._entry(point, finite_points(at, point.header.frame_id, self._frame), np.zeros((1, 3)))
 
-    def cloud(self, cloud: Any) -> Iterator[Entry]:
+    def cloud(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the sources of a cloud; a cloud without points means that no rock is moving."""
         if cloud.width * cloud.height == 0:
             self._frame.check(cloud.header.frame_id)
@@ -47,5 +54,5 @@ class SourceEntries:
             directions = np.divide(velocity, speed, out=directions, where=(speed > 0.0) & np.isfinite(speed))
         yield self._entry(cloud, points, directions)
 
-    def _entry(self, message: Any, positions: FloatArray, directions: FloatArray) -> Entry:
+    def _entry(self, message: Any, positions: FloatArray, directions: FloatArray) -> RecordingEntry:
         return self._times.of_message(message, lambda r: r.sources(positions, directions), "sources")

@@ -47,7 +47,7 @@ MILLISECONDS_A_FRAME = round(1000 * FRAME)
 class Recording:
     """An open stream of rows: set the time, log rows, then `flush`; rows up to the last flush survive a kill.
 
-    `Entry.draw` calls one method for each kind of row.
+    `RecordingEntry.draw` calls one method for each kind of row.
     """
 
     def __init__(self, stream: Any, in_file: bool = False) -> None:

@@ -9,9 +9,9 @@ import numpy as np
 from rpf3d_ros.messages.cloud_reading import positions_of_cloud
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.refusals import MessageRefused
-from rpf3d_ros.messages.survey_terrain import ground_mesh
+from rpf3d_ros.messages.survey_mesh import ground_mesh
 from rpf3d_ros.messages.terrain_messages import MeshSurvey, grid_of_cloud, mesh_of_cdr
-from rpf3d_ros.recording.entries import Entry, EntryMaker, EntryTimes, nanoseconds
+from rpf3d_ros.recording.entries import EntryMaker, EntryTimes, RecordingEntry, nanoseconds
 
 UPDATES_SHOWN = 200
 """Number of terrain patches that are shown together; the next patch replaces the oldest."""
@@ -32,20 +32,20 @@ class TerrainEntries:
         """Return the method of each topic."""
         return {"terrain/points": self.grid, "terrain/mesh": self.mesh, "terrain/update": self.update}
 
-    def grid(self, cloud: Any) -> Iterator[Entry]:
+    def grid(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield the terrain of an organised cloud."""
         survey = grid_of_cloud(cloud, self._frame)
         digest = hashlib.sha256(survey.points.tobytes()).digest()
         if digest != self._digest:
             yield self._terrain(ground_mesh(survey), digest, nanoseconds(cloud.header.stamp))
 
-    def mesh(self, data: bytes) -> Iterator[Entry]:
+    def mesh(self, data: bytes) -> Iterator[RecordingEntry]:
         """Yield the terrain of a mesh, at the current time, because a mesh has no stamp."""
         digest = hashlib.sha256(data).digest()
         if digest != self._digest:
             yield self._terrain(mesh_of_cdr(data, self._frame, self._mesh_frame), digest, self._times.now())
 
-    def update(self, cloud: Any) -> Iterator[Entry]:
+    def update(self, cloud: Any) -> Iterator[RecordingEntry]:
         """Yield a patch."""
         if cloud.width * cloud.height > LARGEST_PATCH:
             raise MessageRefused(f"the patch holds {cloud.width * cloud.height} points; {LARGEST_PATCH} is the most")
@@ -56,6 +56,6 @@ class TerrainEntries:
         stamp_ns = nanoseconds(cloud.header.stamp)
         yield self._times.at(stamp_ns, lambda r: r.update(number, points), f"terrain/updates/{number}")
 
-    def _terrain(self, mesh: MeshSurvey, digest: bytes, stamp_ns: int) -> Entry:
+    def _terrain(self, mesh: MeshSurvey, digest: bytes, stamp_ns: int) -> RecordingEntry:
         self._digest, self._updates = digest, 0
         return self._times.at(stamp_ns, lambda r: r.terrain(mesh.vertices, mesh.triangles), "terrain")

@@ -13,7 +13,7 @@ from typing import Any
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
-from rpf3d_ros.recording.entries import Entry
+from rpf3d_ros.recording.entries import RecordingEntry
 from rpf3d_ros.recording.files import FAULTS, Head, draw
 from rpf3d_ros.recording.stream import APPLICATION, Recording
 from rpf3d_ros.recording.views import blueprint
@@ -74,14 +74,14 @@ class ViewerFeed:
         head : entries that a stream begins with
         stream : opens the viewer's stream; `Viewer.stream` by default
         """
-        self._viewer, self._head, self._open = viewer, head, stream or viewer.stream
-        self._queue: Queue[list[Entry]] = Queue(WAITING)
+        self._head, self._open = head, stream or viewer.stream
+        self._queue: Queue[list[RecordingEntry]] = Queue(WAITING)
         self._closing = threading.Event()
         self.dropped, self.fault = 0, ""
         self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
         self._thread.start()
 
-    def offer(self, entries: list[Entry]) -> None:
+    def offer(self, entries: list[RecordingEntry]) -> None:
         """Queue entries for the viewer; entries that do not fit are dropped and counted."""
         try:
             self._queue.put_nowait(entries)

@@ -24,7 +24,7 @@ from rpf3d_ros.messages.cloud_messages import cloud_of_columns
 from rpf3d_ros.messages.diagnostic_messages import diagnostics_of
 from rpf3d_ros.messages.health import ERROR, OK, WARN, Health
 from rpf3d_ros.messages.marker_messages import area_markers, trajectory_markers, zone_markers
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 from rpf3d_ros.recording.bag_writer import BagWriter, typestore
 

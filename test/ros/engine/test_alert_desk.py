@@ -389,7 +389,7 @@ def test_a_wall_that_found_no_room_is_a_fault_of_that_wall():
     station = SimpleNamespace(
         flyer=SimpleNamespace(submit=lambda trigger: pushed_out), report_waiting=lambda: None,
         unanswerable=lambda *about: told.append(about),
-        _equipment=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
+        _configuration=SimpleNamespace(parameters=SimpleNamespace(waiting_sources=3)),
     )  # fmt: skip
     Station.submit(station, SimpleNamespace())
     assert told == [(pushed_out, "more than 3 walls tell of sources at once (waiting_sources)")]

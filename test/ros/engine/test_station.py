@@ -42,7 +42,7 @@ def made(ends):
     """A station of fakes, and what receives its messages."""
     calls, station = CalledNames(), object.__new__(Station)
     station.terrain, station.flyer, station.builder = WaitingTerrain(1), Threads(ends), Threads(True)
-    station.desk, station._equipment = Threads(True), SimpleNamespace(store=None)
+    station.desk, station._configuration = Threads(True), SimpleNamespace(store=None)
     station._outlets = Outlets(calls, calls, calls, calls, lambda: 7)
     station.decisions = DecisionReports(station._outlets, "map")
     return station, calls

@@ -21,7 +21,7 @@ from mutated_files import mutated
 from rclpy.serialization import serialize_message
 
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 MUTATIONS = int(os.environ.get("RPF3D_MUTATIONS", "50"))

@@ -8,7 +8,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_peer import FEW_ROCKS, ON_THE_SLOPE, SECOND, TOE, cloud, polygon, poses, ramp, resident
 
 from rpf3d_ros.messages.health import WARN
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import LITTLE_ENDIAN_CDR, cdr_of_mesh
 
 MOST = 20_000

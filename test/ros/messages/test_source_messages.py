@@ -47,7 +47,7 @@ def test_a_direction_of_release_survives_the_pose(velocity):
     speed = np.linalg.norm(v)
     sources = sources_of_poses(poses_of_sources(Header(frame_id="map"), np.zeros((1, 3)), v), MAP)
     expected = v / speed if speed else np.array([[1.0, 0.0, 0.0]])
-    assert np.allclose(sources.directions, expected, atol=ROUNDING, rtol=0.0)
+    assert np.allclose(sources.velocities, expected, atol=ROUNDING, rtol=0.0)
 
 
 def test_positions_and_the_stamp_come_through():
@@ -64,7 +64,7 @@ def test_survey_coordinates_are_shifted_and_leave_in_the_map_frame():
 
 
 def test_a_pose_without_orientation_has_no_direction():
-    assert sources_of_poses(poses(pose(turn=(0.0, 0.0, 0.0, 0.0))), MAP).directions.tolist() == [[0.0, 0.0, 0.0]]
+    assert sources_of_poses(poses(pose(turn=(0.0, 0.0, 0.0, 0.0))), MAP).velocities.tolist() == [[0.0, 0.0, 0.0]]
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -82,7 +82,7 @@ def test_an_orientation_that_is_no_rotation_is_refused():
 
 def test_no_poses_say_that_nothing_is_seen():
     sources = sources_of_poses(poses(), MAP)
-    assert sources.positions.shape == sources.velocities.shape == sources.directions.shape == (0, 3)
+    assert sources.positions.shape == sources.velocities.shape == (0, 3)
     assert sources.stamp_ns == 12_000_000_034
 
 

@@ -13,7 +13,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.survey import GridSurvey
-from rpf3d_ros.engine import configuration as equipment
+from rpf3d_ros.engine import configuration
 from rpf3d_ros.nodes import simulator
 
 DONE = TransitionCallbackReturn.SUCCESS
@@ -21,7 +21,7 @@ DONE = TransitionCallbackReturn.SUCCESS
 
 @pytest.fixture
 def node(stage, monkeypatch):
-    monkeypatch.setattr(equipment, "warm", lambda scene, parameters: 0.0)  # nothing flies
+    monkeypatch.setattr(configuration, "warm", lambda scene, parameters: 0.0)  # nothing flies
     rclpy.init(args=["--ros-args", "-p", "autostart:=false"])
     made = simulator.SimulatorNode()
     yield made
@@ -35,7 +35,7 @@ def test_cleanup_frees_the_ground_and_what_it_was_made_with(node):
         assert node.trigger_configure() == DONE
         assert gc.get_freeze_count() > 0
         station = node.station
-        made = station._equipment
+        made = station._configuration
         y, x = np.mgrid[0:20, 0:20].astype(float)
         ground = made.workshop.whole(GridSurvey(np.stack([x, y, np.sin(x)], axis=-1)))
         station.flyer.hand_over(ready=stand_on(ground, made.scene))

@@ -6,7 +6,7 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 
 from live_peer import FEW_ROCKS, cloud, ramp, ramp_of
 
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SIDE = 600

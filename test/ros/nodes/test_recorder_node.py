@@ -18,7 +18,7 @@ from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.messages.cloud_messages import cloud_of_columns, cloud_of_grid
 from rpf3d_ros.messages.health import WARN
 from rpf3d_ros.messages.marker_messages import trajectory_markers, zone_markers
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import GridSurvey, cdr_of_mesh
 
 EVERYTHING = (

@@ -75,7 +75,7 @@ def test_terrain_and_sources_of_the_scene_are_published(stage, scene):
     assert (len(mesh.vertices), len(mesh.triangles)) == (4, 2)
     sources = sources_of_poses(peer.received["sources"][-1], MAP)
     assert sources.positions[:, 1].tolist() == [10.0, 20.5, 10.0, 20.5]
-    assert np.allclose(sources.directions, [1.0, 0.0, 0.0])
+    assert np.allclose(sources.velocities, [1.0, 0.0, 0.0])
     first, second = (message.header.stamp for message in peer.received["sources"][:2])
     assert (first.sec, first.nanosec) < (second.sec, second.nanosec)
 

@@ -21,7 +21,7 @@ from rpf3d_ros.messages.health import OK, WARN
 from rpf3d_ros.messages.map_frame import MapFrame
 from rpf3d_ros.messages.marker_reading import facets_of_markers, strips_of_markers
 from rpf3d_ros.messages.result_messages import facts_of
-from rpf3d_ros.messages.survey_terrain import grid_mesh
+from rpf3d_ros.messages.survey_mesh import grid_mesh
 from rpf3d_ros.messages.terrain_messages import cdr_of_mesh
 
 SIDE, HEIGHT = 20, 5.0

@@ -9,7 +9,7 @@ import recorded_messages as made
 
 from rpf3d_core.recordings.content import rows_by_entity, verify
 from rpf3d_ros.messages.map_frame import MapFrame
-from rpf3d_ros.recording.entries import Entry
+from rpf3d_ros.recording.entries import RecordingEntry
 from rpf3d_ros.recording.files import RETRY, Head, RecordingFiles, Rotation, numbered_files
 from rpf3d_ros.recording.incident_bag import IncidentBag
 from rpf3d_ros.recording.message_log import MessageLog
@@ -46,7 +46,7 @@ def clock():
 
 
 def entry(keeps, number=0):
-    return Entry(number, number, lambda recording: None, keeps)
+    return RecordingEntry(number, number, lambda recording: None, keeps)
 
 
 def test_a_new_file_begins_when_the_last_one_is_large_enough_and_stands_alone(tmp_path, log):
