@@ -28,7 +28,7 @@ DIAGNOSTICS = (REFERENCE / "diagnostics.md").read_text(encoding="utf-8")
 PAGES = sorted([*REFERENCE.glob("*.md"), *HOWTO.glob("*.md")])
 NOT_DRAWN_BY_RVIZ = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
 NOT_DRAWN_IN_3D = {"terrain/mesh", "results", "alerts", "alarm", "/diagnostics"}
-ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_listen", "LargeTopic"}
+ENDPOINTS = {"create_publisher", "create_lifecycle_publisher", "create_subscription", "_subscribe", "LargeTopic"}
 OF_EVERY_NODE = {"parameter_events", "rosout", "clock", "~/transition_event"}
 """Topics that rclpy itself has."""
 
@@ -52,8 +52,9 @@ def topics_in_code():
     """(topic, name of the message class) of publishers and subscriptions whose names stand in the sources."""
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Call) and name_of(node.func) in ENDPOINTS and len(node.args) > 1:
-                kind, topic = node.args[:2]
+            if isinstance(node, ast.Call) and name_of(node.func) in ENDPOINTS:
+                named = {each.arg: each.value for each in node.keywords}
+                kind, topic = (*node.args, named.get("kind"), named.get("name"))[:2]
                 if isinstance(topic, ast.Constant) and isinstance(kind, ast.Name):
                     yield topic.value, kind.id
             if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "TOPICS":
