@@ -147,11 +147,17 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
     """Return the cells that the box in plan of facet f, corners (F, 9) m, touches, widened by the slack (m)."""
     low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
     low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])
+    return cells_between(grid, low_x - slack, low_y - slack, high_x + slack, high_y + slack)
+
+
+@kernel
+def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> Block:
+    """Return the cells that a box in plan (m) touches; never empty, because cells at the rim extend without end."""
     return Block(
-        left=cell_index(low_x - slack, grid.x, grid.cell, grid.nx),
-        right=cell_index(high_x + slack, grid.x, grid.cell, grid.nx) + 1,
-        bottom=cell_index(low_y - slack, grid.y, grid.cell, grid.ny),
-        top=cell_index(high_y + slack, grid.y, grid.cell, grid.ny) + 1,
+        left=cell_index(low_x, grid.x, grid.cell, grid.nx),
+        right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
+        bottom=cell_index(low_y, grid.y, grid.cell, grid.ny),
+        top=cell_index(high_y, grid.y, grid.cell, grid.ny) + 1,
     )
 
 
