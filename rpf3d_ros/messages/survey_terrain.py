@@ -1,18 +1,13 @@
-"""Convert a received survey to a mesh and to the terrain that the core simulates."""
+"""Convert a received survey to a mesh."""
 
 import numpy as np
 
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.live.survey import GridSurvey, MeshSurvey
-from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.squares import grid_triangles
-from rpf3d_core.terrain.survey import mesh_terrain
 
 Survey = GridSurvey | MeshSurvey
-
-ZONE = "terrain"
-"""The zone of every facet: terrain messages carry no zones."""
 
 
 def ground_mesh(survey: Survey) -> MeshSurvey:
@@ -35,13 +30,3 @@ def grid_mesh(points: FloatArray) -> MeshSurvey:
     if not len(triangles):
         raise TerrainError("the grid has no square of four points without a hole; the terrain needs at least one")
     return MeshSurvey(points[there], triangles)
-
-
-def terrain_of(survey: Survey, tolerance: float) -> Terrain:
-    """Return the survey as a terrain of one zone: welded, winding repaired, moved to a local origin.
-
-    tolerance : distance (m) within which the vertices of a mesh are welded; grids are not welded
-    """
-    mesh = ground_mesh(survey)
-    weld = tolerance if isinstance(survey, MeshSurvey) else None
-    return mesh_terrain(mesh.vertices, mesh.triangles, ZONE, weld)

@@ -6,8 +6,9 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the extra `ros`")
 
 from rpf3d_core.errors import InputError
+from rpf3d_core.live.ground import Workshop
 from rpf3d_core.terrain.facets import facets_of
-from rpf3d_ros.messages.survey_terrain import grid_mesh, terrain_of
+from rpf3d_ros.messages.survey_terrain import grid_mesh
 from rpf3d_ros.messages.terrain_messages import GridSurvey, MeshSurvey
 
 WELD = 1e-4
@@ -39,14 +40,19 @@ def test_a_grid_without_a_full_square_is_refused():
         grid_mesh(points)
 
 
+def terrain_of(survey):
+    """The terrain that the simulator builds of a survey."""
+    return Workshop(weld=WELD).whole(survey).terrain
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_facets_look_up_whichever_way_the_rows_run(turned):
     points = grid()[::-1] if turned else grid()
-    assert (facets_of(terrain_of(GridSurvey(points), WELD)).normals[:, 2] > 0.0).all()
+    assert (facets_of(terrain_of(GridSurvey(points))).normals[:, 2] > 0.0).all()
 
 
 def test_vertices_return_to_the_map_frame():
-    terrain = terrain_of(GridSurvey(grid(at=12_345.0)), WELD)
+    terrain = terrain_of(GridSurvey(grid(at=12_345.0)))
     back = terrain.frame.points_to_input(terrain.vertices)
     assert np.allclose(back, grid(at=12_345.0).reshape(-1, 3), atol=ROUNDING, rtol=0.0)
     assert np.abs(terrain.vertices).max() < 10.0
@@ -55,10 +61,10 @@ def test_vertices_return_to_the_map_frame():
 def test_a_triangle_soup_is_welded():
     mesh = grid_mesh(grid())
     soup = MeshSurvey(mesh.vertices[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
-    assert len(terrain_of(soup, WELD).vertices) == 4 * 5
+    assert len(terrain_of(soup).vertices) == 4 * 5
 
 
 def test_the_two_kinds_of_survey_give_the_same_terrain():
-    from_grid = terrain_of(GridSurvey(grid()), WELD)
-    from_mesh = terrain_of(grid_mesh(grid()), WELD)
+    from_grid = terrain_of(GridSurvey(grid()))
+    from_mesh = terrain_of(grid_mesh(grid()))
     assert np.array_equal(from_grid.vertices[from_grid.triangles], from_mesh.vertices[from_mesh.triangles])
