@@ -32,7 +32,7 @@ STEEPEST = 1000.0
 """Rise of the ground over a path; of what is above a rock, something must be the ground that it has left."""
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, by which the reference engine's boxes would divide."""
-OVER, UNDER, BESIDE, UNKNOWN = 0, 1, 2, 3
+OVER, UNDER, BESIDE = 0, 1, 2
 """Where a place is: over ground, below it, or where there is none."""
 
 
