@@ -115,7 +115,15 @@ def _chosen(prices: PriceList, method: Priced, terrain: Priced, target: float) -
     dearer = terrain.seconds_per_1000_rocks / max(_whole(prices).seconds_per_1000_rocks, 1e-12)
     seconds = method.seconds_per_1000_rocks * dearer * rocks / 1000.0
     statistical = statistical_error(prices.statistical, rocks)
-    return Choice(method.setting, terrain.setting, rocks, method.error, terrain.error, statistical, seconds)
+    return Choice(
+        method=method.setting,
+        terrain=terrain.setting,
+        rocks=rocks,
+        numerical=method.error,
+        geometric=terrain.error,
+        statistical=statistical,
+        seconds=seconds,
+    )
 
 
 def statistical_error(lines: Sequence[Priced], rocks: int) -> float:

@@ -44,7 +44,11 @@ def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
         if (found.facet < 0).all():
             break
         nearer = (found.side > 0.0) & (np.abs(found.z - z) < np.abs(best.z - z))  # False for NaN, without ground
-        best = HeightField(*(np.where(nearer, its, other) for its, other in zip(found, best, strict=True)))
+        best = HeightField(
+            z=np.where(nearer, found.z, best.z),
+            facet=np.where(nearer, found.facet, best.facet),
+            side=np.where(nearer, found.side, best.side),
+        )
     return best
 
 
@@ -58,4 +62,4 @@ def _next_ground(engine: Engine, x: FloatArray, above: HeightField) -> HeightFie
 def _ground_below(engine: Engine, x: FloatArray) -> HeightField:
     """Return the ground straight below N places (N, 3) m."""
     height, facet, side = engine.ground_below(x).T
-    return HeightField(np.where(facet >= 0.0, x[:, 2] - height, np.nan), facet.astype(np.int64), side)
+    return HeightField(z=np.where(facet >= 0.0, x[:, 2] - height, np.nan), facet=facet.astype(np.int64), side=side)

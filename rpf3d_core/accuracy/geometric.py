@@ -45,7 +45,10 @@ def coarser_terrains(prepared: Prepared, releases: Releases, exact: FlownSample)
         coarse = over_terrain(prepared, terrain, engine_over(prepared.engine.name, terrain))
         found = fly(coarse, put_back(some, prepared.engine, coarse.engine), paths=True)
         yield Coarser(
-            part, len(terrain.triangles), difference(found, exact, prepared.scene.gravity), found.seconds_per_1000
+            part=part,
+            triangles=len(terrain.triangles),
+            off=difference(found, exact, prepared.scene.gravity),
+            seconds_per_1000=found.seconds_per_1000,
         )
 
 

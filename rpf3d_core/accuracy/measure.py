@@ -79,7 +79,7 @@ def rocks_of(scene: Scene, prepared: Prepared) -> int:
 def _own_steps(scene: Scene) -> Steps | None:
     """Return the fixed steps that a scene names; None without any."""
     its = scene.method.stepping
-    return None if its is None else Steps(its.dt, its.threshold, its.squared)
+    return None if its is None else Steps(dt=its.dt, threshold=its.threshold, squared=its.squared)
 
 
 def _numerical(

@@ -39,9 +39,9 @@ class Steps(NamedTuple):
 
 
 SETTINGS = (
-    *(Steps(dt, threshold) for threshold in (0.5, 0.05, 0.005) for dt in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)),
-    Steps(1e-3, 0.05, True),
-    Steps(1e-4, 0.05, True),  # the thesis' own code with its own defaults (appendix; section 3.1)
+    *(Steps(dt=dt, threshold=threshold) for threshold in (0.5, 0.05, 0.005) for dt in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)),
+    Steps(dt=1e-3, threshold=0.05, squared=True),
+    Steps(dt=1e-4, threshold=0.05, squared=True),  # the thesis' own code with its own defaults (appendix; section 3.1)
 )
 
 
@@ -110,7 +110,13 @@ def stepped_answers(
         step_vtk, step_compiled = vtk.step, compiled.step
         lost = float(under_ground(found.flights.deposits, prepared.engine).mean())
         yield Measured(
-            setting, rocks, difference(found, same[rocks], prepared.scene.gravity), lost, steps, vtk, compiled
+            setting=setting,
+            rocks=rocks,
+            off=difference(found, same[rocks], prepared.scene.gravity),
+            tunnelled=lost,
+            steps=steps,
+            vtk=vtk,
+            compiled=compiled,
         )
 
 
@@ -129,8 +135,20 @@ def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -
             off = difference(found, exact, prepared.scene.gravity)
             lost = float(under_ground(found.flights.deposits, raster.engine).mean())
             steps = flight_seconds(found.flights) / len(found.rows) / dt
-            price = Price(found.seconds_per_1000, found.seconds_per_1000 / 1000.0 / max(steps, 1.0), True)
-            yield Measured(OnRaster(cell, dt), len(found.rows), off, lost, steps, None, price)
+            price = Price(
+                seconds_per_1000=found.seconds_per_1000,
+                step=found.seconds_per_1000 / 1000.0 / max(steps, 1.0),
+                by_clock=True,
+            )
+            yield Measured(
+                setting=OnRaster(cell, dt),
+                rocks=len(found.rows),
+                off=off,
+                tunnelled=lost,
+                steps=steps,
+                vtk=None,
+                compiled=price,
+            )
 
 
 def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engine:
@@ -145,7 +163,7 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
     step : seconds of a step in an earlier setting
     """
     if steps * step > BUDGET:
-        return Price(1000.0 * steps * step, step, False)
+        return Price(seconds_per_1000=1000.0 * steps * step, step=step, by_clock=False)
     rocks = int(np.clip(BUDGET / max(steps * step, 1e-9), 1, TIMED_ROCKS))
     engine, flight = _stepping(prepared.engine, setting, every_step=True), prepared.flight
     some = taken(releases, spread(np.arange(len(releases.x)), rocks))
@@ -153,7 +171,7 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
     flights = fly_ensemble(engine, flight, some)
     seconds = time.process_time() - began
     took = seconds * setting.dt / max(flight_seconds(flights), setting.dt)
-    return Price(1000.0 * max(steps, 1.0) * took, took, True)
+    return Price(seconds_per_1000=1000.0 * max(steps, 1.0) * took, step=took, by_clock=True)
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:

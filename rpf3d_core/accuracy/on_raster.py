@@ -51,7 +51,7 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
     zone = _zones_under(terrain, engine, vertices[triangles].mean(axis=1)) if len(triangles) else np.empty(0, np.int32)
     full = there[:-1, :-1] & there[1:, :-1] & there[:-1, 1:] & there[1:, 1:]
     raster = Terrain(vertices, triangles, zone, terrain.zones, terrain.frame)
-    return raster, Squares(float(low[0]), float(low[1]), cell, full)
+    return raster, Squares(x=float(low[0]), y=float(low[1]), cell=cell, there=full)
 
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:

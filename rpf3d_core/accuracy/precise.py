@@ -38,6 +38,14 @@ class Struck(NamedTuple):
     v: Point
 
 
+class RecordedImpact(NamedTuple):
+    """An impact as a rock's records have it: facet, ground with the values drawn for the impact, time t (s)."""
+
+    facet: int
+    surface: Surface
+    t: float
+
+
 class ImpactErrors(NamedTuple):
     """Errors of recorded impacts against exact arithmetic: median and largest, m and s; impacts : number of impacts."""
 
@@ -64,11 +72,22 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
     return [_off([(place, time) for its, place, time in gaps if its == number]) for number in numbers]
 
 
-def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
-    places, times = zip(*gaps, strict=True)
+def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
+    """Return the errors of a number of impacts; place, time : (2,) median and largest, m and s."""
+    (place_median, place_max), (time_median, time_max) = place, time
     return ImpactErrors(
-        len(gaps), *(float(value) for some in (places, times) for value in (np.median(some), max(some)))
+        impacts=impacts,
+        place_median=place_median,
+        place_max=place_max,
+        time_median=time_median,
+        time_max=time_max,
     )
+
+
+def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
+    """Return the errors of impacts from the distance (m) and the time (s) of each."""
+    place, time = ((float(np.median(some)), float(max(some))) for some in zip(*gaps, strict=True))
+    return impact_errors(len(gaps), place, time)
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
@@ -78,13 +97,14 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, flo
     alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
     facets = [int(f) for f in takewhile(lambda f: f >= 0, flights.impacts.facet[struck[:alone]])]
     start = np.flatnonzero(flights.paths.row == row)[0]
-    release = (flights.paths.x[start].tolist(), flights.paths.v[start].tolist())
-    surfaces = _surfaces(prepared, flights, row, facets)
-    times = flights.impacts.t[struck].tolist()
-    exact = impacts_in_digits(
-        prepared.engine.facets, surfaces, prepared.flight.settings.gravity, *release, facets, times,
-        FOLLOWED[type(prepared.flight.models.rebound)],
-    )  # fmt: skip
+    x, v = flights.paths.x[start].tolist(), flights.paths.v[start].tolist()
+    surfaces, times = _surfaces(prepared, flights, row, facets), flights.impacts.t[struck].tolist()
+    recorded = [
+        RecordedImpact(facet=f, surface=surface, t=t)
+        for f, surface, t in zip(facets, surfaces, times, strict=False)
+    ]  # fmt: skip
+    gravity, rebound = prepared.flight.settings.gravity, FOLLOWED[type(prepared.flight.models.rebound)]
+    exact = impacts_in_digits(prepared.engine.facets, recorded, gravity, x, v, rebound)
     places = flights.impacts.x[struck].tolist()
     return [
         (number, *_gap(impact, place, time))
@@ -106,29 +126,31 @@ def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[i
     """Return the ground of each impact of a rock, with the values drawn for the impact."""
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
-    key = RockKey(prepared.flight.settings.seed, source, rock)
+    key = RockKey(seed=prepared.flight.settings.seed, source=source, rock=rock)
     zone = prepared.engine.facets.zone
-    return [surface_of(materials, int(zone[f]), RockContext(None, key, number)) for number, f in enumerate(facets)]
+    return [
+        surface_of(materials, int(zone[f]), RockContext(rock=None, key=key, impacts=number))
+        for number, f in enumerate(facets)
+    ]
 
 
 def impacts_in_digits(
-    facets: Facets, surfaces: Sequence[Surface], gravity: float, x: Sequence[float], v: Sequence[float],
-    struck: Sequence[int], times: Sequence[float], rebound: Rebound | None = None,
+    facets: Facets, recorded: Sequence[RecordedImpact], gravity: float, x: Sequence[float], v: Sequence[float],
+    rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
-    """Return the impacts of a rock from x (3,) m with v (3,) m/s on a sequence of facets, in DIGITS digits.
+    """Return the impacts of a rock from x (3,) m with v (3,) m/s on the facets of recorded impacts, in DIGITS digits.
 
     Numbers are used as stored: a coefficient of 0.1 is the nearest double.
 
-    surfaces, times : ground and recorded time (s) of each impact; the time selects one of the two roots of a parabola
-    rebound : None for constant restitution
+    recorded : their times select one of the two roots of a parabola; rebound : None for constant restitution
     """
     bounce = constant if rebound is None else rebound
     with localcontext(prec=DIGITS):
-        found, last, g = [], Struck(Decimal(0), _decimals(x), _decimals(v)), Decimal(gravity)
-        for f, surface, recorded in zip(struck, surfaces, times, strict=False):
-            corners = np.asarray(facets.corners)[f].reshape(3, 3).tolist()
-            flown = _flown_onto(last, corners, g, Decimal(recorded))
-            last = flown.struck._replace(v=bounce(surface, flown.struck.v, flown.n))
+        found, last, g = [], Struck(t=Decimal(0), x=_decimals(x), v=_decimals(v)), Decimal(gravity)
+        for impact in recorded:
+            corners = np.asarray(facets.corners)[impact.facet].reshape(3, 3).tolist()
+            flown = _flown_onto(last, corners, g, Decimal(impact.t))
+            last = flown.struck._replace(v=bounce(impact.surface, flown.struck.v, flown.n))
             found.append(last)
     return found
 
@@ -146,7 +168,7 @@ def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, re
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
     x = at[0] + v[0] * fall, at[1] + v[1] * fall, at[2] + (v[2] - g * fall / 2) * fall
-    return Landed(Struck(last.t + fall, x, (v[0], v[1], v[2] - g * fall)), n)
+    return Landed(Struck(t=last.t + fall, x=x, v=(v[0], v[1], v[2] - g * fall)), n)
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from rpf3d_core.accuracy.differences import AnswerDifference, Metres
 from rpf3d_core.accuracy.geometric import Coarser
 from rpf3d_core.accuracy.numerical import Measured, OnRaster, Steps
-from rpf3d_core.accuracy.precise import DIGITS, ImpactErrors
+from rpf3d_core.accuracy.precise import DIGITS, ImpactErrors, impact_errors
 from rpf3d_core.accuracy.statistical import Sampled, floor_of
 
 DEFINITIONS = {
@@ -78,7 +78,7 @@ class PriceList:
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
     """Return the line of the exact method, which finds every event."""
-    return Priced(EVENTS, error, seconds_per_1000, {"timed": True})
+    return Priced(setting=EVENTS, error=error, seconds_per_1000_rocks=seconds_per_1000, more={"timed": True})
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
@@ -96,18 +96,30 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
         "timed": price.by_clock,
         "seconds_per_1000_rocks_compiled": found.compiled.seconds_per_1000,
     }
-    return Priced(steps_setting(found.setting), found.off.of_map, price.seconds_per_1000, more)
+    return Priced(
+        setting=steps_setting(found.setting),
+        error=found.off.of_map,
+        seconds_per_1000_rocks=price.seconds_per_1000,
+        more=more,
+    )
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
     """Return the line of a coarser terrain."""
     setting = {"part": found.part, "triangles": found.triangles}
-    return Priced(setting, found.off.of_map, found.seconds_per_1000, _off(found.off, rocks, sampled))
+    return Priced(
+        setting=setting,
+        error=found.off.of_map,
+        seconds_per_1000_rocks=found.seconds_per_1000,
+        more=_off(found.off, rocks, sampled),
+    )
 
 
 def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
     """Return the line of the full terrain."""
-    return Priced({"part": 1, "triangles": triangles}, 0.0, seconds_per_1000, {})
+    return Priced(
+        setting={"part": 1, "triangles": triangles}, error=0.0, seconds_per_1000_rocks=seconds_per_1000, more={}
+    )
 
 
 def priced_sample(found: Sampled) -> Priced:
@@ -116,7 +128,12 @@ def priced_sample(found: Sampled) -> Priced:
         "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
         "seconds": found.seconds,
     }  # fmt: skip
-    return Priced({"rocks": found.rocks}, found.of_map, 1000.0 * found.seconds / found.rocks, more)
+    return Priced(
+        setting={"rocks": found.rocks},
+        error=found.of_map,
+        seconds_per_1000_rocks=1000.0 * found.seconds / found.rocks,
+        more=more,
+    )
 
 
 def _off(off: AnswerDifference, rocks: int, sampled: list[Sampled]) -> dict[str, Any]:
@@ -169,7 +186,9 @@ def _line(line: Priced) -> dict[str, Any]:
 
 def _priced(line: Mapping[str, Any]) -> Priced:
     more = {key: value for key, value in line.items() if key not in KEPT}
-    return Priced(line["setting"], line["error"], line["seconds_per_1000_rocks"], more)
+    return Priced(
+        setting=line["setting"], error=line["error"], seconds_per_1000_rocks=line["seconds_per_1000_rocks"], more=more
+    )
 
 
 KEPT = ("setting", "error", "seconds_per_1000_rocks")
@@ -183,7 +202,7 @@ def price_list_of(facts: Mapping[str, Any]) -> PriceList:
         for name in ("numerical", "geometric", "statistical")
     }  # fmt: skip
     exact = facts["events_against_exact_arithmetic"]["median_and_largest_by_impact"]
-    off = [ImpactErrors(one["rocks"], *one["place_m"], *one["time_s"]) for one in exact]
+    off = [impact_errors(one["rocks"], one["place_m"], one["time_s"]) for one in exact]
     return PriceList(
         scene["file"], scene["digest"], scene["rocks"], scene["auto"], scene["method"], facts["cell_m"],
         facts["terrain"]["triangles"], **lines, off_exact=off,

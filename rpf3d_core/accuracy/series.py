@@ -43,7 +43,9 @@ def _numerical(name: str, lines: Sequence[Priced], colour: Colour) -> Series:
 
 def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], seconds: Sequence[float]) -> Series:
     errors = [max(line.error, LEAST) for line in lines]
-    return Series(name, kind, colour, seconds, errors, [_beside(line) for line in lines])
+    return Series(
+        name=name, kind=kind, colour=colour, seconds=seconds, errors=errors, words=[_beside(line) for line in lines]
+    )
 
 
 def _beside(line: Priced) -> str:

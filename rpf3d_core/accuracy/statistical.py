@@ -63,13 +63,26 @@ def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
 
 def _pair(one: FlownSample, other: FlownSample) -> Pair:
     energy = quantile_half_width(one.flights.deposits.max_energy, QUANTILE)
-    return Pair(one.reached, other.reached, one.places.half_width, energy, 0.5 * (one.seconds + other.seconds))
+    return Pair(
+        one=one.reached,
+        other=other.reached,
+        half_width=one.places.half_width,
+        energy=energy,
+        seconds=0.5 * (one.seconds + other.seconds),
+    )
 
 
 def _sampled(pair: Pair, everything: Reached) -> Sampled:
     errors = [distance_from_truth(some, everything) for some in (pair.one, pair.other)]
     apart = map_distance(pair.one, pair.other)
-    return Sampled(pair.one.flown, 0.5 * sum(errors), apart, pair.half_width, pair.energy, pair.seconds)
+    return Sampled(
+        rocks=pair.one.flown,
+        of_map=0.5 * sum(errors),
+        apart=apart,
+        half_width=pair.half_width,
+        energy=pair.energy,
+        seconds=pair.seconds,
+    )
 
 
 def together(one: Reached, other: Reached) -> Reached:

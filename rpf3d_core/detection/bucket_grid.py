@@ -41,6 +41,15 @@ class Grid(NamedTuple):
     ny: int
 
 
+class Block(NamedTuple):
+    """A rectangle of cells: columns left to right - 1 and rows bottom to top - 1."""
+
+    left: int
+    right: int
+    bottom: int
+    top: int
+
+
 class Buckets(NamedTuple):
     """Entries of the facets in the cells of a grid: cell k holds ids[starts[k] : starts[k + 1]].
 
@@ -65,14 +74,15 @@ def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = o
     cursor = memory("cursor", len(starts), np.int64)
     cursor[:] = starts
     slack = REACH * facets.tolerance
-    share([lambda a=a, b=b: _fill(facets.corners, slack, *grid, a, b, cursor, ids, boxes) for a, b in bands(grid.ny)])  # type: ignore[misc]
-    return grid, Buckets(starts, ids, boxes)
+    share([lambda band=band: _fill(facets.corners, slack, grid, band, cursor, ids, boxes) for band in bands(grid)])  # type: ignore[misc]
+    return grid, Buckets(starts=starts, ids=ids, boxes=boxes)
 
 
-def bands(rows: int) -> list[tuple[int, int]]:
-    """Return one or two bands of rows that share no cell of any level: first row, and row after the last."""
-    middle = (rows // 2 + BAND // 2) // BAND * BAND
-    return [(a, b) for a, b in ((0, middle), (middle, rows)) if a < b] if middle < rows else [(0, rows)]
+def bands(grid: Grid) -> list[Block]:
+    """Return one or two bands of whole rows that cover a grid and share no cell of any level."""
+    middle = (grid.ny // 2 + BAND // 2) // BAND * BAND
+    rows = [(0, middle), (middle, grid.ny)] if 0 < middle < grid.ny else [(0, grid.ny)]
+    return [Block(left=0, right=grid.nx, bottom=bottom, top=top) for bottom, top in rows]
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
@@ -104,8 +114,7 @@ def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArra
 def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Share) -> bool:
     """Count the entries of bucket k into starts[k + 1]; return False if there are too many entries in total."""
     slack, most = REACH * facets.tolerance, ENTRIES_PER_FACET * len(facets.zone)
-    rows = bands(grid.ny)
-    counts = share([lambda a=a, b=b: _count(facets.corners, slack, *grid, a, b, most, starts) for a, b in rows])  # type: ignore[misc]
+    counts = share([lambda band=band: _count(facets.corners, slack, grid, band, most, starts) for band in bands(grid)])  # type: ignore[misc]
     return sum(counts) <= most
 
 
@@ -119,7 +128,7 @@ def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
 def _cells(low: FloatArray, high: FloatArray, cell: float) -> Grid:
     """Return the grid with a cell size (m) over a box in plan."""
     nx, ny = (int(width / cell) + 1 for width in (high - low).tolist())
-    return Grid(float(low[0]), float(low[1]), cell, nx, ny)
+    return Grid(x=float(low[0]), y=float(low[1]), cell=cell, nx=nx, ny=ny)
 
 
 def _buckets(grid: Grid) -> int:
@@ -134,65 +143,72 @@ def cell_index(value: float, origin: float, cell: float, count: int) -> int:
 
 
 @kernel
-def span_of(a: float, b: float, c: float, slack: float, origin: float, cell: float, count: int) -> tuple[int, int]:
-    """Return the first and last cell that three coordinates (m) span, widened by the slack (m)."""
-    return (
-        cell_index(min(a, b, c) - slack, origin, cell, count),
-        cell_index(max(a, b, c) + slack, origin, cell, count),
+def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
+    """Return the cells that the box in plan of facet f, corners (F, 9) m, touches, widened by the slack (m)."""
+    low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
+    low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])
+    return cells_between(grid, low_x - slack, low_y - slack, high_x + slack, high_y + slack)
+
+
+@kernel
+def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> Block:
+    """Return the cells that a box in plan (m) touches; never empty, because cells at the rim extend without end."""
+    return Block(
+        left=cell_index(low_x, grid.x, grid.cell, grid.nx),
+        right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
+        bottom=cell_index(low_y, grid.y, grid.cell, grid.ny),
+        top=cell_index(high_y, grid.y, grid.cell, grid.ny) + 1,
+    )
+
+
+@kernel
+def common(a: Block, b: Block) -> Block:
+    """Return the cells that two blocks share; a block without rows or columns if they share none."""
+    return Block(
+        left=max(a.left, b.left), right=min(a.right, b.right), bottom=max(a.bottom, b.bottom), top=min(a.top, b.top)
     )
 
 
 @loop
-def _count(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, first: int, end: int, most: int,
-    starts: Any,
-) -> int:  # fmt: skip
-    """Count the entries of bucket k into starts[k + 1], in rows of cells from `first` to `end`; return their number.
+def _count(corners: Any, slack: float, grid: Grid, band: Block, most: int, starts: Any) -> int:
+    """Count the entries of bucket k into starts[k + 1], in the rows of a band; return their number.
 
     The count stops if it exceeds `most`.
     """
     entries = 0
     for f in range(corners.shape[0]):
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        j0, j1 = max(j0, first), min(j1, end - 1)
-        if j0 > j1:
+        cells = common(cells_under(corners, f, slack, grid), band)
+        if cells.bottom >= cells.top:
             continue
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        entries += (i1 - i0 + 1) * (j1 - j0 + 1)
+        entries += (cells.right - cells.left) * (cells.top - cells.bottom)
         if entries > most:
             return entries
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                starts[j * nx + i + 1] += 1
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                starts[j * grid.nx + i + 1] += 1
     return entries
 
 
 @loop
-def _fill(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, first: int, end: int,
-    cursor: Any, ids: Any, boxes: Any,
-) -> None:  # fmt: skip
-    """Write the entries in rows of cells from `first` to `end`, in ascending order of facets."""
+def _fill(corners: Any, slack: float, grid: Grid, band: Block, cursor: Any, ids: Any, boxes: Any) -> None:
+    """Write the entries in the rows of a band, in ascending order of facets; `cursor` holds the next free places."""
     for f in range(corners.shape[0]):
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        j0, j1 = max(j0, first), min(j1, end - 1)
-        if j0 > j1:
-            continue
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                k = j * nx + i
+        cells = common(cells_under(corners, f, slack, grid), band)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                k = j * grid.nx + i
                 ids[cursor[k]] = f
-                boxes[cursor[k]] = box_over(corners, f, slack, x, y, 1.0 / cell, i, j)
+                boxes[cursor[k]] = box_over(corners, f, slack, grid, i, j)
                 cursor[k] += 1
 
 
 @kernel
-def box_over(corners: Any, f: int, slack: float, x: float, y: float, per_cell: float, i: int, j: int) -> int:
+def box_over(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int) -> int:
     """Return the packed box of facet f, widened by the slack (m), over the cell in column i and row j."""
+    per_cell = 1.0 / grid.cell
     return packed_box(
-        part_of(min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack, x, per_cell, i),
-        part_of(max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack, x, per_cell, i),
-        part_of(min(corners[f, 1], corners[f, 4], corners[f, 7]) - slack, y, per_cell, j),
-        part_of(max(corners[f, 1], corners[f, 4], corners[f, 7]) + slack, y, per_cell, j),
+        part_of(min(corners[f, 0], corners[f, 3], corners[f, 6]) - slack, grid.x, per_cell, i),
+        part_of(max(corners[f, 0], corners[f, 3], corners[f, 6]) + slack, grid.x, per_cell, i),
+        part_of(min(corners[f, 1], corners[f, 4], corners[f, 7]) - slack, grid.y, per_cell, j),
+        part_of(max(corners[f, 1], corners[f, 4], corners[f, 7]) + slack, grid.y, per_cell, j),
     )

@@ -43,16 +43,28 @@ class BucketLocator(NamedTuple):
     slabs: Slabs
 
 
+class Crossing(NamedTuple):
+    """The part of an arc over the bucket in column i and row j: from `begin` to `leave` (s)."""
+
+    i: int
+    j: int
+    begin: float
+    leave: float
+
+
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
     """Return the locator over F facets; a facet stands in every bucket that its box in plan touches."""
     grid, buckets = sorted_into_buckets(facets, memory, share)
-    return BucketLocator(*grid, *buckets, slabs_of(facets, grid, memory, share))
+    return BucketLocator(
+        x=grid.x, y=grid.y, cell=grid.cell, nx=grid.nx, ny=grid.ny, starts=buckets.starts, ids=buckets.ids,
+        boxes=buckets.boxes, slabs=slabs_of(facets, grid, memory, share),
+    )  # fmt: skip
 
 
 @kernel
 def grid_of(locator: BucketLocator) -> Grid:
     """Return the grid of the buckets."""
-    return Grid(locator.x, locator.y, locator.cell, locator.nx, locator.ny)
+    return Grid(x=locator.x, y=locator.y, cell=locator.cell, nx=locator.nx, ny=locator.ny)
 
 
 @first_contact.rule(BucketLocator)
@@ -81,7 +93,8 @@ def first_contact_in_buckets(
             level, clear = level - 1, 0
             continue
         else:
-            best, clear = _earliest_in_bucket(locator, facets, arc, left, i, j, begin, leave, best), 0
+            crossing = Crossing(i=i, j=j, begin=begin, leave=leave)
+            best, clear = _earliest_in_bucket(locator, facets, arc, left, crossing, best), 0
         if best.t <= leave or leave >= end:
             break
         begin, p = leave, q
@@ -132,17 +145,13 @@ def _still_in(index: int, level: int, x: float, origin: float, cell: float, coun
 
 @kernel
 def _earliest_in_bucket(
-    locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, i: int, j: int, begin: float, leave: float,
-    best: Contact,
-) -> Contact:  # fmt: skip
-    """Return the earlier of `best` and the contacts with the facets of the bucket in column i and row j.
-
-    begin, leave : s, the times between which the arc is over the bucket
-    """
-    k = j * locator.nx + i
+    locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, crossing: Crossing, best: Contact
+) -> Contact:
+    """Return the earlier of `best` and the contacts with the facets of the bucket that an arc crosses."""
+    k = crossing.j * locator.nx + crossing.i
     entry, stop = locator.starts[k], locator.starts[k + 1]
-    until = min(leave, best.t)
-    stretch = stretch_of(grid_of(locator), i, j, arc, begin, until)
+    until = min(crossing.leave, best.t)
+    stretch = stretch_of(grid_of(locator), crossing.i, crossing.j, arc, crossing.begin, until)
     while True:
         entry = _next_overlapping(locator.boxes, entry, stop, stretch.probe)
         if entry >= stop:
@@ -154,7 +163,7 @@ def _earliest_in_bucket(
         best = earlier_contact(facets, f, arc, left, best)
         if best.t < until:
             until = best.t
-            stretch = stretch_of(grid_of(locator), i, j, arc, begin, until)
+            stretch = stretch_of(grid_of(locator), crossing.i, crossing.j, arc, crossing.begin, until)
 
 
 @kernel

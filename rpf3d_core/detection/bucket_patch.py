@@ -10,9 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import BAND, ENTRIES_PER_FACET, box_over, span_of
+from rpf3d_core.detection.bucket_grid import BAND, ENTRIES_PER_FACET, Block, Grid, box_over, cells_under, common
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
-from rpf3d_core.detection.slabs import LEVELS, SHIFT, Slabs, add_normal, clear_block, lean_upwards, raise_over, slab_row
+from rpf3d_core.detection.slabs import (
+    LEVELS,
+    SHIFT,
+    SlabTable,
+    add_normal,
+    clear_block,
+    lean_upwards,
+    raise_over,
+    slab_row,
+    slab_table,
+)
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.memory import Kept, Share
@@ -22,15 +32,6 @@ from rpf3d_core.terrain.frame import FloatArray
 
 Plan = tuple[float, float]
 """A point in plan: x, y (m)."""
-
-
-class Block(NamedTuple):
-    """A rectangle of cells: columns left to right - 1 and rows bottom to top - 1."""
-
-    left: int
-    right: int
-    bottom: int
-    top: int
 
 
 class Entries(NamedTuple):
@@ -43,11 +44,26 @@ class Entries(NamedTuple):
     ids: NDArray[np.int32]
 
 
+class BucketPatch(NamedTuple):
+    """The facets that a patch removes from the buckets, and the S facets that it adds.
+
+    gone : (F,) True for facets to remove, by their numbers in the present entries
+    rows : (S,) numbers of the new facets
+    block : cells of all facets that are removed or added; entries : the new facets in the cells of that block
+    """
+
+    gone: NDArray[np.bool_] | NDArray[np.uint8]
+    rows: NDArray[np.int32]
+    block: Block
+    entries: Entries
+
+
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
     """Return the cells that the box in plan of some facets, corners (S, 9) m, touches, widened by a slack (m)."""
     sides = np.empty(4, np.int64)
-    _block(corners, slack, *grid_of(locator), sides)
-    return Block(*sides.tolist())
+    _block(corners, slack, grid_of(locator), sides)
+    left, right, bottom, top = sides.tolist()
+    return Block(left=left, right=right, bottom=bottom, top=top)
 
 
 def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
@@ -67,36 +83,30 @@ def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack:
     Raises TerrainError if the facets have more entries than that.
     """
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
-    if not _count_some(corners, slack, *grid_of(locator), *block, most, starts):
+    if not _count_some(corners, slack, grid_of(locator), block, most, starts):
         raise TerrainError("the facets of the patch are far wider than those of the ground; publish the whole terrain")
     np.cumsum(starts, out=starts)
     ids = np.empty(int(starts[-1]), np.int32)
-    _fill_some(corners, slack, *grid_of(locator), *block, starts[:-1].copy(), ids)
+    _fill_some(corners, slack, grid_of(locator), block, starts[:-1].copy(), ids)
     return Entries(starts, ids)
 
 
 def patched_locator(
-    locator: BucketLocator, facets: Facets, gone: NDArray[np.bool_], rows: NDArray[np.int32], block: Block,
-    entries: Entries, memory: Kept, share: Share,
-) -> BucketLocator:  # fmt: skip
+    locator: BucketLocator, facets: Facets, patch: BucketPatch, memory: Kept, share: Share
+) -> BucketLocator:
     """Return the buckets with some facets removed and others added, edited in place: do not use `locator` afterwards.
 
-    gone : (F,) True for facets to remove, by their numbers in the present entries
-    rows : (S,) numbers of the new facets; `facets` already holds their corners
-    block : cells of all facets that are removed or added; entries : the new facets in the cells of that block
-    memory : holds the arrays of the locator; share : runs the work
+    facets : with the corners of the new facets; memory : holds the arrays of the locator; share : runs the work
     """
-    nx, band = locator.nx, slice(block.bottom * locator.nx, block.top * locator.nx + 1)
+    block = patch.block
+    band = slice(block.bottom * locator.nx, block.top * locator.nx + 1)
     before = locator.starts[band]
     counts = np.zeros(len(before), np.int64)
-    _count_kept(locator.starts, locator.ids, gone, nx, *block, entries.starts, counts)
+    _count_kept(locator, patch, counts)
     np.cumsum(counts, out=counts)
     counts += before[0]
     ids, boxes = np.empty(counts[-1] - before[0], np.int32), np.empty(counts[-1] - before[0], np.uint32)
-    _lay_band(
-        locator.starts, locator.ids, locator.boxes, gone, facets.corners, REACH * facets.tolerance, *grid_of(locator),
-        *block, entries.starts, entries.ids, rows, ids, boxes,
-    )  # fmt: skip
+    _lay_band(locator, facets.corners, REACH * facets.tolerance, patch, ids, boxes)
     total, begin, tail, shift = len(locator.ids), int(before[0]), int(before[-1]), int(counts[-1] - before[-1])
     all_ids, all_boxes = (memory.longer(name, max(total, total + shift)) for name in ("ids", "boxes"))
     share([
@@ -127,109 +137,99 @@ def _whole_cells(block: Block, locator: BucketLocator) -> Block:
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
     )  # fmt: skip
-    return Block(left, min(right, locator.nx), bottom, min(top, locator.ny))
+    return Block(left=left, right=min(right, locator.nx), bottom=bottom, top=min(top, locator.ny))
 
 
 def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Share) -> None:
     """Compute the slabs over a block of whole cells again, one column of the widest cells after another."""
-    slabs: Slabs = locator.slabs
-    planes, slack = slabs.planes.reshape(-1, 4), REACH * facets.tolerance
-    some = [(a, min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
-    buckets = locator.starts, locator.ids
+    table, slack = slab_table(locator.slabs, locator.nx), REACH * facets.tolerance
+    some = [block._replace(left=a, right=min(a + BAND, block.right)) for a in range(block.left, block.right, BAND)]
     share([
-        lambda a=a, b=b: _renew_slabs(  # type: ignore[misc]
-            facets.corners, facets.normals, slack, *grid_of(locator), *buckets, a, b, block.bottom, block.top, planes,
-            slabs.first,
-        )
-        for a, b in some
+        lambda part=part: _renew_slabs(facets.corners, facets.normals, slack, locator, part, table)  # type: ignore[misc]
+        for part in some
     ])  # fmt: skip
 
 
+@kernel
+def cell_in(block: Block, i: int, j: int) -> int:
+    """Return the number, row by row, of the cell of a block in column i and row j of the grid."""
+    return (j - block.bottom) * (block.right - block.left) + i - block.left
+
+
 @loop
-def _block(corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, sides: Any) -> None:
+def _block(corners: Any, slack: float, grid: Grid, sides: Any) -> None:
     """Write left, right, bottom and top of the `Block` around some facets into `sides`."""
-    sides[0], sides[1], sides[2], sides[3] = nx, 0, ny, 0
+    sides[0], sides[1], sides[2], sides[3] = grid.nx, 0, grid.ny, 0
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        sides[0], sides[1] = min(sides[0], i0), max(sides[1], i1 + 1)
-        sides[2], sides[3] = min(sides[2], j0), max(sides[3], j1 + 1)
+        cells = cells_under(corners, f, slack, grid)
+        sides[0], sides[1] = min(sides[0], cells.left), max(sides[1], cells.right)
+        sides[2], sides[3] = min(sides[2], cells.bottom), max(sides[3], cells.top)
 
 
 @loop
-def _count_some(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, left: int, right: int, bottom: int,
-    top: int, most: int, starts: Any,
-) -> bool:  # fmt: skip
+def _count_some(corners: Any, slack: float, grid: Grid, block: Block, most: int, starts: Any) -> bool:
     """Count the entries of cell k of a block into starts[k + 1]; stop and return False if they exceed `most`."""
     entries = 0
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        entries += (i1 - i0 + 1) * (j1 - j0 + 1)
+        cells = cells_under(corners, f, slack, grid)
+        entries += (cells.right - cells.left) * (cells.top - cells.bottom)
         if entries > most:
             return False
-        for j in range(max(j0, bottom), min(j1 + 1, top)):
-            for i in range(max(i0, left), min(i1 + 1, right)):
-                starts[(j - bottom) * (right - left) + i - left + 1] += 1
+        cells = common(cells, block)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                starts[cell_in(block, i, j) + 1] += 1
     return True
 
 
 @loop
-def _fill_some(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, left: int, right: int, bottom: int,
-    top: int, cursor: Any, ids: Any,
-) -> None:  # fmt: skip
+def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any, ids: Any) -> None:
     """Write the facet of each entry in a block into `ids`; `cursor` holds the next free place of each cell."""
     for f in range(corners.shape[0]):
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        for j in range(max(j0, bottom), min(j1 + 1, top)):
-            for i in range(max(i0, left), min(i1 + 1, right)):
-                k = (j - bottom) * (right - left) + i - left
+        cells = common(cells_under(corners, f, slack, grid), block)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                k = cell_in(block, i, j)
                 ids[cursor[k]] = f
                 cursor[k] += 1
 
 
 @loop
-def _count_kept(
-    starts: Any, ids: Any, gone: Any, nx: int, left: int, right: int, bottom: int, top: int, come: Any, counts: Any
-) -> None:
-    """Count how many entries each bucket of a block's rows will have, into the place after the bucket's own."""
-    for j in range(bottom, top):
-        for i in range(nx):
-            k, stay = j * nx + i, 0
-            if left <= i < right:
-                for entry in range(starts[k], starts[k + 1]):
-                    stay += 0 if gone[ids[entry]] else 1
-                c = (j - bottom) * (right - left) + i - left
+def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None:
+    """Count how many entries each bucket of a patch's rows will have, into the place after the bucket's own."""
+    block, come = patch.block, patch.entries.starts
+    for j in range(block.bottom, block.top):
+        for i in range(locator.nx):
+            k, stay = j * locator.nx + i, 0
+            if block.left <= i < block.right:
+                for entry in range(locator.starts[k], locator.starts[k + 1]):
+                    stay += 0 if patch.gone[locator.ids[entry]] else 1
+                c = cell_in(block, i, j)
                 stay += come[c + 1] - come[c]
             else:
-                stay = starts[k + 1] - starts[k]
-            counts[k - bottom * nx + 1] = stay
+                stay = locator.starts[k + 1] - locator.starts[k]
+            counts[k - block.bottom * locator.nx + 1] = stay
 
 
 @loop
 def _lay_band(
-    starts: Any, ids: Any, boxes: Any, gone: Any, corners: Any, slack: float, x: float, y: float, cell: float, nx: int,
-    ny: int, left: int, right: int, bottom: int, top: int, come: Any, come_ids: Any, rows: Any, new_ids: Any,
-    new_boxes: Any,
-) -> None:  # fmt: skip
-    """Write the entries of the buckets of a block's rows: first the facets that stay, then the new facets."""
-    at = 0
-    for j in range(bottom, top):
-        for i in range(nx):
-            k = j * nx + i
-            inside = left <= i < right
-            for entry in range(starts[k], starts[k + 1]):
-                if not (inside and gone[ids[entry]]):
-                    new_ids[at], new_boxes[at] = ids[entry], boxes[entry]
+    locator: BucketLocator, corners: Any, slack: float, patch: BucketPatch, new_ids: Any, new_boxes: Any
+) -> None:
+    """Write the entries of the buckets of a patch's rows: first the facets that stay, then the new facets."""
+    at, block, come = 0, patch.block, patch.entries
+    for j in range(block.bottom, block.top):
+        for i in range(locator.nx):
+            k = j * locator.nx + i
+            inside = block.left <= i < block.right
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                if not (inside and patch.gone[locator.ids[entry]]):
+                    new_ids[at], new_boxes[at] = locator.ids[entry], locator.boxes[entry]
                     at += 1
             if inside:
-                c = (j - bottom) * (right - left) + i - left
-                for entry in range(come[c], come[c + 1]):
-                    f = rows[come_ids[entry]]
-                    new_ids[at], new_boxes[at] = f, box_over(corners, f, slack, x, y, 1.0 / cell, i, j)
+                c = cell_in(block, i, j)
+                for entry in range(come.starts[c], come.starts[c + 1]):
+                    f = patch.rows[come.ids[entry]]
+                    new_ids[at], new_boxes[at] = f, box_over(corners, f, slack, grid_of(locator), i, j)
                     at += 1
 
 
@@ -242,35 +242,32 @@ def _add_to(array: Any, begin: int, amount: int) -> None:
 
 @loop
 def _renew_slabs(
-    corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, starts: Any, ids: Any,
-    left: int, right: int, bottom: int, top: int, planes: Any, first: Any,
-) -> None:  # fmt: skip
+    corners: Any, normals: Any, slack: float, locator: BucketLocator, block: Block, table: SlabTable
+) -> None:
     """Compute the slabs over a block of whole cells again, from the entries of its buckets."""
-    clear_block(nx, left, right, bottom, top, planes, first)
-    for j in range(bottom, top):
-        for i in range(left, right):
-            for entry in range(starts[j * nx + i], starts[j * nx + i + 1]):
-                add_normal(normals, ids[entry], planes, j * nx + i)
-    lean_upwards(nx, left, right, bottom, top, planes, first)
-    for j in range(bottom, top):
-        for i in range(left, right):
-            for entry in range(starts[j * nx + i], starts[j * nx + i + 1]):
-                _raise_levels(corners, ids[entry], slack, x, y, cell, nx, ny, i, j, planes, first)
+    clear_block(table, block)
+    for j in range(block.bottom, block.top):
+        for i in range(block.left, block.right):
+            k = j * locator.nx + i
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                add_normal(normals, locator.ids[entry], table.planes, k)
+    lean_upwards(table, block)
+    for j in range(block.bottom, block.top):
+        for i in range(block.left, block.right):
+            k = j * locator.nx + i
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                _raise_levels(corners, locator.ids[entry], slack, grid_of(locator), i, j, table)
 
 
 @kernel
-def _raise_levels(
-    corners: Any, f: int, slack: float, x: float, y: float, cell: float, nx: int, ny: int, i: int, j: int, planes: Any,
-    first: Any,
-) -> None:  # fmt: skip
+def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int, table: SlabTable) -> None:
     """Raise the slabs over the bucket in column i and row j above facet f.
 
     The slab of a wider cell is raised only if this bucket is the first bucket of f in that cell.
     """
-    raise_over(corners, f, planes, slab_row(first, nx, 0, i, j))
-    i0, _ = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-    j0, _ = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
+    raise_over(corners, f, table.planes, slab_row(table, 0, i, j))
+    cells = cells_under(corners, f, slack, grid)
     for level in range(1, LEVELS):
         shift = SHIFT * level
-        if i == max(i0, (i >> shift) << shift) and j == max(j0, (j >> shift) << shift):
-            raise_over(corners, f, planes, slab_row(first, nx, level, i >> shift, j >> shift))
+        if i == max(cells.left, (i >> shift) << shift) and j == max(cells.bottom, (j >> shift) << shift):
+            raise_over(corners, f, table.planes, slab_row(table, level, i >> shift, j >> shift))

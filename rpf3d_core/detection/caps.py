@@ -104,4 +104,4 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
 @kernel
 def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
     """Return the first passage through a cap on a straight way (3,) m from x (3,) m; `t` is a share of the way."""
-    return loss_on(caps, Arc(x, way, STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]
+    return loss_on(caps, Arc(x=x, v=way, gravity=STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

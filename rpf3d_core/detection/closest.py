@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import cell_index
-from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_grid import cells_between
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.terrain.facet_geometry import corner, stored_normal
 from rpf3d_core.terrain.facets import Facets
@@ -30,12 +30,9 @@ def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Clo
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
     """Return the closest of all facets in the buckets within the radius in plan; the smaller number wins a tie."""
     best = Closest(radius, -1)
-    i0 = cell_index(x[0] - radius, locator.x, locator.cell, locator.nx)
-    i1 = cell_index(x[0] + radius, locator.x, locator.cell, locator.nx)
-    j0 = cell_index(x[1] - radius, locator.y, locator.cell, locator.ny)
-    j1 = cell_index(x[1] + radius, locator.y, locator.cell, locator.ny)
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
+    cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)
+    for j in range(cells.bottom, cells.top):
+        for i in range(cells.left, cells.right):
             k = j * locator.nx + i
             for entry in range(locator.starts[k], locator.starts[k + 1]):
                 f: Any = np.int64(locator.ids[entry])

@@ -40,8 +40,8 @@ class PreviousContact(NamedTuple):
 
 GRAZING = 1e-9
 """Sine of the angle to a facet below which a sliding rock moves along it: a million times the rounding of b / |v|."""
-NO_CONTACT = Contact(math.inf, -1, 1.0, 0.0)
-NOTHING_LEFT = PreviousContact(-1, -1, 1.0, False, -1)
+NO_CONTACT = Contact(t=math.inf, facet=-1, side=1.0, approach=0.0)
+NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, before=-1)
 
 
 @model_function

@@ -32,7 +32,7 @@ STEEPEST = 1000.0
 """Rise of the ground over a path; of what is above a rock, something must be the ground that it has left."""
 STRAIGHT = 1e-100
 """Gravity (m/s^2) of an arc that is a straight line; not 0, by which the reference engine's boxes would divide."""
-OVER, UNDER, BESIDE, UNKNOWN = 0, 1, 2, 3
+OVER, UNDER, BESIDE = 0, 1, 2
 """Where a place is: over ground, below it, or where there is none."""
 
 
@@ -60,7 +60,17 @@ class Inquiry(NamedTuple):
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
     """An inquiry that has seen nothing."""
-    return Inquiry(open_, False, 0, FIRST * facets.crack, 0.0, math.inf, 0, math.inf, False)
+    return Inquiry(
+        open=open_,
+        fell=False,
+        place=0,
+        path=FIRST * facets.crack,
+        over=0.0,
+        under=math.inf,
+        line=0,
+        nearest=math.inf,
+        some_over=False,
+    )
 
 
 @kernel
@@ -71,7 +81,9 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
     slack = FIRST * facets.crack
     down, up = max(x[2] - facets.low[2], 0.0) + slack, max(facets.high[2] - x[2], 0.0) + slack
     return Arc(
-        (x[0] + apart * east, x[1] + apart * north, x[2]), (0.0, 0.0, -down if asked.line % 2 == 0 else up), STRAIGHT
+        x=(x[0] + apart * east, x[1] + apart * north, x[2]),
+        v=(0.0, 0.0, -down if asked.line % 2 == 0 else up),
+        gravity=STRAIGHT,
     )
 
 
@@ -97,7 +109,17 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
     if line == 2 * len(COLUMNS):
         near = asked.under < math.inf or nearest <= STEEPEST * asked.path
         return _found(arc, end, asked, UNDER if near and not some_over else OVER)
-    return Inquiry(True, False, asked.place, asked.path, asked.over, asked.under, line, nearest, some_over)
+    return Inquiry(
+        open=True,
+        fell=False,
+        place=asked.place,
+        path=asked.path,
+        over=asked.over,
+        under=asked.under,
+        line=line,
+        nearest=nearest,
+        some_over=some_over,
+    )
 
 
 @kernel
@@ -112,9 +134,29 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
     path = asked.path if under < math.inf else FURTHER * asked.path
     fell = where != BESIDE and under < math.inf and (over == 0.0 or place == ALONG + HALVES)
     goes_on = not fell and (where != BESIDE or place == 1) and (under < math.inf or place < ALONG)
-    after = Inquiry(goes_on, fell, place, path, over, under, 0, math.inf, False)
+    after = Inquiry(
+        open=goes_on,
+        fell=fell,
+        place=place,
+        path=path,
+        over=over,
+        under=under,
+        line=0,
+        nearest=math.inf,
+        some_over=False,
+    )
     if goes_on and _time(arc, after) > end:
-        return Inquiry(False, False, place, path, over, under, 0, math.inf, False)
+        return Inquiry(
+            open=False,
+            fell=False,
+            place=place,
+            path=path,
+            over=over,
+            under=under,
+            line=0,
+            nearest=math.inf,
+            some_over=False,
+        )
     return after
 
 

@@ -1,14 +1,14 @@
 """Facets of the ground that a patch touches in plan, and the facets next to them, found through the buckets."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.detection.bucket_grid import cell_index, span_of
+from rpf3d_core.detection.bucket_grid import Block, Grid, cell_index, cells_under, common
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
-from rpf3d_core.detection.bucket_patch import Block, Entries
+from rpf3d_core.detection.bucket_patch import Entries, cell_in
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.terrain.frame import FloatArray
 
@@ -17,18 +17,27 @@ STAYS, GOES = 0, 2
 _SEEN = 1
 
 
-def touched(
-    corners: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float,
-    marks: NDArray[np.uint8],
-) -> NDArray[np.int32]:  # fmt: skip
-    """Return the facets (N,), in ascending order, that come within a slack (m) of a patch in plan, and mark them GOES.
+class Footprint(NamedTuple):
+    """The area of a patch in plan, widened by a slack (m).
 
-    corners : (F, 9) m of the ground; patch : (S, 9) m, `entries` are its facets in the cells of `block`
-    marks : (F,) STAYS before the call
+    corners : (S, 9) m, of the facets of the patch; entries : these facets in the cells of `block`
     """
-    count = _mark(corners, locator.starts, locator.ids, locator.nx, patch, *block, *entries, slack, marks)
-    found = np.empty(count, np.int32)
-    _collect(locator.starts, locator.ids, locator.nx, *block, marks, found)
+
+    corners: FloatArray
+    block: Block
+    entries: Entries
+    slack: float
+
+
+def touched(
+    corners: FloatArray, locator: BucketLocator, footprint: Footprint, marks: NDArray[np.uint8]
+) -> NDArray[np.int32]:
+    """Return the facets (N,), in ascending order, that touch a footprint in plan, and mark them GOES.
+
+    corners : (F, 9) m of the ground; marks : (F,) STAYS before the call
+    """
+    found = np.empty(_mark(corners, locator, footprint, marks), np.int32)
+    _collect(locator, footprint.block, marks, found)
     found.sort()
     return found
 
@@ -41,7 +50,7 @@ def beside_what_stays(
     edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
     """
     out = np.zeros(len(edges), np.bool_)
-    _beside(edges, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    _beside(edges, vertices, triangles, locator, marks, out)
     return out
 
 
@@ -53,20 +62,17 @@ def used_by_what_stays(
     some : (N,) numbers of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
     """
     out = np.zeros(len(some), np.bool_)
-    _used(some, vertices, triangles, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    _used(some, vertices, triangles, locator, marks, out)
     return out
 
 
-def near_patch(
-    thin: FloatArray, locator: BucketLocator, patch: FloatArray, block: Block, entries: Entries, slack: float
-) -> NDArray[np.bool_]:
-    """Return (N,) True for each triangle that comes within a slack (m) of a patch in plan.
+def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
+    """Return (N,) True for each triangle that touches a footprint in plan.
 
     thin : (N, 9) m, triangles that may be as thin as a line or a point
-    patch : (S, 9) m, `entries` are its facets in the cells of `block`
     """
     out = np.zeros(len(thin), np.bool_)
-    _near(thin, *grid_of(locator), patch, *block, *entries, slack, out)
+    _near(thin, grid_of(locator), footprint, out)
     return out
 
 
@@ -78,38 +84,34 @@ def over_what_goes(
     corners : (F, 9) m of the ground; marks : (F,)
     """
     out = np.zeros(len(points), np.bool_)
-    _over(points, corners, *grid_of(locator), locator.starts, locator.ids, marks, out)
+    _over(points, corners, locator, marks, out)
     return out
 
 
 @loop
-def _mark(
-    corners: Any, starts: Any, ids: Any, nx: int, patch: Any, left: int, right: int, bottom: int, top: int, come: Any,
-    come_ids: Any, slack: float, marks: Any,
-) -> int:  # fmt: skip
+def _mark(corners: Any, locator: BucketLocator, footprint: Footprint, marks: Any) -> int:
     """Mark as _SEEN the facets of the ground that touch a facet of the patch in any cell; return their number."""
-    count = 0
-    for j in range(bottom, top):
-        for i in range(left, right):
-            k, c = j * nx + i, (j - bottom) * (right - left) + i - left
-            for entry in range(starts[k], starts[k + 1]):
-                f = ids[entry]
-                if marks[f] == STAYS and _any_touches(corners, f, patch, come_ids, come[c], come[c + 1], slack):
+    count, block = 0, footprint.block
+    for j in range(block.bottom, block.top):
+        for i in range(block.left, block.right):
+            k, c = j * locator.nx + i, cell_in(block, i, j)
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                f = locator.ids[entry]
+                if marks[f] == STAYS and _any_touches(corners, f, footprint, c):
                     marks[f] = _SEEN
                     count += 1
     return count
 
 
 @loop
-def _collect(
-    starts: Any, ids: Any, nx: int, left: int, right: int, bottom: int, top: int, marks: Any, found: Any
-) -> None:
+def _collect(locator: BucketLocator, block: Block, marks: Any, found: Any) -> None:
     """Write the facets marked _SEEN into `found`, and mark them GOES."""
     count = 0
-    for j in range(bottom, top):
-        for i in range(left, right):
-            for entry in range(starts[j * nx + i], starts[j * nx + i + 1]):
-                f = ids[entry]
+    for j in range(block.bottom, block.top):
+        for i in range(block.left, block.right):
+            k = j * locator.nx + i
+            for entry in range(locator.starts[k], locator.starts[k + 1]):
+                f = locator.ids[entry]
                 if marks[f] == _SEEN:
                     marks[f] = GOES
                     found[count] = f
@@ -117,64 +119,58 @@ def _collect(
 
 
 @loop
-def _near(
-    thin: Any, x: float, y: float, cell: float, nx: int, ny: int, patch: Any, left: int, right: int, bottom: int,
-    top: int, come: Any, come_ids: Any, slack: float, out: Any,
-) -> None:  # fmt: skip
+def _near(thin: Any, grid: Grid, footprint: Footprint, out: Any) -> None:
     """Write True for each triangle that touches the patch."""
+    block = footprint.block
     for f in range(len(thin)):
-        i0, i1 = span_of(thin[f, 0], thin[f, 3], thin[f, 6], slack, x, cell, nx)
-        j0, j1 = span_of(thin[f, 1], thin[f, 4], thin[f, 7], slack, y, cell, ny)
-        for j in range(max(j0, bottom), min(j1 + 1, top)):
-            for i in range(max(i0, left), min(i1 + 1, right)):
-                c = (j - bottom) * (right - left) + i - left
-                if not out[f] and _any_touches(thin, f, patch, come_ids, come[c], come[c + 1], slack):
+        cells = common(cells_under(thin, f, footprint.slack, grid), block)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                if not out[f] and _any_touches(thin, f, footprint, cell_in(block, i, j)):
                     out[f] = True
 
 
 @loop
-def _beside(
-    edges: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
-    ids: Any, marks: Any, out: Any,
-) -> None:  # fmt: skip
+def _beside(edges: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
     """Write True for each edge that belongs to a facet marked STAYS."""
     for e in range(len(edges)):
         a, b = edges[e, 0], edges[e, 1]
-        k = cell_index(vertices[a, 1], y, cell, ny) * nx + cell_index(vertices[a, 0], x, cell, nx)
-        for entry in range(starts[k], starts[k + 1]):
-            f = ids[entry]
+        k = _bucket_at(locator, vertices[a, 0], vertices[a, 1])
+        for entry in range(locator.starts[k], locator.starts[k + 1]):
+            f = locator.ids[entry]
             if marks[f] == STAYS and _has(triangles, f, a) and _has(triangles, f, b):
                 out[e] = True
 
 
 @loop
-def _used(
-    some: Any, vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any,
-    ids: Any, marks: Any, out: Any,
-) -> None:  # fmt: skip
+def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
     """Write True for each vertex that belongs to a facet marked STAYS."""
     for n in range(len(some)):
         v = some[n]
-        k = cell_index(vertices[v, 1], y, cell, ny) * nx + cell_index(vertices[v, 0], x, cell, nx)
-        for entry in range(starts[k], starts[k + 1]):
-            f = ids[entry]
+        k = _bucket_at(locator, vertices[v, 0], vertices[v, 1])
+        for entry in range(locator.starts[k], locator.starts[k + 1]):
+            f = locator.ids[entry]
             if marks[f] == STAYS and _has(triangles, f, v):
                 out[n] = True
 
 
 @loop
-def _over(
-    points: Any, corners: Any, x: float, y: float, cell: float, nx: int, ny: int, starts: Any, ids: Any, marks: Any,
-    out: Any,
-) -> None:  # fmt: skip
+def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
     """Write True for each point that lies over a facet marked GOES."""
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
-        k = cell_index(py, y, cell, ny) * nx + cell_index(px, x, cell, nx)
-        for entry in range(starts[k], starts[k + 1]):
-            f = ids[entry]
+        k = _bucket_at(locator, px, py)
+        for entry in range(locator.starts[k], locator.starts[k + 1]):
+            f = locator.ids[entry]
             if marks[f] == GOES and _holds(corners, f, px, py):
                 out[n] = True
+
+
+@kernel
+def _bucket_at(locator: BucketLocator, x: float, y: float) -> int:
+    """Return the bucket that a point in plan (m) lies in."""
+    row = cell_index(y, locator.y, locator.cell, locator.ny)
+    return row * locator.nx + cell_index(x, locator.x, locator.cell, locator.nx)
 
 
 @kernel
@@ -196,10 +192,11 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 
 @kernel
-def _any_touches(corners: Any, f: int, patch: Any, ids: Any, begin: int, end: int, slack: float) -> bool:
-    """True if facet f comes within the slack (m) of a facet of the patch among the entries from `begin` to `end`."""
-    for entry in range(begin, end):  # noqa: SIM110  (any() of a generator does not compile)
-        if _touch(corners, f, patch, ids[entry], slack):
+def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
+    """True if facet f touches a facet of the patch that stands in cell c of the footprint's block."""
+    come = footprint.entries
+    for entry in range(come.starts[c], come.starts[c + 1]):
+        if _touch(corners, f, footprint.corners, come.ids[entry], footprint.slack):
             return True
     return False
 

@@ -227,14 +227,14 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
     glances = approach * approach <= GLANCING * GLANCING * dot(arc.v, arc.v)
     if contains(facets, f, position(arc, t), side < 0.0, slack):
         passes = side < 0.0 and glances and _came_over_edge(facets, f, arc, n, t)
-        return best if passes else Contact(t, f, side, approach)
+        return best if passes else Contact(t=t, facet=f, side=side, approach=approach)
     if side < 0.0 or not glances:
         return best
     t = _entry_time(facets, f, arc, n, t)
     if t < best.t or (
         t == best.t and t < math.inf and wins_tie(facets, f, best.facet, arc, t, approach, best.approach)
     ):
-        return Contact(t, f, side, approach)
+        return Contact(t=t, facet=f, side=side, approach=approach)
     return best
 
 

@@ -34,7 +34,7 @@ def value_at(q: Quartic, t: float) -> float:
 @kernel
 def slope_of(q: Quartic) -> Quartic:
     """Return the derivative of q."""
-    return Quartic(q.c1, 2.0 * q.c2, 3.0 * q.c3, 4.0 * q.c4, 0.0)
+    return Quartic(c0=q.c1, c1=2.0 * q.c2, c2=3.0 * q.c3, c3=4.0 * q.c4, c4=0.0)
 
 
 @kernel

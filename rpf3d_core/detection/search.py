@@ -80,7 +80,7 @@ def no_fall(contact: object) -> Any:
 @fall_of.rule(Contact)
 def fall_of_point(contact: Contact) -> Contact:
     """None, but marked."""
-    return Contact(math.inf, FALLEN, 1.0, 0.0)
+    return Contact(t=math.inf, facet=FALLEN, side=1.0, approach=0.0)
 
 
 @model_function
@@ -149,7 +149,14 @@ def contact_or_crack(
 def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
     """Return the facets with another tolerance (m): the crack width in the second search, more in the last one."""
     return Facets(
-        facets.geometry, facets.corners, facets.normals, facets.zone, facets.low, facets.high, tolerance, facets.crack
+        geometry=facets.geometry,
+        corners=facets.corners,
+        normals=facets.normals,
+        zone=facets.zone,
+        low=facets.low,
+        high=facets.high,
+        tolerance=tolerance,
+        crack=facets.crack,
     )
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import Grid, bands, span_of
+from rpf3d_core.detection.bucket_grid import Block, Grid, bands, cells_under, common
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.jit.memory import Memory, Share, fresh, one_by_one
 from rpf3d_core.terrain.facet_geometry import REACH
@@ -39,21 +39,37 @@ class Slabs(NamedTuple):
     first: Any
 
 
+class SlabTable(NamedTuple):
+    """The slabs as rows of a table, while they are computed.
+
+    planes : (C, 4), first : (LEVELS,), as in `Slabs`; columns : of buckets
+    """
+
+    planes: Any
+    first: Any
+    columns: int
+
+
 def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
     """Return the slabs over the facets in the buckets of a grid."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    planes = memory("planes", 4 * int(first[-1]), np.float64).reshape(-1, 4)
-    slack = REACH * facets.tolerance
+    slabs = Slabs(memory("planes", 4 * int(first[-1]), np.float64), first[:-1])
+    table, slack = slab_table(slabs, grid.nx), REACH * facets.tolerance
 
-    def over(begin: int, end: int) -> None:
-        _clear(grid.nx, grid.ny, begin, end, planes, first)
-        _sum_normals(facets.corners, facets.normals, slack, *grid, begin, end, planes)
-        _lean(grid.nx, 0, grid.nx, begin, end, planes, first)
-        _raise_over_facets(facets.corners, slack, *grid, begin, end, planes, first)
+    def over(band: Block) -> None:
+        _clear(table, band)
+        _sum_normals(facets.corners, facets.normals, slack, grid, band, table.planes)
+        _lean(table, band)
+        _raise_over_facets(facets.corners, slack, grid, band, table)
 
-    share([lambda a=a, b=b: over(a, b) for a, b in bands(grid.ny)])  # type: ignore[misc]
-    return Slabs(planes.reshape(-1), first[:-1])
+    share([lambda band=band: over(band) for band in bands(grid)])  # type: ignore[misc]
+    return slabs
+
+
+def slab_table(slabs: Slabs, columns: int) -> SlabTable:
+    """Return the table of slabs over a number of columns of buckets; it shares their memory."""
+    return SlabTable(planes=slabs.planes.reshape(-1, 4), first=slabs.first, columns=columns)
 
 
 @kernel
@@ -63,50 +79,51 @@ def width_of(count: int, level: int) -> int:
 
 
 @kernel
-def slab_row(first: Any, nx: int, level: int, i: int, j: int) -> int:
-    """Return the row of the slab of a level's cell in column i and row j of that level, over nx columns of buckets."""
-    row: int = first[level] + j * width_of(nx, level) + i
+def slab_row(table: SlabTable, level: int, i: int, j: int) -> int:
+    """Return the row in the table of the slab of a level's cell in column i and row j of that level."""
+    row: int = table.first[level] + j * width_of(table.columns, level) + i
     return row
 
 
+@kernel
+def cells_of(block: Block, level: int) -> Block:
+    """Return the cells of a level that a block of buckets touches."""
+    shift = SHIFT * level
+    return Block(
+        left=block.left >> shift, right=((block.right - 1) >> shift) + 1,
+        bottom=block.bottom >> shift, top=((block.top - 1) >> shift) + 1,
+    )  # fmt: skip
+
+
 @loop
-def _clear(nx: int, ny: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """Reset the slabs of all levels over the rows of buckets from `begin` to `end`: no sum of normals and no height."""
-    clear_block(nx, 0, nx, begin, end, planes, first)
+def _clear(table: SlabTable, block: Block) -> None:
+    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height."""
+    clear_block(table, block)
 
 
 @kernel
-def clear_block(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
-    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height.
-
-    The block has the columns from `left` to `right` - 1 and the rows from `begin` to `end` - 1.
-    """
+def clear_block(table: SlabTable, block: Block) -> None:
+    """Reset the slabs of all levels over a block of buckets: no sum of normals and no height."""
+    planes = table.planes
     for level in range(LEVELS):
-        shift = SHIFT * level
-        for j in range(begin >> shift, ((end - 1) >> shift) + 1):
-            for i in range(left >> shift, ((right - 1) >> shift) + 1):
-                row = slab_row(first, nx, level, i, j)
+        cells = cells_of(block, level)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                row = slab_row(table, level, i, j)
                 planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3] = 0.0, 0.0, 0.0, -math.inf
 
 
 @loop
-def _sum_normals(
-    corners: Any, normals: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
-    planes: Any,
-) -> None:  # fmt: skip
-    """Add up the normals of the facets in each bucket of the rows from `begin` to `end`.
+def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Block, planes: Any) -> None:
+    """Add up the normals of the facets in each bucket of a band of rows.
 
     The loop goes facet by facet, so that it reads memory in order.
     """
     for f in range(corners.shape[0]):
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        j0, j1 = max(j0, begin), min(j1, end - 1)
-        if j0 > j1:
-            continue
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                add_normal(normals, f, planes, j * nx + i)
+        cells = common(cells_under(corners, f, slack, grid), band)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                add_normal(normals, f, planes, j * grid.nx + i)
 
 
 @kernel
@@ -117,28 +134,29 @@ def add_normal(normals: Any, f: int, planes: Any, row: int) -> None:
 
 
 @loop
-def _lean(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
+def _lean(table: SlabTable, block: Block) -> None:
     """Turn the sums of normals over a block of buckets into unit normals of slabs, at all levels."""
-    lean_upwards(nx, left, right, begin, end, planes, first)
+    lean_upwards(table, block)
 
 
 @kernel
-def lean_upwards(nx: int, left: int, right: int, begin: int, end: int, planes: Any, first: Any) -> None:
+def lean_upwards(table: SlabTable, block: Block) -> None:
     """Add up the sums of a block's buckets over the levels, and scale all sums to length 1.
 
     Where the normals cancel out, or their sum points downwards, the slab is level.
     """
-    for j in range(begin, end):
-        for i in range(left, right):
+    planes = table.planes
+    for j in range(block.bottom, block.top):
+        for i in range(block.left, block.right):
             for level in range(1, LEVELS):
-                row = slab_row(first, nx, level, i >> (SHIFT * level), j >> (SHIFT * level))
+                row = slab_row(table, level, i >> (SHIFT * level), j >> (SHIFT * level))
                 for axis in range(3):
-                    planes[row, axis] += planes[j * nx + i, axis]
+                    planes[row, axis] += planes[j * table.columns + i, axis]
     for level in range(LEVELS):
-        shift = SHIFT * level
-        for j in range(begin >> shift, ((end - 1) >> shift) + 1):
-            for i in range(left >> shift, ((right - 1) >> shift) + 1):
-                _lean_one(planes, slab_row(first, nx, level, i, j))
+        cells = cells_of(block, level)
+        for j in range(cells.bottom, cells.top):
+            for i in range(cells.left, cells.right):
+                _lean_one(planes, slab_row(table, level, i, j))
 
 
 @kernel
@@ -153,22 +171,17 @@ def _lean_one(planes: Any, row: int) -> None:
 
 
 @loop
-def _raise_over_facets(
-    corners: Any, slack: float, x: float, y: float, cell: float, nx: int, ny: int, begin: int, end: int,
-    planes: Any, first: Any,
-) -> None:  # fmt: skip
-    """Raise the slabs of all levels, over rows of buckets from `begin` to `end`, above the corners of their facets."""
+def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, table: SlabTable) -> None:
+    """Raise the slabs of all levels, over a band of rows of buckets, above the corners of their facets."""
     for f in range(corners.shape[0]):
-        j0, j1 = span_of(corners[f, 1], corners[f, 4], corners[f, 7], slack, y, cell, ny)
-        j0, j1 = max(j0, begin), min(j1, end - 1)
-        if j0 > j1:
+        under = common(cells_under(corners, f, slack, grid), band)
+        if under.bottom >= under.top:
             continue
-        i0, i1 = span_of(corners[f, 0], corners[f, 3], corners[f, 6], slack, x, cell, nx)
         for level in range(LEVELS):
-            shift = SHIFT * level
-            for j in range(j0 >> shift, (j1 >> shift) + 1):
-                for i in range(i0 >> shift, (i1 >> shift) + 1):
-                    raise_over(corners, f, planes, slab_row(first, nx, level, i, j))
+            cells = cells_of(under, level)
+            for j in range(cells.bottom, cells.top):
+                for i in range(cells.left, cells.right):
+                    raise_over(corners, f, table.planes, slab_row(table, level, i, j))
 
 
 @kernel

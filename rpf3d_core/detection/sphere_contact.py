@@ -56,7 +56,7 @@ class Touch(NamedTuple):
     face: bool
 
 
-NO_TOUCH = Touch(math.inf, -1, 0.0, (0.0, 0.0, 1.0), ZERO, False)
+NO_TOUCH = Touch(t=math.inf, facet=-1, approach=0.0, n=(0.0, 0.0, 1.0), along=ZERO, face=False)
 RIM = 2.0
 """Tolerances by which edges and corners lie deeper than faces.
 
@@ -121,7 +121,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
         t = falling_time(gap, b, 0.5 * a)
     if t > best.t or t == math.inf or not contains(facets, f, course_position(course, t), False, facets.tolerance):
         return best
-    return _sooner(best, Touch(t, f, max(-(b + a * t), 0.0), n, ZERO, True))
+    return _sooner(best, Touch(t=t, facet=f, approach=max(-(b + a * t), 0.0), n=n, along=ZERO, face=True))
 
 
 @kernel
@@ -178,8 +178,8 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
     foot, t = dot(from_x, along), math.inf
     half = scale(0.5, a)
     q = Quartic(
-        (distance - radius) * (distance + radius), 2.0 * dot(p, v), dot(v, v) + 2.0 * dot(p, half),
-        2.0 * dot(v, half), dot(half, half),
+        c0=(distance - radius) * (distance + radius), c1=2.0 * dot(p, v), c2=dot(v, v) + 2.0 * dot(p, half),
+        c3=2.0 * dot(v, half), c4=dot(half, half),
     )  # fmt: skip
     if distance <= course.radius - ON_RIM * facets.tolerance and (k >= 3 or 0.0 <= foot <= length):
         t = _time_from_rim(course, p, v, a, distance, q, end)
@@ -191,7 +191,9 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
         return best
     gap = without(subtract(course_position(course, t), at), along)
     n = scale(1.0 / norm(gap), gap)
-    return _sooner(best, Touch(t, f, max(-dot(n, course_velocity(course, t)), 0.0), n, along, False))
+    return _sooner(
+        best, Touch(t=t, facet=f, approach=max(-dot(n, course_velocity(course, t)), 0.0), n=n, along=along, face=False)
+    )
 
 
 @kernel
@@ -211,7 +213,7 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
             return math.inf
     elif rate < 0.0:
         return 0.0
-    return first_fall(Quartic(0.0, max(q.c1, 0.0), q.c2, q.c3, q.c4), 0.0, until)
+    return first_fall(Quartic(c0=0.0, c1=max(q.c1, 0.0), c2=q.c2, c3=q.c3, c4=q.c4), 0.0, until)
 
 
 @kernel

@@ -54,7 +54,7 @@ def stepped(
     every_step : as in `Stepped`
     """
     distance = math.sqrt(threshold) if squared else threshold
-    return Stepped(locator, dt, distance, distance + LOOK * size, every_step)
+    return Stepped(locator=locator, dt=dt, threshold=distance, look=distance + LOOK * size, every_step=every_step)
 
 
 @first_contact.rule(Stepped)
@@ -72,7 +72,7 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
         if closest.distance < method.threshold:
             approach = -dot(stored_normal(facets, closest.facet), velocity(arc, t))
             if approach > 0.0:
-                return Contact(t, closest.facet, 1.0, approach)
+                return Contact(t=t, facet=closest.facet, side=1.0, approach=approach)
         elif not method.every_step:
             step = max(step, _next_possible(method, arc, t, closest.distance - REACH * facets.tolerance))
     return NO_CONTACT

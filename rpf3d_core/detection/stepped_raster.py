@@ -47,7 +47,7 @@ def first_contact_below_cells(
         if f >= 0 and _below(facets, f, x):
             approach = -dot(stored_normal(facets, f), velocity(arc, t))
             if approach > 0.0:
-                return Contact(t, f, 1.0, approach)
+                return Contact(t=t, facet=f, side=1.0, approach=approach)
     return NO_CONTACT
 
 

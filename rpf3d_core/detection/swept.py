@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.arc import Arc
-from rpf3d_core.detection.bucket_grid import cell_index
-from rpf3d_core.detection.bucket_locator import BucketLocator
+from rpf3d_core.detection.bucket_grid import Block, Grid, cell_index, cells_between
+from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
 from rpf3d_core.detection.contact import PreviousContact, first_contact, plain_locator, radius_of
 from rpf3d_core.detection.slabs import LEVELS, SHIFT, flies_over, width_of
 from rpf3d_core.detection.sphere_contact import NO_TOUCH, Course, Touch, course_position, course_velocity
@@ -20,6 +20,19 @@ from rpf3d_core.vectors import norm
 
 WIDEST = 2.0
 """Length of a stretch over the width of a cell (-) up to which slabs are tested on that cell's level."""
+
+
+class SweptStretch(NamedTuple):
+    """A stretch of a course: times `begin` and `leave` (s), and `length` (m), the most that the centre moves.
+
+    low, high : corners (3,) m of the box around all that the sphere sweeps
+    """
+
+    begin: float
+    leave: float
+    length: float
+    low: Vec
+    high: Vec
 
 
 class Swept(NamedTuple):
@@ -49,7 +62,8 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
     """Return the first contact of a sphere; the position shows which facets the sphere has left (`sphere_contact`)."""
-    course = Course(arc.x, arc.v, (0.0, 0.0, -arc.gravity), locator.radius, arc.gravity)
+    down = (0.0, 0.0, -arc.gravity)
+    course = Course(x=arc.x, v=arc.v, a=down, radius=locator.radius, gravity=arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
 
 
@@ -85,33 +99,31 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
     while True:
         leave = stretch_end(course, begin, length, end)
         low, high = box_of(course, begin, leave, slack)
-        if _sweeps_over(locator, course, begin, leave, length, low, high, slack):
+        stretch = SweptStretch(begin=begin, leave=leave, length=length, low=low, high=high)
+        if _sweeps_over(locator, course, stretch, slack):
             length = 2.0 * length
         elif length > base:
             length = max(0.25 * length, base)
             continue
         else:
-            best = scan(locator, facets, low, high, Sweep(course, end, leave), best)
+            best = scan(locator, facets, low, high, Sweep(course=course, end=end, before=leave), best)
         if best.t <= leave or not leave < end:
             return best
         begin = leave
 
 
 @kernel
-def _sweeps_over(
-    locator: BucketLocator, course: Course, begin: float, leave: float, length: float, low: Vec, high: Vec,
-    slack: float,
-) -> bool:  # fmt: skip
-    """True if the sphere flies over the slabs of all cells below a stretch."""
+def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, slack: float) -> bool:
+    """True if the sphere flies over the slabs of all cells below a stretch, by more than the slack (m)."""
     level, width = 0, locator.cell
-    while level < LEVELS - 1 and width * WIDEST < length:
+    while level < LEVELS - 1 and width * WIDEST < stretch.length:
         level, width = level + 1, width * (1 << SHIFT)
-    p, q = course_position(course, begin), course_position(course, leave)
+    p, q = course_position(course, stretch.begin), course_position(course, stretch.leave)
     columns, rows = width_of(locator.nx, level), width_of(locator.ny, level)
-    i0, i1 = cell_index(low[0], locator.x, width, columns), cell_index(high[0], locator.x, width, columns)
-    j0, j1 = cell_index(low[1], locator.y, width, rows), cell_index(high[1], locator.y, width, rows)
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
+    wide = Grid(x=locator.x, y=locator.y, cell=width, nx=columns, ny=rows)
+    cells = cells_between(wide, stretch.low[0], stretch.low[1], stretch.high[0], stretch.high[1])
+    for j in range(cells.bottom, cells.top):
+        for i in range(cells.left, cells.right):
             if not flies_over(locator.slabs, level, j * columns + i, p, q, course.radius + slack):
                 return False
     return True
@@ -120,29 +132,31 @@ def _sweeps_over(
 @scan.rule(BucketLocator)
 def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
     """Test the facets of all buckets under the box, each facet in the first bucket that it shares with the box."""
-    i0 = cell_index(low[0], locator.x, locator.cell, locator.nx)
-    i1 = cell_index(high[0], locator.x, locator.cell, locator.nx)
-    j0 = cell_index(low[1], locator.y, locator.cell, locator.ny)
-    j1 = cell_index(high[1], locator.y, locator.cell, locator.ny)
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
+    cells = cells_between(grid_of(locator), low[0], low[1], high[0], high[1])
+    for j in range(cells.bottom, cells.top):
+        for i in range(cells.left, cells.right):
             k = j * locator.nx + i
             for entry in range(locator.starts[k], locator.starts[k + 1]):
                 f: Any = np.int64(locator.ids[entry])
-                if _first_shared(locator, facets, f, low, high, i, i0, j, j0):
+                if _reaches_into(facets, f, low, high) and _first_shared(locator, facets, f, cells, i, j):
                     best = looked_at(quest, facets, f, best)
     return best
 
 
 @kernel
-def _first_shared(
-    locator: BucketLocator, facets: Facets, f: int, low: Vec, high: Vec, i: int, i0: int, j: int, j0: int
-) -> bool:
-    """True if facet f reaches into the box, and column i and row j are the first cell that f shares with the box."""
+def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
+    """True if the box of facet f overlaps the box between two corners (3,) m."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
-    for k in range(3):
+    for k in range(3):  # noqa: SIM110  (all() of a generator does not compile)
         if min(a[k], b[k], c[k]) > high[k] or max(a[k], b[k], c[k]) < low[k]:
             return False
+    return True
+
+
+@kernel
+def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
+    """True if the cell in column i and row j is the first cell that the box of facet f shares with a block."""
+    a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     row = cell_index(min(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)
-    return i == max(column, i0) and j == max(row, j0)
+    return i == max(column, cells.left) and j == max(row, cells.bottom)

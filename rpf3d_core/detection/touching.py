@@ -74,7 +74,7 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
     if distance > best.t:
         return best
     away = scale(1.0 / distance, gap) if distance > 0.0 else scale(math.copysign(1.0, n[2]), n)
-    return lesser(best, Touch(distance, f, 0.0, away, ZERO, False))
+    return lesser(best, Touch(t=distance, facet=f, approach=0.0, n=away, along=ZERO, face=False))
 
 
 @looked_at.rule(Against)
@@ -106,7 +106,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
         return best
     if face:
         opposed -= 2.0 * math.sqrt(2.0 * NEAR * facets.tolerance / quest.radius) * norm(quest.way)
-    return lesser(best, Touch(opposed, f, 0.0, m, along, face))
+    return lesser(best, Touch(t=opposed, facet=f, approach=0.0, n=m, along=along, face=face))
 
 
 @kernel

@@ -29,7 +29,7 @@ def swept_in_boxes(locator: VtkLocator, facets: Facets, course: Course, end: flo
     while True:
         leave = stretch_end(course, begin, length * max(locator.size, course.radius), end)
         low, high = box_of(course, begin, leave, REACH * facets.tolerance)
-        best = scan(locator, facets, low, high, Sweep(course, end, leave), best)
+        best = scan(locator, facets, low, high, Sweep(course=course, end=end, before=leave), best)
         if best.t <= leave or not leave < end:
             return best
         begin, length = leave, min(2.0 * length, LONGEST_BOX)

@@ -62,7 +62,3 @@ def shared(first: float, second: float, pushes: tuple[float, float]) -> float:
     """Return the mean of a coefficient of two facets, weighted by their pushes; without pushes the larger value."""
     both = pushes[0] + pushes[1]
     return (first * pushes[0] + second * pushes[1]) / both if both > 0.0 else max(first, second)
-
-
-GROUND_MODELS = {"none": NoGround(), "sliding": Sliding()}
-"""Ground models by their names in a scene."""

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.detection.bucket_grid import Block
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.bucket_patch import Block, Plan, facets_in
+from rpf3d_core.detection.bucket_patch import Plan, facets_in
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.terrain.facets import Terrain

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rpf3d_core.detection.bucket_grid import Block
 from rpf3d_core.detection.bucket_locator import BucketLocator, bucket_locator
-from rpf3d_core.detection.bucket_patch import Block, Plan
+from rpf3d_core.detection.bucket_patch import Plan
 from rpf3d_core.detection.caps import CapFacets
 from rpf3d_core.detection.footprint import STAYS
 from rpf3d_core.jit.dispatch import HAS_NUMBA

@@ -11,9 +11,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rpf3d_core.detection.bucket_grid import Block
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.bucket_patch import Block, Entries, Plan, block_of, entries_of, most_entries
-from rpf3d_core.detection.footprint import beside_what_stays, near_patch, over_what_goes, touched, used_by_what_stays
+from rpf3d_core.detection.bucket_patch import Entries, Plan, block_of, entries_of, most_entries
+from rpf3d_core.detection.footprint import (
+    Footprint,
+    beside_what_stays,
+    near_patch,
+    over_what_goes,
+    touched,
+    used_by_what_stays,
+)
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets, IntArray, Terrain
@@ -83,19 +91,18 @@ class _Found:
         self._ground, self._locator, self._marks = facets.corners, locator, marks
         block = block_of(patch, locator, 2.0 * slack)
         entries = entries_of(patch, locator, block, 2.0 * slack, most_entries(len(facets.zone)))
-        self._patch = (patch, block, entries, slack)
-        self.gone = touched(facets.corners, locator, *self._patch, marks)
+        self._footprint = Footprint(corners=patch, block=block, entries=entries, slack=slack)
+        self.gone = touched(facets.corners, locator, self._footprint, marks)
 
     def near(self, thin: FloatArray) -> NDArray[np.bool_]:
         """Return (N,), True for each of the triangles (N, 9) m that touches the patch."""
-        return near_patch(thin, self._locator, *self._patch)
+        return near_patch(thin, self._locator, self._footprint)
 
     def between(self, points: FloatArray) -> NDArray[np.bool_]:
         """Return (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
         over = over_what_goes(points, self._ground, self._locator, self._marks)
         flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
-        patch, block, entries, _ = self._patch
-        return over & ~near_patch(np.tile(flat, 3), self._locator, patch, block, entries, 0.0)
+        return over & ~near_patch(np.tile(flat, 3), self._locator, self._footprint._replace(slack=0.0))
 
 
 def _check_sheet(corners: FloatArray) -> None:

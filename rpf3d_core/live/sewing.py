@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.bucket_patch import patched_locator
+from rpf3d_core.detection.bucket_patch import BucketPatch, patched_locator
 from rpf3d_core.errors import TerrainError
 from rpf3d_core.jit.memory import Share, halves
 from rpf3d_core.live.patching import PatchChange
@@ -51,7 +51,8 @@ def sewn(
     zone, marks = room.memory.longer("zone", count), room.memory.longer("marks", count)
     zone[len(facets.zone) :], marks[len(facets.zone) :] = 0, 0
     edited = facets_from(geometry, zone, low, high, facets.tolerance)
-    index = patched_locator(locator, edited, marks, rows, change.block, change.entries, room.memory, share)
+    patch = BucketPatch(gone=marks, rows=rows, block=change.block, entries=change.entries)
+    index = patched_locator(locator, edited, patch, room.memory, share)
     room.patched(empty)
     return Terrain(vertices, triangles, zone, terrain.zones, terrain.frame), edited, index
 

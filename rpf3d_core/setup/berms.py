@@ -8,9 +8,10 @@ from rpf3d_core.formats.polylines import lines_along
 from rpf3d_core.scene.berms import BermSpec
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.setup.coverage import extents
-from rpf3d_core.terrain.berms import raised, ridge_along
+from rpf3d_core.terrain.berms import raised
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.terrain.ridge import ridge_along
 from rpf3d_core.terrain.sections import section_of
 from rpf3d_core.terrain.zones import with_zone
 

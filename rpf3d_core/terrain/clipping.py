@@ -74,8 +74,8 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
     tile = cell[:, 0] * side + cell[:, 1]
     order = np.argsort(tile, kind="stable")
     _, start, count = np.unique(tile[order], return_index=True, return_counts=True)
-    boxes = np.minimum.reduceat(low[order], start), np.maximum.reduceat(high[order], start)
-    return _Tiles(order, start, count, *boxes)
+    low, high = np.minimum.reduceat(low[order], start), np.maximum.reduceat(high[order], start)
+    return _Tiles(order=order, start=start, facets=count, low=low, high=high)
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:

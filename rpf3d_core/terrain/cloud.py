@@ -44,7 +44,11 @@ def cloud_mesh(
     if len(kept) == 0:
         raise TerrainError("the cloud has no triangle: its points lie on one line, or further apart than allowed")
     used, numbers = np.unique(kept, return_inverse=True)
-    return Mesh(vertices[used], numbers.reshape(-1, 3).astype(np.int32), first if origin is None else origin)
+    return Mesh(
+        vertices=vertices[used],
+        triangles=numbers.reshape(-1, 3).astype(np.int32),
+        origin=first if origin is None else origin,
+    )
 
 
 def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:

@@ -95,7 +95,16 @@ def facets_of(terrain: Terrain) -> Facets:
 def facets_from(geometry: FloatArray, zone: IntArray, low: Vec, high: Vec, tolerance: float) -> Facets:
     """Return the facets for a geometry (F, 12) m of corners and unit normal, and zones (F,); nothing is copied."""
     corners, normals = geometry[:, :9], geometry[:, 9:]
-    return Facets(geometry.reshape(-1), corners, normals, zone, low, high, tolerance, CRACK * tolerance)
+    return Facets(
+        geometry=geometry.reshape(-1),
+        corners=corners,
+        normals=normals,
+        zone=zone,
+        low=low,
+        high=high,
+        tolerance=tolerance,
+        crack=CRACK * tolerance,
+    )
 
 
 def tolerance_of(terrain: Terrain) -> float:

@@ -57,7 +57,7 @@ class Outline(NamedTuple):
     lines: NDArray[np.object_]
 
 
-NOTHING = Caps(np.empty((0, 3, 3)), np.empty(0, np.int32))
+NOTHING = Caps(corners=np.empty((0, 3, 3)), outcome=np.empty(0, np.int32))
 
 
 def caps_over(border: FloatArray, crack: float) -> Caps:
@@ -76,7 +76,7 @@ def caps_over(border: FloatArray, crack: float) -> Caps:
         triangles, face = _triangles(faces, outline, crack)
         corners.append(triangles)
         outcome.append(np.where(_bays(faces, outline, crack), BAY, HOLE)[face])
-    return Caps(np.concatenate(corners), np.concatenate(outcome).astype(np.int32), layered)
+    return Caps(corners=np.concatenate(corners), outcome=np.concatenate(outcome).astype(np.int32), layered=layered)
 
 
 def _outline(border: FloatArray) -> Outline:
@@ -91,7 +91,7 @@ def _outline(border: FloatArray) -> Outline:
     sides = number.reshape(-1, 2)
     sides = sides[left_over(sides)]
     ring = components(len(places), sides[:, 0], sides[:, 1]).astype(np.int64)  # type: ignore[arg-type]
-    return Outline(places, height, sides, ring, shapely.linestrings(places[sides]))
+    return Outline(places=places, height=height, sides=sides, ring=ring, lines=shapely.linestrings(places[sides]))
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:

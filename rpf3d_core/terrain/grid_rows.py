@@ -15,6 +15,7 @@ from rpf3d_core.jit.dispatch import loop
 from rpf3d_core.jit.memory import Memory, Share, fresh, halves, one_by_one
 from rpf3d_core.terrain.facets import IntArray
 from rpf3d_core.terrain.frame import FloatArray
+from rpf3d_core.values import Vec
 
 NO_SQUARE = "the grid has no square of four points without a hole; the terrain needs at least one"
 NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate must be a finite number"
@@ -49,7 +50,7 @@ def grid_mesh(
     before = np.concatenate([[0], np.cumsum(some)])
     vertices = memory("vertices", 3 * int(before[-1]), np.float64).reshape(-1, 3)
     number = memory("number", rows * columns, np.int32).reshape(rows, columns)
-    _in_halves(share, rows, lambda half, a, b: _place(points, a, b, *origin, before, vertices, number))
+    _in_halves(share, rows, lambda half, a, b: _place(points, a, b, origin, before, vertices, number))
     squares, plan = np.zeros(rows - 1, np.int64), np.zeros(rows - 1)
     _in_halves(share, rows - 1, lambda half, a, b: _count_squares(number, vertices, a, b, squares, plan))
     first = np.concatenate([[0], np.cumsum(squares)])
@@ -58,7 +59,7 @@ def grid_mesh(
     triangles = memory("triangles", 6 * int(first[-1]), np.int32).reshape(-1, 3)
     turned = bool(plan.sum() < 0.0)
     _in_halves(share, rows - 1, lambda half, a, b: _cut(number, a, b, turned, first, triangles))
-    return Mesh(vertices, triangles, origin)
+    return Mesh(vertices=vertices, triangles=triangles, origin=origin)
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
@@ -93,10 +94,9 @@ def _count_points(points: Any, begin: int, end: int, some: Any, box: Any) -> Non
 
 
 @loop
-def _place(
-    points: Any, begin: int, end: int, x0: float, y0: float, z0: float, before: Any, vertices: Any, number: Any
-) -> None:
+def _place(points: Any, begin: int, end: int, origin: Vec, before: Any, vertices: Any, number: Any) -> None:
     """Write the points of some rows, minus the origin, and the number of each point; -1 for a hole."""
+    x0, y0, z0 = origin
     for r in range(begin, end):
         n = before[r]
         for c in range(points.shape[1]):

@@ -129,7 +129,7 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
         z, _ = _height_in(np.repeat(corners[[highest]], 2, axis=0), at)
         pieces.append((share, z, facets[highest]))
     shares, heights, numbers = zip(*pieces, strict=True)
-    return Section(np.array(shares), np.array(heights), np.array(numbers, dtype=np.int64))
+    return Section(share=np.array(shares), z=np.array(heights), facet=np.array(numbers, dtype=np.int64))
 
 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:

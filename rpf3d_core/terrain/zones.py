@@ -25,11 +25,6 @@ def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
     return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
 
 
-def covered_facets(terrain: Terrain, polygons: MultiPolygon) -> Flags:
-    """Return (F,) true for facets whose centroid lies, in plan, in the polygons."""
-    return covered(polygons, centroids_in_plan(terrain))
-
-
 def centroids_in_plan(terrain: Terrain) -> FloatArray:
     """Return the plan coordinates (F, 2) m, in the input's axes, of the centroids of the facets."""
     return in_plan(terrain.frame, terrain.vertices[terrain.triangles].mean(axis=1))

@@ -11,7 +11,7 @@ from scenes_of_facets import engine_over, flight, floor, fly, incline, rough_gri
 from small_pit import scene_file
 
 from rpf3d_core.accuracy import flown
-from rpf3d_core.accuracy.precise import impacts_in_digits, off_exact
+from rpf3d_core.accuracy.precise import RecordedImpact, impacts_in_digits, off_exact
 from rpf3d_core.effects.hooks import chain_of
 from rpf3d_core.effects.roughness import RocfallRoughness
 from rpf3d_core.materials.library import Surface
@@ -71,9 +71,8 @@ def test_bounces_down_an_incline_are_those_of_the_geometric_series_to_45_digits(
     with mpmath.workdps(60):
         expected = series_on(facets, ground, start, bounces)
         times = [float(t) for t, _ in expected]
-        found = impacts_in_digits(
-            facets, [ground] * bounces, STANDARD_GRAVITY, start, (0.0, 0.0, 0.0), [0] * bounces, times
-        )
+        recorded = [RecordedImpact(0, ground, t) for t in times]
+        found = impacts_in_digits(facets, recorded, STANDARD_GRAVITY, start, (0.0, 0.0, 0.0))
         assert len(found) == bounces
         for impact, (t, place) in zip(found, expected, strict=True):
             assert abs(in_mpmath(impact.t) - t) < CLOSE
@@ -112,7 +111,8 @@ def test_the_second_impact_on_an_incline_is_that_of_the_table() -> None:
     facets = engine_over("compiled", incline(40.0)).facets
     ground = Surface(0.5, 0.8, 0.5, 0.5)
     start = ([1.0, 0.0, 10.0 - np.tan(np.radians(40.0))], [0.0, 0.0, 0.0])
-    first, second = impacts_in_digits(facets, [ground] * 2, STANDARD_GRAVITY, *start, [0, 0], [1.43, 2.86])
+    recorded = [RecordedImpact(0, ground, t) for t in (1.43, 2.86)]
+    first, second = impacts_in_digits(facets, recorded, STANDARD_GRAVITY, *start)
     gap = [float(a - b) for a, b in zip(second.x, first.x, strict=True)]
     assert float(second.t - first.t) == pytest.approx(1.427843, abs=1e-6)
     assert np.linalg.norm(gap) == pytest.approx(16.712478, abs=1e-6)
@@ -159,7 +159,8 @@ def test_in_exact_arithmetic_no_other_facet_is_met_before_the_one_that_events_me
         struck = np.flatnonzero(flights.impacts.row == row)[:IMPACTS]
         met, times = flights.impacts.facet[struck].tolist(), flights.impacts.t[struck].tolist()
         release = x[row].tolist(), [2.0, 0.0, 0.0]
-        exact = impacts_in_digits(facets, [ground] * len(met), STANDARD_GRAVITY, *release, met, times)
+        recorded = [RecordedImpact(f, ground, t) for f, t in zip(met, times, strict=True)]
+        exact = impacts_in_digits(facets, recorded, STANDARD_GRAVITY, *release)
         last, begin, after = [[Decimal(c) for c in some] for some in release], Decimal(0), Decimal(0)
         for f, impact in zip(met, exact, strict=True):
             with localcontext(prec=50):

@@ -12,9 +12,10 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.terrain import read_terrain
-from rpf3d_core.terrain.berms import Ridge, height_at, raised, ridge_along
+from rpf3d_core.terrain.berms import raised
 from rpf3d_core.terrain.facets import Terrain, area_vectors
 from rpf3d_core.terrain.mesh.edges import edges_of
+from rpf3d_core.terrain.ridge import Ridge, height_at, ridge_along
 from rpf3d_core.terrain.sections import ground_at
 from rpf3d_core.values import Outcome
 

@@ -32,7 +32,7 @@ def test_a_sound_square_has_no_faults():
     faults = (report.holes, report.non_manifold_edges, report.zero_area_facets, report.duplicate_facets)
     assert faults == (0, 0, 0, 0)
     assert report.pieces == 1
-    assert not report.repaired
+    assert report.flipped_facets == 0
     assert report.steepest_deg == 0.0
     assert report.median_edge == 2.0
 

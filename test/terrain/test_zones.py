@@ -5,7 +5,7 @@ from terrain_files import grid
 
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame
-from rpf3d_core.terrain.zones import covered_facets, in_plan, with_zone
+from rpf3d_core.terrain.zones import centroids_in_plan, covered, in_plan, with_zone
 
 
 def square_terrain(frame):
@@ -23,7 +23,7 @@ def square_terrain(frame):
 )
 def test_a_polygon_in_input_plan_coordinates_covers_the_facets_above_it(frame, polygon):
     terrain = square_terrain(frame)
-    inside = covered_facets(terrain, MultiPolygon([polygon]))
+    inside = covered(MultiPolygon([polygon]), centroids_in_plan(terrain))
     centroids = terrain.vertices[terrain.triangles].mean(axis=1)
     assert np.array_equal(inside, centroids[:, 0] < 1.0)
 

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from rpf3d_core.detection.bucket_grid import Block
 from rpf3d_core.detection.bucket_locator import BucketLocator
-from rpf3d_core.detection.bucket_patch import Block
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.sheet import Sheet, sheet_after, unknown_sheet
 from rpf3d_core.terrain.facets import Facets, plain

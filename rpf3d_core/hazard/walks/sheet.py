@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rpf3d_core.detection.bucket_grid import cell_index
+from rpf3d_core.detection.bucket_grid import Block, cell_index
 from rpf3d_core.detection.bucket_locator import BucketLocator, grid_of
-from rpf3d_core.detection.bucket_patch import Block, block_of, facets_in
+from rpf3d_core.detection.bucket_patch import block_of, facets_in
 from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.walks.over_facet import VERTICAL

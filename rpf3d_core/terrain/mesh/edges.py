@@ -37,11 +37,10 @@ def edges_of(triangles: Index, vertices: int) -> Edges:
     _write_side_keys(triangles, vertices, reach, keys)
     keys, side = sort_keys(keys, vertices.bit_length() + reach + 1)
     used = int(np.searchsorted(keys, vertices << (reach + 1)))
-    low, high, start, facet = (np.empty(used, np.int32) for _ in range(4))
-    down = np.empty(used, np.bool_)
-    count = _cut_into_edges(keys, side, used, reach, len(triangles), low, high, start, facet, down)
-    start = start[:count]
-    return Edges(low[:count], high[:count], start, np.diff(start, append=np.int32(used)), facet, down)
+    low, high, start, uses, facet = (np.empty(used, np.int32) for _ in range(5))
+    edges = Edges(low=low, high=high, start=start, uses=uses, facet=facet, down=np.empty(used, np.bool_))
+    count = _cut_into_edges(keys, side, reach, len(triangles), edges)
+    return edges._replace(low=low[:count], high=high[:count], start=start[:count], uses=uses[:count])
 
 
 def collapsed(triangles: Index) -> Flags:
@@ -93,18 +92,21 @@ def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> No
 
 
 @loop
-def _cut_into_edges(
-    keys: Any, side: Any, used: int, reach: int, facets: int, low: Any, high: Any, start: Any, facet: Any, down: Any
-) -> int:  # fmt: skip
-    """Write the edges and their uses from sorted keys (3 F,) and their sides (3 F,); return the number of edges."""
+def _cut_into_edges(keys: Any, side: Any, reach: int, facets: int, edges: Edges) -> int:
+    """Write the edges and their uses from sorted keys (3 F,) and their sides (3 F,); return the number of edges.
+
+    edges : with room for an edge per use
+    """
     count = 0
-    for use in range(used):
+    for use in range(len(edges.facet)):
         edge = keys[use] >> 1
         if use == 0 or edge != keys[use - 1] >> 1:
-            low[count] = edge >> reach
-            high[count] = low[count] + (edge & ((1 << reach) - 1))
-            start[count] = use
+            edges.low[count] = edge >> reach
+            edges.high[count] = edges.low[count] + (edge & ((1 << reach) - 1))
+            edges.start[count] = use
+            edges.uses[count] = 0
             count += 1
-        facet[use] = side[use] - facets * (0 if side[use] < facets else 1 if side[use] < 2 * facets else 2)
-        down[use] = keys[use] & 1 == 1
+        edges.uses[count - 1] += 1
+        edges.facet[use] = side[use] - facets * (0 if side[use] < facets else 1 if side[use] < 2 * facets else 2)
+        edges.down[use] = keys[use] & 1 == 1
     return count

@@ -55,11 +55,6 @@ class FaultReport:
     steepest_deg: float
     median_edge: float
 
-    @property
-    def repaired(self) -> bool:
-        """True if facets were turned over while the mesh was read."""
-        return self.flipped_facets > 0
-
     def describe(self) -> list[str]:
         """Return the report as lines of text."""
         span = "  ".join(f"{n} {a:.1f} .. {b:.1f}" for n, a, b in zip("xyz", self.low, self.high, strict=True))

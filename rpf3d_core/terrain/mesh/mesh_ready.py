@@ -63,7 +63,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
     corners[:] = triangles
     if int(corners.min()) < 0 or int(corners.max()) >= len(local):
         raise TerrainError(f"a triangle names a vertex that there is not; the mesh has {len(local):,}")
-    return Mesh(local, corners, origin)
+    return Mesh(vertices=local, triangles=corners, origin=origin)
 
 
 def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
@@ -108,7 +108,7 @@ def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: f
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
     corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
     local[:], corners[:] = terrain.vertices, terrain.triangles
-    return Mesh(local, corners, terrain.frame.origin)
+    return Mesh(vertices=local, triangles=corners, origin=terrain.frame.origin)
 
 
 @loop

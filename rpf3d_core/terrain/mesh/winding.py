@@ -52,7 +52,7 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
     flipped ^= wrong
     triangles = triangles.copy()
     triangles[flipped, 1:] = triangles[flipped, :0:-1]
-    return Winding(triangles, areas, flipped, piece, one_sided)
+    return Winding(triangles=triangles, areas=areas, flipped=flipped, piece=piece, one_sided=one_sided)
 
 
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:

@@ -111,7 +111,15 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
     coordinate = design.bench_coordinate(height)
     face = np.maximum(np.ceil(coordinate), 1.0)
     inner = design.wall_offset(np.arange(count) / count, height, coordinate - 1.0, turn)
-    return RampTurn(step <= last, face, coordinate - face + 1.0, height, inner, inner + design.strip, coordinate)
+    return RampTurn(
+        exists=step <= last,
+        face=face,
+        part=coordinate - face + 1.0,
+        height=height,
+        inner=inner,
+        outer=inner + design.strip,
+        coordinate=coordinate,
+    )
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
@@ -128,7 +136,9 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
         valid &= ~merges(rows, crossing, offset, spacing) & ~crowds(rows, crossing, design.width_at(p), spacing)
     height = np.broadcast_to(rows.height[:, None], shape)
     row = np.broadcast_to(np.arange(shape[0])[:, None], shape)
-    return Points(offset, height, 2.0 * SECTION * below + row, row, np.full(shape, -1), valid)
+    return Points(
+        offset=offset, height=height, key=2.0 * SECTION * below + row, row=row, ramp=np.full(shape, -1), valid=valid
+    )
 
 
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
@@ -173,7 +183,14 @@ def ramp_points(design: Design, crossing: RampTurn, turn: int, spacing: Spacing)
     shape = offset.shape
     key = np.broadcast_to((2.0 * turn + 1.0) * SECTION + across, shape)
     valid = np.broadcast_to(crossing.exists, shape)
-    return Points(offset, np.broadcast_to(crossing.height, shape), key, np.full(shape, -1), np.full(shape, turn), valid)
+    return Points(
+        offset=offset,
+        height=np.broadcast_to(crossing.height, shape),
+        key=key,
+        row=np.full(shape, -1),
+        ramp=np.full(shape, turn),
+        valid=valid,
+    )
 
 
 def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
@@ -196,7 +213,9 @@ def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spaci
 def flat(offset: FloatArray, height: FloatArray, key: FloatArray) -> Points:
     """Return points that are neither on the wall nor on the ramp."""
     nowhere = np.full(offset.shape, -1)
-    return Points(offset, height, key, nowhere, nowhere, np.ones(offset.shape, dtype=bool))
+    return Points(
+        offset=offset, height=height, key=key, row=nowhere, ramp=nowhere, valid=np.ones(offset.shape, dtype=bool)
+    )
 
 
 def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
@@ -212,7 +231,20 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
     at_foot, at_top = (ramp >= 0) & (column + ramp * count == 0), (ramp >= 0) & (column + ramp * count == last)
     ahead = key_at_top(column, offset, key, at_top, len(rows.kind), last % count if last >= 0 else -1)
     behind = key_at_foot(column, offset, key, at_foot)
-    return Columns(column, offset, height, ahead, behind, row, ramp, at_foot, at_top, rows, blocks[1].offset, count)
+    return Columns(
+        column=column,
+        offset=offset,
+        height=height,
+        key_ahead=ahead,
+        key_behind=behind,
+        row=row,
+        ramp=ramp,
+        at_foot=at_foot,
+        at_top=at_top,
+        rows=rows,
+        wall=blocks[1].offset,
+        around=count,
+    )
 
 
 def key_at_top(

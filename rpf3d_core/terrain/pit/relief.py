@@ -59,7 +59,9 @@ def drawn_waves(random: np.random.Generator, lengths: tuple[float, ...], plan: b
         amplitudes += [length**HURST] * WAVES
     amplitude = np.array(amplitudes)
     amplitude *= math.sqrt(2.0) / np.linalg.norm(amplitude)
-    return Waves(np.concatenate(vectors), random.uniform(0.0, 2.0 * math.pi, len(amplitude)), amplitude)
+    return Waves(
+        vector=np.concatenate(vectors), phase=random.uniform(0.0, 2.0 * math.pi, len(amplitude)), amplitude=amplitude
+    )
 
 
 def height_of_waves(waves: Waves, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
@@ -134,7 +136,7 @@ def drawn_spill(design: Design, random: np.random.Generator) -> Spill | None:
         face = float(design.pit.levels[level + 1] - design.pit.levels[level])
         height = min(across * math.tan(math.radians(design.pit.repose_deg)), HIGHEST_SPILL * face)
         if not near_ramp(design, p, level):
-            return Spill(p, level, across, along, height)
+            return Spill(p=p, level=level, across=across, along=along, height=height)
     return None
 
 

@@ -40,7 +40,9 @@ def rows_of(design: Design, edge: float) -> Rows:
         if design.benches and face < len(levels) - 1:
             found += bench_rows(design, edge, face)
     kind, number, height, berms, coordinate = np.array(found).T
-    return Rows(kind.astype(np.int64), number.astype(np.int64), height, berms, coordinate)
+    return Rows(
+        kind=kind.astype(np.int64), face=number.astype(np.int64), height=height, berms=berms, coordinate=coordinate
+    )
 
 
 def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:

@@ -46,8 +46,8 @@ def wall_triangles(design: Design, columns: Columns) -> tuple[IndexArray, IndexA
     every, ahead = np.arange(len(columns.column)), columns.column
     turned = np.roll(every, -int(np.searchsorted(columns.column, 1)))
     behind = (columns.column[turned] - 1) % columns.around
-    right = StripLines(ahead, columns.key_ahead, every)
-    left = StripLines(behind, columns.key_behind[turned], turned)
+    right = StripLines(strip=ahead, key=columns.key_ahead, point=every)
+    left = StripLines(strip=behind, key=columns.key_behind[turned], point=turned)
     triangles, entry = strip_triangles(right, left)
     zone_ahead, zone_behind = piece_zones(design, columns)
     return triangles, np.concatenate([zone_ahead, zone_behind[turned]])[entry]
@@ -111,7 +111,9 @@ def ring_points(design: Design, p: FloatArray, share: float) -> FloatArray:
 
 def ring_triangles(outer: IndexArray, outer_key: FloatArray, inner: IndexArray, inner_key: FloatArray) -> IndexArray:
     """Return the triangles between two rings; a ring of one point closes the floor."""
-    right = StripLines(np.zeros(len(outer) + 1, dtype=np.int64), np.append(outer_key, 1.0), np.append(outer, outer[0]))
+    right = StripLines(
+        strip=np.zeros(len(outer) + 1, dtype=np.int64), key=np.append(outer_key, 1.0), point=np.append(outer, outer[0])
+    )
     if len(inner) > 1:
         inner_key, inner = np.append(inner_key, 1.0), np.append(inner, inner[0])
-    return strip_triangles(right, StripLines(np.zeros(len(inner), dtype=np.int64), inner_key, inner))[0]
+    return strip_triangles(right, StripLines(strip=np.zeros(len(inner), dtype=np.int64), key=inner_key, point=inner))[0]

@@ -1,0 +1,95 @@
+"""Ridges along lines in plan: the shape of a berm over the ground, as convex polygons."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from rpf3d_core.terrain.frame import FloatArray
+
+SHARPEST = 0.2
+"""Least value of 1 + cosine of the angle by which the line of a berm may bend: 143 degrees."""
+
+
+class Ridge(NamedTuple):
+    """A berm as K convex polygons in plan.
+
+    corners : of each polygon (N, 2) m, counter-clockwise; heights : (N,) m over the ground, at these corners
+    """
+
+    corners: tuple[FloatArray, ...]
+    heights: tuple[FloatArray, ...]
+
+
+def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> Ridge | None:
+    """Return the ridge along a line (P, 2) m in plan; None if the line bends too sharply for its width.
+
+    height : m, over the ground; width, crest : m, at the foot and at the top, 0 <= crest < width
+    At both ends of the line the ridge has its full height, and slopes down beyond them as it does to its sides.
+    """
+    way = np.diff(line, axis=0)
+    along = way / np.hypot(way[:, 0], way[:, 1])[:, None]
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    bend = 1.0 + (left[1:] * left[:-1]).sum(axis=1)
+    if (bend < SHARPEST).any():
+        return None
+    across = np.concatenate([left[:1], (left[1:] + left[:-1]) / bend[:, None], left[-1:]])
+    inner, outer = 0.5 * crest, 0.5 * width
+    for side in (-1.0, 1.0):
+        foot = line + side * outer * across
+        if ((np.diff(foot, axis=0) * along).sum(axis=1) <= 0.0).any():
+            return None
+    pieces = list(_sides(line, across, inner, outer, height))
+    pieces += _end(line[0], -along[0], inner, outer, height) + _end(line[-1], along[-1], inner, outer, height)
+    return Ridge(tuple(corners for corners, _ in pieces), tuple(heights for _, heights in pieces))
+
+
+def _sides(
+    line: FloatArray, across: FloatArray, inner: float, outer: float, height: float
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the crest and both slopes along each straight part of the line: corners (4, 2) m and heights (4,) m."""
+    edges = [line + offset * across for offset in (-outer, -inner, inner, outer)]
+    rises = (0.0, height, height, 0.0)
+    for i in range(len(line) - 1):
+        for (right, low), (left, high) in pairwise(zip(edges, rises, strict=True)):
+            corners = np.array([right[i], right[i + 1], left[i + 1], left[i]])
+            if not np.array_equal(right[i], left[i]):
+                yield corners, np.array([low, low, high, high])
+
+
+def _end(
+    end: FloatArray, onward: FloatArray, inner: float, outer: float, height: float
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the slopes beyond an end of the line: one in the direction of the line and one on each side of it."""
+    left = np.array([-onward[1], onward[0]])
+    tip = end + (outer - inner) * onward
+    a, b, c, d = end + inner * left, end - inner * left, tip - outer * left, tip + outer * left
+    front = [a, b, c, d] if inner > 0.0 else [a, c, d]
+    rises = [height, height, 0.0, 0.0] if inner > 0.0 else [height, 0.0, 0.0]
+    beside = (np.array([b, end - outer * left, c]), np.array([a, d, end + outer * left]))
+    return [(np.array(front), np.array(rises)), *((corners, np.array([height, 0.0, 0.0])) for corners in beside)]
+
+
+def height_at(ridge: Ridge, points: FloatArray, slack: float) -> FloatArray:
+    """Return the height (N,) m of a ridge over the ground at points (N, 2) m in plan; 0 outside the ridge."""
+    height = np.zeros(len(points))
+    for corners, heights in zip(ridge.corners, ridge.heights, strict=True):
+        inside = np.ones(len(points), dtype=bool)
+        for k in range(len(corners)):
+            edge = corners[(k + 1) % len(corners)] - corners[k]
+            inside &= left_of(points, corners[k], edge) >= -slack
+        u, w = corners[1] - corners[0], corners[-1] - corners[0]
+        area = u[0] * w[1] - u[1] * w[0]
+        s = ((points[:, 0] - corners[0, 0]) * w[1] - (points[:, 1] - corners[0, 1]) * w[0]) / area
+        t = ((points[:, 1] - corners[0, 1]) * u[0] - (points[:, 0] - corners[0, 0]) * u[1]) / area
+        here = heights[0] + s * (heights[1] - heights[0]) + t * (heights[-1] - heights[0])
+        height = np.where(inside, np.maximum(height, np.clip(here, 0.0, heights.max())), height)
+    return height
+
+
+def left_of(points: FloatArray, begin: FloatArray, edge: FloatArray) -> FloatArray:
+    """Return the distance (N,) m of points (N, 2) to the left of a line in plan."""
+    return np.asarray(
+        (edge[0] * (points[..., 1] - begin[1]) - edge[1] * (points[..., 0] - begin[0])) / np.hypot(edge[0], edge[1])
+    )
