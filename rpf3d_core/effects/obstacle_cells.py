@@ -70,7 +70,7 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 
 
 @model_function
-def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
+def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s) from 0 to `until` at which an arc meets obstacle k; inf if it does not. One rule per kind.
 
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
@@ -79,7 +79,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, fall
 
 @kernel
 def first_in_cells(
-    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: RockContext
+    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, rock: RockContext
 ) -> Meeting:  # fmt: skip
     """Return the first meeting before `until` (s) of an arc with an obstacle of one kind, by its index; or NO_MEETING.
 
@@ -96,7 +96,7 @@ def first_in_cells(
         place = j * cells.nx + i
         for entry in range(cells.starts[place], cells.starts[place + 1]):
             k = cells.ids[entry]
-            t = time_to(obstacles, k, arc, passed, until, falling)
+            t = time_to(obstacles, k, arc, passed, until, rock)
             if t < best.t - instant or (t <= best.t + instant and t < math.inf and k < best.number):
                 best = Meeting(t, k)
         if leave >= until or best.t < leave:

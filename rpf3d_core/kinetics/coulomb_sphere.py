@@ -72,10 +72,10 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
 
 
 @rebound.rule(CoulombSphere)
-def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
-    rock = falling.rock
-    radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
+    body = rock.rock
+    radius, into = body.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
     push, e_t = (1.0 + surface.R_n) * into, model.tangential_restitution
     if surface.mu_r > 0.0:
@@ -98,7 +98,7 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
 
 @rest_of_bounces.rule(CoulombSphere)
 def sphere_rest(
-    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that ends at once: on average, dying bounces push like a sphere that lies on the ground."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))

@@ -35,20 +35,18 @@ class Rest(NamedTuple):
 
 
 @model_function
-def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
 
 
 @model_function
-def rest_of_bounces(
-    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
-) -> Rest:
+def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return the end of the infinitely many bounces after `motion`, which has just left the plane of normal n."""
 
 
 @rebound.rule(ConstantRestitution)
 def constant_restitution(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: RockContext
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:
     """Return the rebound of a lumped mass with constant restitution.
 
@@ -67,7 +65,7 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
 
 @rest_of_bounces.rule(ConstantRestitution)
 def constant_rest(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the geometric series of bounces on a plane."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
@@ -109,6 +107,6 @@ def at_once(motion: Motion, n: Vec) -> Rest:
 
 
 @rest_of_bounces.otherwise
-def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
+def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the model."""
     return at_once(motion, n)

@@ -75,18 +75,18 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 
 @surface_of.rule(DrawnMaterials)
-def drawn_surface(materials: DrawnMaterials, zone: int, falling: RockContext) -> Surface:
+def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone for this rock: drawn once per rock, or for its next impact."""
-    number = falling.impacts + 1 if materials.per_impact[zone] else 0
-    R_n = _coefficient(materials, zone, falling, number, 0)
-    R_t = _coefficient(materials, zone, falling, number, 1)
-    angle = _coefficient(materials, zone, falling, number, 2)
-    mu_r = _coefficient(materials, zone, falling, number, 3)
+    number = rock.impacts + 1 if materials.per_impact[zone] else 0
+    R_n = _coefficient(materials, zone, rock, number, 0)
+    R_t = _coefficient(materials, zone, rock, number, 1)
+    angle = _coefficient(materials, zone, rock, number, 2)
+    mu_r = _coefficient(materials, zone, rock, number, 3)
     return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone], mu_r)
 
 
 @kernel
-def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, number: int, k: int) -> float:
+def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
     """Return coefficient k of a zone; draw it unless it is fixed."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
@@ -95,7 +95,7 @@ def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, num
         materials.kind[zone, k], numbers[zone, k, 0], numbers[zone, k, 1], numbers[zone, k, 2], numbers[zone, k, 3],
         numbers[zone, k, 4], numbers[zone, k, 5],
     )  # fmt: skip
-    key: Any = falling.key  # these materials draw: the key is never None
+    key: Any = rock.key  # these materials draw: the key is never None
     return quantile(d, uniform_at(key.seed, key.source, key.rock, PURPOSES[k] + ZONES * zone, number))
 
 

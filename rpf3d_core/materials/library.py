@@ -39,12 +39,12 @@ def materials_of(surfaces: list[Surface]) -> Materials:
 
 
 @model_function
-def surface_of(materials: object, zone: int, falling: RockContext) -> Surface:
+def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone for a rock; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
-def fixed_surface(materials: Materials, zone: int, falling: RockContext) -> Surface:
+def fixed_surface(materials: Materials, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone, which is the same for every rock and every impact."""
     return Surface(
         materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]

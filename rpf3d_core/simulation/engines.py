@@ -264,10 +264,10 @@ def _follow_all(
     """
     for i in range(begin, len(finals)):
         motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        falling, written = RockContext(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
+        rock, written = RockContext(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
         physics = Physics(model, ground, effects, facets, materials, settings, caps)
-        method = locator_for(model, locator, falling)
-        end = follow(physics, method, set_down(model, method, facets, motion), falling, written)
+        method = locator_for(model, locator, rock)
+        end = follow(physics, method, set_down(model, method, facets, motion), rock, written)
         if not close_rock(record, end.tally, first, i):
             return i
         tally, at = end.tally, end.motion.x

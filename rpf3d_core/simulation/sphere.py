@@ -73,7 +73,7 @@ def _take_off(state: State, motion: Motion) -> State:
 
 @carry_on.rule(SphereGround)
 def roll_on(
-    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: RockContext, record: Record
+    ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
     """Return the state after the next segment on the ground, or after an impact with new ground, or at take-off."""
     facets, motion = physics.facets, state.motion
@@ -84,7 +84,7 @@ def roll_on(
     v = motion.v
     if met.facet >= 0:
         if not is_slight(physics, met.n, -dot(met.n, v), WALL):
-            return strike(physics, state, met, falling, record)
+            return strike(physics, state, met, rock, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
     lying = Motion(motion.t, motion.x, v, motion.w)
@@ -96,7 +96,7 @@ def roll_on(
     push -= _lift(held, v, locator.radius)
     if push <= 0.0:
         return _take_off(state, lying)
-    surface = _surface_of(physics, held, falling, state)
+    surface = _surface_of(physics, held, rock, state)
     slip = _slip(held, lying, n, locator.radius)
     if _sticks(slip, held.way, surface.mu * push):
         lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
@@ -104,7 +104,7 @@ def roll_on(
     piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
     if piece.stops:
         return ended(_at_rest(state, lying), STOPPED)
-    return _follow_piece(physics, locator, state, lying, held, n, piece, falling, record)
+    return _follow_piece(physics, locator, state, lying, held, n, piece, rock, record)
 
 
 @kernel
@@ -132,12 +132,12 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 
 @kernel
-def _surface_of(physics: Physics, held: Held, falling: RockContext, state: State) -> Surface:
+def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
     """Return the surface under the sphere; two contacts have the mean of their friction, weighted by their pushes."""
-    first = ground_of(physics, held.first.facet, falling, state)
+    first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
         return first
-    second, pushes = ground_of(physics, held.second.facet, falling, state), held.pushes
+    second, pushes = ground_of(physics, held.second.facet, rock, state), held.pushes
     return Surface(
         first.R_n, first.R_t, shared(first.mu, second.mu, pushes), max(first.stop_speed, second.stop_speed),
         shared(first.mu_r, second.mu_r, pushes),
@@ -200,7 +200,7 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
 @kernel
 def _follow_piece(
     physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
-    falling: RockContext, record: Record,
+    rock: RockContext, record: Record,
 ) -> State:  # fmt: skip
     """Return the state at the end of a segment, or where the sphere meets ground, a gap or an obstacle on it."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
@@ -230,10 +230,10 @@ def _follow_piece(
     loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
     if loss.t <= 1.0:
         return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
-    meeting = obstacle_on(physics.effects, going, gone, falling)
+    meeting = obstacle_on(physics.effects, going, gone, rock)
     if meeting.t < math.inf:
         lies_on = _between(n, n_end, meeting.t)
-        return at_obstacle_on(physics, going, gone, meeting, lies_on, falling, record)
+        return at_obstacle_on(physics, going, gone, meeting, lies_on, rock, record)
     note_piece(record, state.tally, began, v, SLIDING)
     note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)

@@ -19,7 +19,7 @@ from rpf3d_core.kinetics.sliding import (
     slide_on_facet,
 )
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
@@ -57,9 +57,7 @@ STILL = 1e-12
 
 
 @model_function
-def carry_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
-) -> State:
+def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the next state of a rock in sustained contact; one rule per ground model.
 
     locator : finds what the rock may meet on the way, for models that search for it
@@ -68,54 +66,52 @@ def carry_on(
 
 @carry_on.rule(NoGround)
 def stop_or_give_up(
-    ground: NoGround, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
+    ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
     """Return the state after the thesis' stop (section 3.5): stopped below stop_speed, else unresolved.
 
     Above stop_speed the thesis has no rule for the motion that follows.
     """
-    surface = ground_of(physics, state.left.facet, falling, state)
+    surface = ground_of(physics, state.left.facet, rock, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
 @carry_on.otherwise
-def slide_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
-) -> State:
+def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after one segment of sliding or rolling, on a facet or in a gully.
 
     At its end the rock stops, turns, or flies off the facet that it has left. This is the rule of all ground models
     that have a `Law`.
     """
-    return along_piece(physics, state, _slide(physics, state, falling), falling, record)
+    return along_piece(physics, state, _slide(physics, state, rock), rock, record)
 
 
 @kernel
-def along_piece(physics: Physics, state: State, piece: SlideSegment, falling: RockContext, record: Record) -> State:
+def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
     """Return the state after a path segment on the ground, or at the first obstacle on the segment."""
-    meeting = obstacle_on(physics.effects, state, piece, falling)
+    meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
-        return at_obstacle_on(physics, state, piece, meeting, n, falling, record)
+        return at_obstacle_on(physics, state, piece, meeting, n, rock, record)
     tolerance = physics.facets.tolerance
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
     tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, tolerance)
-    passed = still_at(physics.effects, piece.motion, state.passed, as_it_is(falling, state))
+    passed = still_at(physics.effects, piece.motion, state.passed, rock_at(rock, state))
     return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), passed)
 
 
 @kernel
-def obstacle_on(effects: Any, state: State, piece: SlideSegment, falling: RockContext) -> Meeting:
+def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
     """Return the first obstacle on the chord of a path segment on the ground; its time is a share of the chord (-)."""
     way = subtract(piece.motion.x, state.motion.x)
-    return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, as_it_is(falling, state))  # type: ignore[no-any-return]
+    return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
 
 @kernel
 def at_obstacle_on(
-    physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, falling: RockContext, record: Record
+    physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, rock: RockContext, record: Record
 ) -> State:
     """Return the state of a rock that meets an obstacle on a path segment: it stands, lies against it, or is caught.
 
@@ -126,8 +122,8 @@ def at_obstacle_on(
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
     note_piece_spins(record, state.tally, state.motion.w, before.w)
     tally = with_piece(state.tally, meeting.t * piece.length, before, physics.facets.tolerance)
-    who = as_it_is(falling, state)
-    met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, who)
+    rock_now = rock_at(rock, state)
+    met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, rock_now)
     v = met.motion.v
     v = along(v, n) if state.left.other < 0 else along_line(v, before.v)
     after = Motion(before.t, before.x, v, met.motion.w)
@@ -184,10 +180,10 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 
 
 @kernel
-def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment:
+def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
     """Return one segment of sliding from the position of the rock."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
-    first = ground_of(physics, left.facet, falling, state)
+    first = ground_of(physics, left.facet, rock, state)
     time_left = settings.max_time - motion.t
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
@@ -196,7 +192,7 @@ def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment
         stuck = left.before == left.facet or state.tally.idle >= STUCK
         slack = facets.crack if stuck and goes_beside(facets, left.facet, motion.x, motion.v) else 0.0
         return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left, slack)
-    second = ground_of(physics, left.other, falling, state)
+    second = ground_of(physics, left.other, rock, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     pushes = max(held.first, 0.0), max(held.second, 0.0)
     law = law_in_gully(physics.ground, first, second, pushes, settings.gravity)

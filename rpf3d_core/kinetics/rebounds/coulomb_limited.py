@@ -82,7 +82,7 @@ class Plane(NamedTuple):
 
 
 @rebound.rule(CoulombLimited)
-def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass: its loss along the ground is that of R_t or of friction, if smaller."""
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -99,7 +99,7 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 
 @rest_of_bounces.rule(CoulombLimited)
 def coulomb_limited_rest(
-    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the sum of the bounces on a plane, as at the top of this file.
 

@@ -46,9 +46,9 @@ class PfeifferBowen(NamedTuple):
 
 
 @rebound.rule(PfeifferBowen)
-def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound by the equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
-    radius = falling.rock.radius  # type: ignore[union-attr]  # asks_rock
+    radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
     w_n = scale(dot(motion.w, n), n)
     w_t = subtract(motion.w, w_n)
@@ -78,7 +78,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 
 @rest_of_bounces.rule(PfeifferBowen)
 def pfeiffer_bowen_rest(
-    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the series with the limits of the coefficients for slow bounces of a rock that rolls from one to the next.
 

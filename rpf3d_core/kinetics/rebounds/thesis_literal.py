@@ -15,7 +15,7 @@ class ThesisLiteral(NamedTuple):
 
 
 @rebound.rule(ThesisLiteral)
-def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion by equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
 
     theta and phi are the slopes of the ground along x and y, positive where the ground rises: only in this reading is
@@ -35,7 +35,7 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
 
 @rest_of_bounces.rule(ThesisLiteral)
 def thesis_rest(
-    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the printed transform."""
     return at_once(motion, n)
