@@ -22,7 +22,16 @@ from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, Starts, spins_of
+from rpf3d_core.simulation.engines import (
+    FINAL_COLUMNS,
+    SPIN_FINALS,
+    Compiled,
+    Engine,
+    Logbook,
+    Models,
+    Starts,
+    spins_of,
+)
 from rpf3d_core.simulation.record import Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
@@ -222,16 +231,17 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     """Fly some rocks, as many at a time as the record has room for; return the kept records of each such part."""
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
-    starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
-    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # key of the draws
+    columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
+    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of the draws
     spins = spins_of(crew.flight.models)
     finals, counts = _room_for(len(rows), spins)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
-    physics = (crew.flight.models, crew.flight.materials, crew.flight.settings, starts)
+    flight = (crew.flight.models, crew.flight.materials, crew.flight.settings, Starts(x=x, v=v, **columns))
     record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), spins), 0, []
     while begin < len(rows):
         first[begin] = 0
-        end = crew.engine.follow(*physics, record, first, begin, finals, counts)
+        logbook = Logbook(record=record, first=first, finals=finals, counts=counts)
+        end = crew.engine.follow(*flight, logbook, begin)
         if end == begin:
             record = empty_record(2 * len(record.facets), 2 * len(record.modes), spins)
             continue

@@ -75,16 +75,27 @@ class Line(NamedTuple):
     holds: bool
 
 
-@kernel
-def slide_on_facet(
-    facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float, slack: float
-) -> SlideSegment:
-    """Slide over facet f until the rock leaves the facet or stops; return the segment.
+class SlidePlane(NamedTuple):
+    """The facet that a rock slides over.
 
-    n : (3,) normal of f turned towards the rock, n_z > 0; motion.v must lie in the plane of f
-    time_left : s until the segment ends wherever the rock is
+    f : its number; n : (3,) its normal turned towards the rock, n_z > 0
     slack : m by which the rock may go beyond an edge that it moves along
     """
+
+    f: int
+    n: Vec
+    slack: float
+
+
+@kernel
+def slide_on_facet(
+    facets: Facets, plane: SlidePlane, motion: Motion, law: Law, gravity: float, time_left: float
+) -> SlideSegment:
+    """Slide over a facet until the rock leaves the facet or stops; return the segment.
+
+    motion.v must lie in the plane of the facet; time_left : s until the segment ends wherever the rock is
+    """
+    f, n, slack = plane.f, plane.n, plane.slack
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
     holds = law.anywhere or friction >= HOLDS * norm(g_t)
     speed = norm(motion.v)

@@ -68,6 +68,33 @@ class Starts(NamedTuple):
     radius: Floats
 
 
+class Launches(NamedTuple):
+    """R rocks at their release, with only those columns that a model or a material of the scene asks for.
+
+    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : for draws, or None
+    """
+
+    x: Any
+    v: Any
+    sizes: RockColumns | None
+    keys: RockKeys | None
+
+
+class Logbook(NamedTuple):
+    """The memory that the flights of R rocks are written into.
+
+    record : rows for impacts and path segments
+    first : (R + 1, 2) first row of each rock in either; the row of the first rock to fly is given, the others are
+        filled in
+    finals : (R, 8), FINAL_COLUMNS; counts : (R, 4), COUNT_COLUMNS; both are filled in
+    """
+
+    record: Record
+    first: Integers
+    finals: Floats
+    counts: Integers
+
+
 class Reference:
     """The reference engine: plain Python, one rock after another, candidates from VTK.
 
@@ -88,21 +115,16 @@ class Reference:
         self.caps = None if caps is None else CapLocator(VtkLocator(caps.facets), plain(caps.facets), caps.layered)
 
     def follow(
-        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
-        begin: int, finals: Floats, counts: Integers,
-    ) -> int:  # fmt: skip
-        """Follow rocks from number `begin` on, of R rocks that start.
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
+    ) -> int:
+        """Follow rocks from number `begin` on, of R rocks that start, and write their flights into the logbook.
 
-        finals (R, 8), counts (R, 4) : filled in, FINAL_COLUMNS and COUNT_COLUMNS
-        record : holds the rows for impacts and path segments
-        first : (R + 1, 2) first row of each rock in either; the row of `begin` is given, the others are filled in
         Returns the number of the first rock that found no room in the record, R if all rocks did.
         """
-        listed = Starts(*(column.tolist() for column in starts))
-        ground = (self.method, self.facets, plain(materials), settings)
-        rocks = (listed.x, listed.v, *asked_for(models, materials, settings, listed))
-        done = _follow_all.py_func(*plain(models), *ground, *rocks, self.caps, record, first, begin, finals, counts)  # type: ignore[attr-defined]
-        return int(done)
+        listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
+        physics = _physics(plain(models), self.facets, plain(materials), settings, self.caps)
+        launches = launches_of(models, materials, settings, listed)
+        return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
         """Return the height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
@@ -130,14 +152,12 @@ class Compiled:
         self.caps = None if caps is None else CapLocator(bucket_locator(caps.facets), caps.facets, caps.layered)
 
     def follow(
-        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
-        begin: int, finals: Floats, counts: Integers,
-    ) -> int:  # fmt: skip
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
+    ) -> int:
         """Follow rocks as `Reference.follow` does."""
-        ground = (self.method, self.facets, materials, settings)
-        rocks = (starts.x, starts.v, *asked_for(models, materials, settings, starts))
-        follow_all: Any = _follow_all
-        return int(follow_all(*models, *ground, *rocks, self.caps, record, first, begin, finals, counts))
+        physics = _physics(models, self.facets, materials, settings, self.caps)
+        launches = launches_of(models, materials, settings, starts)
+        return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
         """Return heights, facets and sides (R, 3) as `Reference.ground_below` does."""
@@ -149,15 +169,27 @@ class Compiled:
 Engine = Reference | Compiled
 
 
-def asked_for(
-    models: Models, materials: Any, settings: Settings, starts: Starts
-) -> tuple[RockColumns | None, RockKeys | None]:
-    """Return the columns and the keys of R rocks, each None if no model and no material of the scene asks for it."""
+def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
+    """Return models, ground and settings as one value."""
+    return Physics(
+        rebound=models.rebound,
+        ground=models.ground,
+        effects=models.effects,
+        facets=facets,
+        materials=materials,
+        settings=settings,
+        caps=caps,
+    )
+
+
+def launches_of(models: Models, materials: Any, settings: Settings, starts: Starts) -> Launches:
+    """Return R rocks at their release; sizes and keys are None if no model and no material of the scene asks."""
     parts = (models.rebound, models.ground, *links_of(models.effects))
     asked = any(getattr(part, "asks_rock", False) for part in parts)
     drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
-    rocks = RockColumns(starts.mass, starts.radius) if asked else None
-    return rocks, RockKeys(settings.seed, starts.source, starts.rock) if drawn else None
+    sizes = RockColumns(starts.mass, starts.radius) if asked else None
+    keys = RockKeys(seed=settings.seed, source=starts.source, rock=starts.rock) if drawn else None
+    return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys)
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
@@ -233,8 +265,10 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
         numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
-        starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
-        engine.follow(models, materials, settings, starts, empty_record(0, 0, spins_of(models)), first, 0, finals, none)
+        starts = Starts(x=nothing, v=nothing, source=numbers, rock=numbers, mass=sizes, radius=sizes)
+        record = empty_record(0, 0, spins_of(models))
+        logbook = Logbook(record=record, first=first, finals=finals, counts=none)
+        engine.follow(models, materials, settings, starts, logbook, 0)
     return time.perf_counter() - began
 
 
@@ -254,21 +288,20 @@ def precompile_ground_below() -> None:
 
 
 @loop
-def _follow_all(
-    model: Any, ground: Any, effects: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any,
-    v: Any, rocks: Any, keys: Any, caps: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
-) -> int:  # fmt: skip
-    """Follow a batch: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
+def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
+    """Follow rocks from number `begin` on: rock i from x[i], v[i] of the launches into row i of the logbook.
 
     The loop ends at the first rock that the record has no room for; returns the number of that rock, else of all rocks.
     """
+    x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):
-        motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        rock, written = RockContext(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
-        physics = Physics(model, ground, effects, facets, materials, settings, caps)
-        method = locator_for(model, locator, rock)
-        end = follow(physics, method, set_down(model, method, facets, motion), rock, written)
-        if not close_rock(record, end.tally, first, i):
+        motion = Motion(t=0.0, x=(x[i][0], x[i][1], x[i][2]), v=(v[i][0], v[i][1], v[i][2]), w=ZERO)
+        rock = RockContext(rock=rock_of(launches.sizes, i), key=key_of(launches.keys, i), impacts=0)
+        written = record_from(logbook.record, logbook.first, i)
+        method = locator_for(physics.rebound, locator, rock)
+        released = set_down(physics.rebound, method, physics.facets, motion)
+        end = follow(physics, method, released, rock, written)
+        if not close_rock(logbook.record, end.tally, logbook.first, i):
             return i
         tally, at = end.tally, end.motion.x
         finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]

@@ -21,13 +21,13 @@ from rpf3d_core.detection.sphere_contact import (
     course_velocity,
 )
 from rpf3d_core.detection.swept import Swept, box_of, stretch_end
-from rpf3d_core.detection.touching import Sweep, scan
+from rpf3d_core.detection.touching import Against, Sweep, scan
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import SlideSegment
-from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
+from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, RollingSegment, SphereGround, rolling_piece
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of
@@ -80,8 +80,9 @@ def roll_on(
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
-    met = most_against(locator.locator, facets, motion.x, locator.radius, motion.v, ZERO, gravity, 0.5 * noise)
     v = motion.v
+    onward = Against(x=motion.x, way=v, v=ZERO, down=gravity, radius=locator.radius, noise=0.5 * noise)
+    met = most_against(locator.locator, facets, onward)
     if met.facet >= 0:
         if not is_slight(physics, met.n, -dot(met.n, v), WALL):
             return strike(physics, state, met, rock, record)
@@ -104,7 +105,7 @@ def roll_on(
     piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
     if piece.stops:
         return ended(_at_rest(state, lying), STOPPED)
-    return _follow_piece(physics, locator, state, lying, held, n, piece, rock, record)
+    return _follow_piece(physics, locator, state, Lying(motion=lying, held=held, n=n), piece, rock, record)
 
 
 @kernel
@@ -155,6 +156,14 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
     return scale(dot(slip, line), line)
 
 
+class Lying(NamedTuple):
+    """A sphere on the ground: its motion, the contacts that hold it, and the direction n (3,) unit of their push."""
+
+    motion: Motion
+    held: Held
+    n: Vec
+
+
 class Span(NamedTuple):
     """Duration of a segment (s), and whether the sphere moves around an edge or a corner."""
 
@@ -199,11 +208,17 @@ def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
 
 @kernel
 def _follow_piece(
-    physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
-    rock: RockContext, record: Record,
-) -> State:  # fmt: skip
+    physics: Physics,
+    locator: Swept,
+    state: State,
+    lying: Lying,
+    piece: RollingSegment,
+    rock: RockContext,
+    record: Record,
+) -> State:
     """Return the state at the end of a segment, or where the sphere meets ground, a gap or an obstacle on it."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
+    motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
     course = Course(motion.x, piece.v, piece.a, radius, gravity)
     span = _span(facets, held, course, min(piece.t, left))

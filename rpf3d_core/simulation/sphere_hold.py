@@ -39,14 +39,12 @@ class Held(NamedTuple):
 
 
 @kernel
-def most_against(
-    locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec, noise: float
-) -> Touch:
-    """Return the contact of a sphere around x that stands most against a way; facet -1 if no contact does."""
-    reach = radius + NEAR * facets.tolerance
+def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
+    """Return the contact of a sphere that stands most against its way; facet -1 if no contact does."""
+    x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
-    return scan(locator, facets, low, high, Against(x, way, v, down, radius, noise), NO_TOUCH)  # type: ignore[no-any-return]
+    return scan(locator, facets, low, high, against, NO_TOUCH)  # type: ignore[no-any-return]
 
 
 @kernel
@@ -58,7 +56,8 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
     noise = LEADING * norm(way)
     held = Held(0, NO_TOUCH, NO_TOUCH, (0.0, 0.0), way)
     for _ in range(TRIES):
-        found = most_against(locator, facets, x, radius, held.way, v, down, noise)
+        against = Against(x=x, way=held.way, v=v, down=down, radius=radius, noise=noise)
+        found = most_against(locator, facets, against)
         if found.facet < 0 or held.contacts == 3:
             break
         if held.contacts == 0:

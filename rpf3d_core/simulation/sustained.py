@@ -10,6 +10,7 @@ from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
 from rpf3d_core.kinetics.sliding import (
     WEAKEST,
+    SlidePlane,
     SlideSegment,
     excursion,
     gully,
@@ -191,7 +192,8 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
         law = law_on_facet(physics.ground, first, n[2], settings.gravity)
         stuck = left.before == left.facet or state.tally.idle >= STUCK
         slack = facets.crack if stuck and goes_beside(facets, left.facet, motion.x, motion.v) else 0.0
-        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left, slack)
+        plane = SlidePlane(f=left.facet, n=n, slack=slack)
+        return slide_on_facet(facets, plane, motion, law, settings.gravity, time_left)
     second = ground_of(physics, left.other, rock, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     pushes = max(held.first, 0.0), max(held.second, 0.0)
