@@ -39,6 +39,17 @@ class Scales(NamedTuple):
     per_octave: int
 
 
+class Binning(NamedTuple):
+    """The bins of all tallies of an ensemble.
+
+    coarse : scales of squares and facets; fine : of zones and areas; limit : bytes for the bins of squares and facets
+    """
+
+    coarse: Scales
+    fine: Scales
+    limit: float
+
+
 def scales_of(
     drop: float,
     gravity: float,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.hazard.walks.tracks import Track, top_energy2
-from rpf3d_core.hazard.walks.ways import begin_way
+from rpf3d_core.hazard.walks.ways import begin_length
 from rpf3d_core.jit.dispatch import kernel
 
 FIRST, UNTIL = 0, 1
@@ -99,7 +99,7 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
     visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
     visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
-    begin_way(visits.way, k)
+    begin_length(visits.way, k)
     _begin_energy(visits.energy2, k)
     return k
 
