@@ -71,9 +71,29 @@ class Flight:
 
 Advance = Callable[[int], None]
 """Called with the number of rocks flown since the last call."""
+Progress = Callable[[int], Advance]
+"""Called with the number of rocks when everything is compiled and no rock flies yet."""
 Watch = Callable[[Batch, Releases], FloatArray]
 """Called with each batch and its releases, on the thread that flew the batch; returns the largest height of each rock
 above the terrain (N,) m."""
+
+
+@dataclass(frozen=True)
+class RunControl:
+    """How flights in batches are controlled from outside. No result depends on it, unless `stop` ends the run.
+
+    threads : for the compiled engine; None for one per core
+    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
+    advance : called with the progress
+    """
+
+    threads: int | None = None
+    stop: Callable[[], bool] | None = None
+    advance: Advance | None = None
+
+
+UNCONTROLLED = RunControl()
+"""One thread per core; never stopped; progress is not reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,29 +133,22 @@ def fly_batches(
     releases: Releases,
     keep: Keep,
     watch: Watch | None = None,
-    threads: int | None = None,
-    stop: Callable[[], bool] | None = None,
-    advance: Advance | None = None,
+    control: RunControl = UNCONTROLLED,
 ) -> Batch:
     """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 
-    Parameters
-    ----------
     keep : the records that the returned batch holds; `watch` sees all records
-    threads : for the compiled engine; None for one per core
-    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
-    advance : called with the progress
     """
     compiled = isinstance(engine, Compiled)
-    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    workers = (control.threads or os.cpu_count() or 1) if compiled else 1
     groups = _dealt(releases, workers, LARGEST_BATCH if compiled else REFERENCE_BATCH)
     room = _room_for(len(releases.x), spins_of(flight.models))
     crew = Crew(engine, flight, releases, keep, watch, *room, [])
     parts: list[Written] = []
-    for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, stop):
+    for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, control.stop):
         parts += written
-        if advance:
-            advance(sum(len(part.rows) for part in written))
+        if control.advance:
+            control.advance(sum(len(part.rows) for part in written))
     flown = _in_order(parts, crew.finals, crew.counts)
     return replace(flown, broken=joined_broken(crew.broken)) if crew.broken else flown
 

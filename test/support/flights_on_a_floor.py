@@ -13,7 +13,7 @@ from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, Paths
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.ensemble.totals import totals_of
+from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import Binning, scales_of
 from rpf3d_core.hazard.maps import HazardMaps
@@ -131,8 +131,10 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
     """Return the findings of a run of the scene over the floor with these flights."""
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
+    totals = Totals(position)
+    totals.add(flights.deposits)
     return Findings(
-        named, terrain, faults(terrain), flights, totals_of(flights.deposits, position),
+        named, terrain, faults(terrain), flights, totals,
         maps_of(named, terrain, flights), rocks if planned is None else planned, tuple(steps),
         {"read_s": 0.5, "wall_s": 2.0},
     )  # fmt: skip
