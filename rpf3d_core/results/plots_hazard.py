@@ -26,7 +26,7 @@ from rpf3d_core.hazard.scales import (
     scale_of_height,
     scale_of_passages,
 )
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_words import words_on_empty
 from rpf3d_core.results.plots_profiles import save
 from rpf3d_core.results.plots_sheet import (
@@ -105,31 +105,16 @@ class MapBackground:
     whole: Picture | None
 
 
-def write_hazard_pictures(
-    folder: Path,
-    name: str,
-    terrain: Terrain,
-    maps: HazardMaps,
-    releases: FloatArray,
-    areas: Mapping[str, Sequence[FloatArray]],
-    flown: RunCounts,
-) -> None:
+def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
     If the maps have passages per metre, passage_per_metre.png is written as well.
-
-    Parameters
-    ----------
-    name : of the scene, for the title
-    releases : (N, 2 or 3) m
-        Release points of the rocks, local frame.
-    areas : name -> rings (N, 2) m
-        Outlines of areas of interest, local frame.
+    releases : (N, 2 or 3) m, release points of the rocks, local frame
     """
-    ground = _ground(terrain, maps, releases, areas)
+    ground = _ground(content.terrain, maps, releases, content.areas)
     for file, theme in themes(maps).items():
-        title = f"{name}: {theme.title}, {flown.describe()}"
-        figure = hazard_figure(title, theme, ground, maps, releases, areas)
+        title = f"{content.name}: {theme.title}, {content.flown.describe()}"
+        figure = hazard_figure(title, theme, ground, maps, releases, content.areas)
         save(figure, folder / f"{file}.png")
 
 
@@ -174,7 +159,7 @@ def hazard_figure(
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> Figure:
-    """Draw one picture; `releases` (N, 2 or 3) m and `areas`, rings (N, 2) m, as for `write_hazard_pictures`."""
+    """Draw one picture; releases : (N, 2 or 3) m, and areas : rings (N, 2) m, both in the local frame."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, ground.picture)
