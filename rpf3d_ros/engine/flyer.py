@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
-from rpf3d_core.live.answers import Answer, answers
+from rpf3d_core.live.answers import Answer, EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -281,9 +281,8 @@ class Flyer:
             self._areas_flown = self._areas
             areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
-                self._stages = answers(
-                    standing, trigger, self._around, areas, self._first, self._is_overtaken, self._results, self._least
-                )
+                size = EnsembleSize(self._first, self._least)
+                self._stages = answers(standing, trigger, self._around, areas, size, self._is_overtaken, self._results)
         if standing is None:
             self._listener.groundless(trigger)
         self._refine()
