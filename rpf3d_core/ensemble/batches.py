@@ -15,24 +15,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, broken_of, in_order, some_of, with_ends, written_of
+from rpf3d_core.ensemble.batch import (
+    NOTHING,
+    Batch,
+    Written,
+    broken_of,
+    count_from_release,
+    in_order,
+    some_of,
+    with_ends,
+    written_of,
+)
 from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, joined_broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import (
-    FINAL_COLUMNS,
-    SPIN_FINALS,
-    Compiled,
-    Engine,
-    Logbook,
-    Models,
-    Starts,
-    spins_of,
-)
-from rpf3d_core.simulation.record import Record, empty_record
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, spins_of
+from rpf3d_core.simulation.launches import Starts
+from rpf3d_core.simulation.record import Logbook, Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
 
@@ -272,7 +274,7 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
     kept: nothing could draw it.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
-        _count_from_release(flown, crew.releases.t[flown.rows])
+        count_from_release(flown, crew.releases.t[flown.rows])
     if crew.watch:
         flown.finals[:, 6] = crew.watch(flown, crew.releases)
     if not crew.keep.record:
@@ -292,11 +294,3 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)
-
-
-def _count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Add the times t (N,) s at which the flights of N fragments began to all times of a batch, in place."""
-    lengths = np.diff(batch.first, axis=0)
-    batch.finals[:, 0] += t
-    batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])
-    batch.pieces[:, 0] += np.repeat(t, lengths[:, 1])

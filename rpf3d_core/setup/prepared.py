@@ -213,7 +213,7 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
 
 def places_of(prepared: Prepared) -> list[int]:
     """Return the number of places to which each source deals its rocks in turn; 1 for a source with drawn places."""
-    drawn = [source.line or source.patches is not None for source in prepared.sources]
+    drawn = [source.line or source.triangles is not None for source in prepared.sources]
     return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
 
 
@@ -260,7 +260,7 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 def _highest(source: Source, top: float) -> float:
     """Return an upper bound of the release heights of a source, m, over a terrain that reaches up to `top` (m)."""
     above = source.spread[2] + (source.above_ground or 0.0)
-    on_ground = source.above_ground is not None or source.patches is not None
+    on_ground = source.above_ground is not None or source.triangles is not None
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 

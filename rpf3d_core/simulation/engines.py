@@ -13,12 +13,12 @@ from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
-from rpf3d_core.materials.library import Materials
-from rpf3d_core.materials.rock_context import RockColumns, RockContext, RockKeys, key_of, rock_of
+from rpf3d_core.materials.rock_context import RockContext, key_of, rock_of
+from rpf3d_core.simulation.launches import Launches, Starts, launches_of
 from rpf3d_core.simulation.march import follow, locator_for, set_down
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
-from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
+from rpf3d_core.simulation.record import Logbook, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
@@ -54,47 +54,6 @@ def spins_of(models: Models) -> bool:
     return bool(getattr(models.rebound, "spins", False))
 
 
-class Starts(NamedTuple):
-    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,), the numbers that their draws depend on.
-
-    mass : (R,) kg; radius : (R,) m
-    """
-
-    x: Floats
-    v: Floats
-    source: Integers
-    rock: Integers
-    mass: Floats
-    radius: Floats
-
-
-class Launches(NamedTuple):
-    """R rocks at their release, with only those columns that a model or a material of the scene asks for.
-
-    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : for draws, or None
-    """
-
-    x: Any
-    v: Any
-    sizes: RockColumns | None
-    keys: RockKeys | None
-
-
-class Logbook(NamedTuple):
-    """The memory that the flights of R rocks are written into.
-
-    record : rows for impacts and path segments
-    first : (R + 1, 2) first row of each rock in either; the row of the first rock to fly is given, the others are
-        filled in
-    finals : (R, 8), FINAL_COLUMNS; counts : (R, 4), COUNT_COLUMNS; both are filled in
-    """
-
-    record: Record
-    first: Integers
-    finals: Floats
-    counts: Integers
-
-
 class Reference:
     """The reference engine: plain Python, one rock after another, candidates from VTK.
 
@@ -123,7 +82,7 @@ class Reference:
         """
         listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
         physics = _physics(plain(models), self.facets, plain(materials), settings, self.caps)
-        launches = launches_of(models, materials, settings, listed)
+        launches = launches_of(_parts(models), materials, settings.seed, listed)
         return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
@@ -156,7 +115,7 @@ class Compiled:
     ) -> int:
         """Follow rocks as `Reference.follow` does."""
         physics = _physics(models, self.facets, materials, settings, self.caps)
-        launches = launches_of(models, materials, settings, starts)
+        launches = launches_of(_parts(models), materials, settings.seed, starts)
         return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
@@ -167,6 +126,11 @@ class Compiled:
 
 
 Engine = Reference | Compiled
+
+
+def _parts(models: Models) -> tuple[Any, ...]:
+    """Return the parameters of all models and effects."""
+    return models.rebound, models.ground, *links_of(models.effects)
 
 
 def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
@@ -180,16 +144,6 @@ def _physics(models: Models, facets: Facets, materials: Any, settings: Settings,
         settings=settings,
         caps=caps,
     )
-
-
-def launches_of(models: Models, materials: Any, settings: Settings, starts: Starts) -> Launches:
-    """Return R rocks at their release; sizes and keys are None if no model and no material of the scene asks."""
-    parts = (models.rebound, models.ground, *links_of(models.effects))
-    asked = any(getattr(part, "asks_rock", False) for part in parts)
-    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
-    sizes = RockColumns(starts.mass, starts.radius) if asked else None
-    keys = RockKeys(seed=settings.seed, source=starts.source, rock=starts.rock) if drawn else None
-    return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys)
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:

@@ -6,38 +6,35 @@ from typing import Any
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.detection.contact import Contact, PreviousContact
 from rpf3d_core.detection.search import is_fall
-from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
+from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
-from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.parabola import next_parabola, out_of_air
-from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
+from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
+from rpf3d_core.simulation.settling import settle, stand
 from rpf3d_core.simulation.state import (
     RockTally,
     State,
     ended,
     past,
     released,
-    with_ground,
     with_impact,
     with_meeting,
     with_piece,
 )
 from rpf3d_core.simulation.sustained import carry_on, held_by
-from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
-
-SETTLED = 1e-6
-"""Share of smallest_bounce below which bouncing ends anywhere (-): in a corner bounces never fit on one facet."""
+from rpf3d_core.vectors import add, dot, scale, subtract
 
 STRETCHES = 10_000
 """Flight segments, beyond two path segments per contact, that a rock may take however small max_impacts is."""
 
-FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
+FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 FELL_THROUGH = int(Outcome.FELL_THROUGH)
@@ -176,7 +173,7 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     if state.left.resting or released_on_ground:
         held = held_by(facets, physics.settings, state, contact, n)
         if held.left.facet >= 0:
-            return _stand(facets, state, held.left, held.v)
+            return stand(facets, state, held.left, held.v)
     rock_now, before = rock_at(rock, state), _raised(facets, contact.facet, n, state.motion)
     after = rebounded(physics, before, contact.facet, n, rock_now)
     note_impact(record, state.tally, before, after, contact.facet, n)
@@ -186,7 +183,7 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     bounced = State(after, left, False, tally, MOVING, passed)
     if breaks(physics.effects, before, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
-    return _settle(physics, bounced, n, rock, record)
+    return settle(physics, bounced, n, rock, record)
 
 
 @kernel
@@ -233,70 +230,6 @@ def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Ve
     """Return the motion after an impact on a surface of normal n; an effect may let the rock enter the ground first."""
     entering = in_ground(physics.effects, zone, surface, motion, n, rock)
     return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]
-
-
-@kernel
-def _stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
-    """Return the state at the start of sustained contact with velocity v.
-
-    The position is put back on the plane, or the line, that holds the rock.
-    """
-    x = on_plane(facets, held.facet, state.motion.x)
-    if held.other >= 0:
-        x = on_line(facets, held.facet, held.other, x)
-    motion = Motion(state.motion.t, x, v, state.motion.w)
-    tally = with_ground(state.tally, held.facet, norm(motion.v))
-    return State(motion, held, True, tally, state.outcome, state.passed)
-
-
-@kernel
-def _settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
-    """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
-
-    Otherwise, or if an obstacle stands on the way, the rock flies on. Gravity must press the rock onto the facet. If
-    each impact draws its ground, all remaining bounces have the ground of the next impact.
-    """
-    facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
-    g_n = settings.gravity * n[2]
-    rise2 = _rising2(physics, state, n, rock_at(rock, state))
-    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
-        return state
-    surface = ground_of(physics, f, rock, state)
-    rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, rock_at(rock, state))
-    way = add(rest.along, rest.down)
-    x = add(motion.x, way)
-    in_time = rest.ends and motion.t + rest.t <= settings.max_time
-    clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, rock_at(rock, state))
-    if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
-        end = Motion(motion.t + rest.t, x, rest.v, motion.w)
-        note_piece(record, state.tally, motion, rest.v, SETTLING)
-        tally = with_piece(state.tally, norm(way), end, facets.tolerance)
-        settled = State(end, state.left, True, tally, MOVING, state.passed)
-        return _stand(facets, settled, state.left, along(rest.v, n))
-    if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
-        return _stand(facets, state, state.left, along(motion.v, n))
-    return state
-
-
-@kernel
-def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
-    """Return the squared speed (m^2/s^2) with which a bounce off a facet of normal n, or a later bounce, may rise.
-
-    This is the speed off the facet, unless the next impact feels a normal other than n. That impact may turn all of the
-    speed upwards, so bounces do not die out as they do on a plane.
-    """
-    v = state.motion.v
-    off = dot(v, n)
-    down = Motion(state.motion.t, state.motion.x, subtract(v, scale(2.0 * off, n)), state.motion.w)
-    felt = felt_normal(physics.effects, n, down, rock)
-    as_a_plane = felt[0] == n[0] and felt[1] == n[1] and felt[2] == n[2]
-    return off * off if as_a_plane else dot(v, v)
-
-
-@kernel
-def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
-    """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
-    return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel

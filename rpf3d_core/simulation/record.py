@@ -42,6 +42,21 @@ class Record(NamedTuple):
     spins: Any = None
 
 
+class Logbook(NamedTuple):
+    """The memory that the flights of R rocks are written into.
+
+    record : rows for impacts and path segments
+    first : (R + 1, 2) first row of each rock in either; the row of the first rock to fly is given, the others are
+        filled in
+    finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; both are filled in
+    """
+
+    record: Record
+    first: Any
+    finals: Any
+    counts: Any
+
+
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
     """Return a record with room for a number of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
