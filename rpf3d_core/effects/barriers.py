@@ -171,11 +171,15 @@ def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: Ro
     """Return the result of a meeting with a panel: the rock is caught, or passes with the remaining energy."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
-        return AfterObstacle(motion, MOVING, -1)
+        return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
     panel = barriers.panel
     b = panel.barrier[k]
     energy = 0.5 * rock.rock.mass * dot(motion.v, motion.v)  # type: ignore[union-attr]
     if energy <= panel.capacity[b]:
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, ZERO), CAUGHT, panel.facet[k])
+        return AfterObstacle(
+            motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=ZERO), outcome=CAUGHT, facet=panel.facet[k]
+        )
     kept = math.sqrt((energy - panel.taken[b] * panel.capacity[b]) / energy)
-    return AfterObstacle(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), MOVING, -1)
+    return AfterObstacle(
+        motion=Motion(t=motion.t, x=motion.x, v=scale(kept, motion.v), w=motion.w), outcome=MOVING, facet=-1
+    )

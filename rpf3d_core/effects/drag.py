@@ -47,7 +47,7 @@ def drag_per_metre(drag: Drag, rock: Rock) -> float:
 def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the exact solution of dv/dt = -k |v| v after t seconds: v / (1 + k |v| t)."""
     k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
-    return Motion(motion.t, motion.x, scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), w=motion.w)
 
 
 @longest_flight.rule(Drag)

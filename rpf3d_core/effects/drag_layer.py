@@ -67,7 +67,7 @@ def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: floa
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
     mass = rock.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None
-    return Motion(motion.t, motion.x, scale(math.exp(-layer.coefficient * t / mass), motion.v), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=scale(math.exp(-layer.coefficient * t / mass), motion.v), w=motion.w)
 
 
 @kernel

@@ -141,24 +141,24 @@ def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockCon
     """Return the motion after a tree: the rock stops, or is deflected with the remaining energy."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
-        return AfterObstacle(motion, MOVING, -1)
+        return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
     stems, v, body = forest.stems, motion.v, rock.rock
     x, y = motion.x[0] - stems.x[k], motion.x[1] - stems.y[k]
     level = math.sqrt(v[0] * v[0] + v[1] * v[1])
     if level == 0.0:  # the rock leans against the stem
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+        return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=motion.w), outcome=MOVING, facet=-1)
     aside = (v[0] * y - v[1] * x) / level
     offset = min(abs(aside) / (stems.radius[k] + body.radius), 1.0)  # type: ignore[union-attr]
     up = min(max((motion.x[2] - stems.z[k]) / stems.height[k], 0.0), 1.0)
     taken = stems.energy[k] * share_at_offset(offset) * (1.0 - up)
     energy = 0.5 * body.mass * dot(v, v)  # type: ignore[union-attr]
     if energy <= taken:
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+        return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=motion.w), outcome=MOVING, facet=-1)
     turn = _turn(forest.deflection, offset, aside, met, rock)
     kept = math.sqrt((energy - taken) / energy)
     c, s = kept * math.cos(turn), kept * math.sin(turn)
     turned = (c * v[0] - s * v[1], s * v[0] + c * v[1], kept * v[2])
-    return AfterObstacle(Motion(motion.t, motion.x, turned, motion.w), MOVING, -1)
+    return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=turned, w=motion.w), outcome=MOVING, facet=-1)
 
 
 @kernel

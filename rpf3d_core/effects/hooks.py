@@ -212,7 +212,7 @@ def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> in
     """Return `passed` if a rock is still at an obstacle, for example after an impact where it met one; else -1."""
     if passed < 0:
         return passed
-    here = first_obstacle(effects, Arc(motion.x, motion.v, 0.0), -1, 0.0, rock)
+    here = first_obstacle(effects, Arc(x=motion.x, v=motion.v, gravity=0.0), -1, 0.0, rock)
     return passed if here.t == 0.0 else -1
 
 
@@ -227,7 +227,7 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: Roc
 @at_obstacle.otherwise
 def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the motion unchanged: the obstacle belongs to another effect."""
-    return AfterObstacle(motion, MOVING, -1)
+    return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
 
 
 @at_obstacle.rule(Chain)

@@ -45,7 +45,9 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
     An obstacle is listed in every cell that its box touches.
     """
     if not len(low):
-        return ObstacleCells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
+        return ObstacleCells(
+            x=0.0, y=0.0, cell=1.0, nx=0, ny=0, starts=np.zeros(1, dtype=np.int64), ids=np.empty(0, dtype=np.int64)
+        )
     begin, end = low.min(axis=0), high.max(axis=0)
     most = max(CELLS_PER_OBSTACLE * len(low), FEWEST_CELLS)
     width, depth = (end - begin).tolist()
@@ -60,7 +62,13 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
     order = np.argsort(place, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=nx * ny))])
     return ObstacleCells(
-        float(begin[0]), float(begin[1]), cell, nx, ny, starts.astype(np.int64), ids[order].astype(np.int64)
+        x=float(begin[0]),
+        y=float(begin[1]),
+        cell=cell,
+        nx=nx,
+        ny=ny,
+        starts=starts.astype(np.int64),
+        ids=ids[order].astype(np.int64),
     )
 
 

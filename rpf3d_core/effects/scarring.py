@@ -118,7 +118,7 @@ def through_the_scar(
     volume = driven_through(depth, aside, body.radius)
     kept = math.exp(-0.5 * scarring.drag[zone] * scarring.density[zone] * volume / body.mass)
     mu = slippage_friction(scarring.mu_min[zone], scarring.mu_max[zone], scarring.kappa[zone], aside * depth)
-    return slowed_along(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), n, mu)
+    return slowed_along(Motion(t=motion.t, x=motion.x, v=scale(kept, motion.v), w=motion.w), n, mu)
 
 
 @kernel
@@ -144,4 +144,4 @@ def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
     if most <= 0.0 or speed == 0.0:
         return motion
     taken = min(most / speed, 1.0)
-    return Motion(motion.t, motion.x, subtract(motion.v, scale(taken, along)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=subtract(motion.v, scale(taken, along)), w=motion.w)

@@ -69,7 +69,7 @@ def scales_of(
     masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
     octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES if masses or spins else 0, HEIGHT_OCTAVES)
     bins = (per_octave * octaves[0], per_octave * octaves[1], per_octave * octaves[2])
-    return Scales((0.5 * heaviest * speed * speed, speed, height), bins, per_octave)
+    return Scales(top=(0.5 * heaviest * speed * speed, speed, height), bins=bins, per_octave=per_octave)
 
 
 @kernel

@@ -202,7 +202,7 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles
-    return Mesh(vertices, triangles, mesh.origin)
+    return Mesh(vertices=vertices, triangles=triangles, origin=mesh.origin)
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:

@@ -47,5 +47,9 @@ def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
 def fixed_surface(materials: Materials, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone, which is the same for every rock and every impact."""
     return Surface(
-        materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]
+        R_n=materials.R_n[zone],
+        R_t=materials.R_t[zone],
+        mu=materials.mu[zone],
+        stop_speed=materials.stop_speed[zone],
+        mu_r=materials.mu_r[zone],
     )

@@ -29,7 +29,7 @@ class RockContext(NamedTuple):
     impacts: int
 
 
-ANY_ROCK = RockContext(None, None, 0)
+ANY_ROCK = RockContext(rock=None, key=None, impacts=0)
 """For models that need no data of the rock."""
 
 
@@ -61,4 +61,4 @@ def key_of(keys: RockKeys | None, i: int) -> RockKey | None:
     """Return the key of rock i; None without keys."""
     if keys is None:
         return None
-    return RockKey(keys.seed, keys.source[i], keys.rock[i])
+    return RockKey(seed=keys.seed, source=keys.source[i], rock=keys.rock[i])

@@ -83,7 +83,9 @@ class Findings:
     @property
     def flown(self) -> RunCounts:
         """Numbers of rocks behind the findings."""
-        return RunCounts(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)
+        return RunCounts(
+            rocks=self.totals.rocks, planned=self.planned, outcomes=self.totals.outcomes, pieces=self.totals.pieces
+        )
 
 
 def sentence_of(outcome: Outcome, scene: Scene) -> str:

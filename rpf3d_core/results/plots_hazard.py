@@ -231,7 +231,7 @@ def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Wind
     last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
     (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
     x, y, cell = raster.x, raster.y, raster.cell
-    covered = Window(x + left * cell, x + right * cell, y + bottom * cell, y + top * cell)
+    covered = Window(left=x + left * cell, right=x + right * cell, bottom=y + bottom * cell, top=y + top * cell)
     return (slice(bottom, top), slice(left, right)), covered
 
 
@@ -251,7 +251,11 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
     box = side.get_position()
     height = BAR_HEIGHT / figure.get_size_inches()[1]
     bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
-    scale = Scale(theme.scale.low / theme.per_unit, theme.scale.high / theme.per_unit, theme.scale.logarithmic)
+    scale = Scale(
+        low=theme.scale.low / theme.per_unit,
+        high=theme.scale.high / theme.per_unit,
+        logarithmic=theme.scale.logarithmic,
+    )
     colours = figure.colorbar(
         ScalarMappable(norm_of(scale), colour_map()),
         cax=bar,

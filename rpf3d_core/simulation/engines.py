@@ -71,7 +71,11 @@ class Reference:
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
         self.method: Any = self.locator
-        self.caps = None if caps is None else CapLocator(VtkLocator(caps.facets), plain(caps.facets), caps.layered)
+        self.caps = (
+            None
+            if caps is None
+            else CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layered=caps.layered)
+        )
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
@@ -108,7 +112,11 @@ class Compiled:
         self.facets = facets
         self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
-        self.caps = None if caps is None else CapLocator(bucket_locator(caps.facets), caps.facets, caps.layered)
+        self.caps = (
+            None
+            if caps is None
+            else CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layered=caps.layered)
+        )
 
     def follow(
         self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
@@ -190,7 +198,7 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
     ny, nx = there.shape
     first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
     other = copy(engine)
-    other.method = SteppedRaster(x, y, cell, nx, ny, first, dt)
+    other.method = SteppedRaster(x=x, y=y, cell=cell, nx=nx, ny=ny, facet=first, dt=dt)
     low, high = engine.facets.low, engine.facets.high
     other.facets = engine.facets._replace(low=(low[0], low[1], low[2] - math.dist(low, high)))
     return other

@@ -116,15 +116,19 @@ def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, reco
     arrived = advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
     motion = out_of_air(physics, locator, arrived, t, flown.longest, rock_now)
-    tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
-    after = State(motion, state.left, False, tally, MOVING, state.passed)
+    tally = with_piece(
+        state.tally, arc_length(Arc(x=start.x, v=start.v, gravity=gravity), t), motion, physics.facets.tolerance
+    )
+    after = State(motion=motion, left=state.left, stands=False, tally=tally, outcome=MOVING, passed=state.passed)
     if t == flown.meeting.t and t < flown.left:
         return _meet(physics.effects, after, flown.meeting, rock, record)
     if t == flown.loss.t and t < flown.left:
         return ended(after, flown.loss.outcome)
     lands = flown.contact.t <= t and t < flown.left
     if t == flown.longest and t < flown.left and not lands:
-        on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
+        on = State(
+            motion=motion, left=_mid_air(state.left), stands=False, tally=tally, outcome=MOVING, passed=state.passed
+        )
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
     if is_fall(flown.contact) and t < flown.left:
         return ended(state, FELL_THROUGH)
@@ -146,7 +150,7 @@ def _hovers(max_impacts: int, tally: RockTally) -> bool:
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
     """Return the previous contact of a rock that goes on in mid-air: no facet, on the same side of the ground."""
-    return PreviousContact(-1, -1, left.side, False, -1)
+    return PreviousContact(facet=-1, other=-1, side=left.side, resting=False, before=-1)
 
 
 @kernel
@@ -156,7 +160,14 @@ def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, recor
     met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
     tally = with_meeting(state.tally, met.facet)
-    return State(met.motion, _mid_air(state.left), False, tally, met.outcome, past(met.motion, meeting.number))
+    return State(
+        motion=met.motion,
+        left=_mid_air(state.left),
+        stands=False,
+        tally=tally,
+        outcome=met.outcome,
+        passed=past(met.motion, meeting.number),
+    )
 
 
 @model_function
@@ -178,9 +189,9 @@ def land_point(contact: Contact, physics: Physics, state: State, rock: RockConte
     after = rebounded(physics, before, contact.facet, n, rock_now)
     note_impact(record, state.tally, before, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    left = PreviousContact(contact.facet, -1, contact.side, False, -1)
+    left = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=False, before=-1)
     passed = still_at(physics.effects, after, state.passed, rock_now)
-    bounced = State(after, left, False, tally, MOVING, passed)
+    bounced = State(motion=after, left=left, stands=False, tally=tally, outcome=MOVING, passed=passed)
     if breaks(physics.effects, before, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
     return settle(physics, bounced, n, rock, record)
@@ -198,7 +209,7 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
     depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
     if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
         return motion
-    return Motion(motion.t, on_plane(facets, f, motion.x), motion.v, motion.w)
+    return Motion(t=motion.t, x=on_plane(facets, f, motion.x), v=motion.v, w=motion.w)
 
 
 @kernel
@@ -222,7 +233,7 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockCo
     into = dot(after.v, n)
     if into >= 0.0:
         return after
-    return Motion(after.t, after.x, subtract(after.v, scale(into, n)), after.w)
+    return Motion(t=after.t, x=after.x, v=subtract(after.v, scale(into, n)), w=after.w)
 
 
 @kernel

@@ -47,7 +47,7 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
     longest, height = longest_flight(effects, motion, rock), _height(physics, locator, motion.x)
     while True:  # a loop, so that the search is compiled once
         start = into_air(effects, motion, height, longest, rock)
-        arc = Arc(start.x, start.v, settings.gravity)
+        arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
         end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
         contact = contact_or_crack(locator, facets, arc, state.left, end, longest)
         t = min(contact.t, end, left, longest)
@@ -56,7 +56,9 @@ def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContex
         meeting = first_obstacle(effects, arc, state.passed, t, rock)
         t = min(t, meeting.t)
         if longest == math.inf or not t < 0.5 * longest:  # `checked` handles a time that is NaN
-            return FlightSegment(start, t, longest, left, contact, meeting, loss)
+            return FlightSegment(
+                start=start, t=t, longest=longest, left=left, contact=contact, meeting=meeting, loss=loss
+            )
         longest = AGAIN * t
 
 
@@ -98,6 +100,6 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
 
     The search drops a stone from x: the fall of the stone meets the ground below.
     """
-    drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
+    drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
     contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

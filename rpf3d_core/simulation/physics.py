@@ -30,7 +30,7 @@ class Physics(NamedTuple):
 @kernel
 def rock_at(rock: RockContext, state: State) -> RockContext:
     """Return the data of a rock in a state: with the number of its impacts so far."""
-    return RockContext(rock.rock, rock.key, state.tally.impacts)
+    return RockContext(rock=rock.rock, key=rock.key, impacts=state.tally.impacts)
 
 
 @kernel

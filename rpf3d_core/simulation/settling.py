@@ -32,9 +32,9 @@ def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
     x = on_plane(facets, held.facet, state.motion.x)
     if held.other >= 0:
         x = on_line(facets, held.facet, held.other, x)
-    motion = Motion(state.motion.t, x, v, state.motion.w)
+    motion = Motion(t=state.motion.t, x=x, v=v, w=state.motion.w)
     tally = with_ground(state.tally, held.facet, norm(motion.v))
-    return State(motion, held, True, tally, state.outcome, state.passed)
+    return State(motion=motion, left=held, stands=True, tally=tally, outcome=state.outcome, passed=state.passed)
 
 
 @kernel
@@ -56,10 +56,10 @@ def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Re
     in_time = rest.ends and motion.t + rest.t <= settings.max_time
     clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, rock_at(rock, state))
     if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
-        end = Motion(motion.t + rest.t, x, rest.v, motion.w)
+        end = Motion(t=motion.t + rest.t, x=x, v=rest.v, w=motion.w)
         note_piece(record, state.tally, motion, rest.v, SETTLING)
         tally = with_piece(state.tally, norm(way), end, facets.tolerance)
-        settled = State(end, state.left, True, tally, MOVING, state.passed)
+        settled = State(motion=end, left=state.left, stands=True, tally=tally, outcome=MOVING, passed=state.passed)
         return stand(facets, settled, state.left, along(rest.v, n))
     if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
         return stand(facets, state, state.left, along(motion.v, n))
@@ -75,7 +75,7 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
     """
     v = state.motion.v
     off = dot(v, n)
-    down = Motion(state.motion.t, state.motion.x, subtract(v, scale(2.0 * off, n)), state.motion.w)
+    down = Motion(t=state.motion.t, x=state.motion.x, v=subtract(v, scale(2.0 * off, n)), w=state.motion.w)
     felt = felt_normal(physics.effects, n, down, rock)
     as_a_plane = felt[0] == n[0] and felt[1] == n[1] and felt[2] == n[2]
     return off * off if as_a_plane else dot(v, v)
@@ -84,7 +84,7 @@ def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float
 @kernel
 def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
     """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
-    return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
+    return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
 
 
 @kernel

@@ -68,7 +68,7 @@ press the sphere on the wall itself but along the floor, so its bounces off the 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
     """Return the state of a sphere that flies off the ground."""
-    return State(motion, state.left, False, state.tally, MOVING, state.passed)
+    return State(motion=motion, left=state.left, stands=False, tally=state.tally, outcome=MOVING, passed=state.passed)
 
 
 # --- on the ground ----------------------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ def roll_on(
             return strike(physics, state, met, rock, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
-    lying = Motion(motion.t, motion.x, v, motion.w)
+    lying = Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
     if held.contacts == 0:
         return _take_off(state, lying)
     if held.contacts == 3:
@@ -123,7 +123,14 @@ def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
 @kernel
 def _at_rest(state: State, motion: Motion) -> State:
     """Return the state of a sphere that has stopped."""
-    return State(Motion(motion.t, motion.x, ZERO, ZERO), state.left, True, state.tally, state.outcome, state.passed)
+    return State(
+        motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=ZERO),
+        left=state.left,
+        stands=True,
+        tally=state.tally,
+        outcome=state.outcome,
+        passed=state.passed,
+    )
 
 
 @kernel
@@ -143,9 +150,12 @@ def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -
         return first
     second, pushes = ground_of(physics, held.second.facet, rock, state), held.pushes
     return Surface(
-        first.R_n, first.R_t, shared(first.mu, second.mu, pushes), max(first.stop_speed, second.stop_speed),
-        shared(first.mu_r, second.mu_r, pushes),
-    )  # fmt: skip
+        R_n=first.R_n,
+        R_t=first.R_t,
+        mu=shared(first.mu, second.mu, pushes),
+        stop_speed=max(first.stop_speed, second.stop_speed),
+        mu_r=shared(first.mu_r, second.mu_r, pushes),
+    )
 
 
 @kernel
@@ -181,15 +191,15 @@ def _follow_piece(
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
     motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
-    course = Course(motion.x, piece.v, piece.a, radius, gravity)
+    course = Course(x=motion.x, v=piece.v, a=piece.a, radius=radius, gravity=gravity)
     span = span_of(facets, held, course, min(piece.t, left))
     low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
-    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t, span.t), NO_TOUCH)
+    touch = scan(locator.locator, facets, low, high, Sweep(course=course, end=span.t, before=span.t), NO_TOUCH)
     t = min(span.t, touch.t)
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))
     whole = touch.t > t and span.t >= piece.t
-    began = Motion(motion.t, motion.x, piece.v, motion.w)
+    began = Motion(t=motion.t, x=motion.x, v=piece.v, w=motion.w)
     length = length_between(began.v, v, t)
     x, n_end = put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
     v_end = turned_to(v, n_end) if span.curved and touch.t > t else v
@@ -197,12 +207,14 @@ def _follow_piece(
     w = rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
     if rolls and held.contacts == 2:
         w = rolling_spin(v_end, turned, n, radius)
-    end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
+    end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else ZERO)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
-    over = PreviousContact(held.first.facet, -1, 1.0, True, -1)
-    going = State(began, over, True, state.tally, MOVING, state.passed)
-    gone = SlideSegment(end, length, False, late, False, False, bends)
+    over = PreviousContact(facet=held.first.facet, other=-1, side=1.0, resting=True, before=-1)
+    going = State(motion=began, left=over, stands=True, tally=state.tally, outcome=MOVING, passed=state.passed)
+    gone = SlideSegment(
+        motion=end, length=length, stopped=False, late=late, left_first=False, left_second=False, bends=bends
+    )
     loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
     if loss.t <= 1.0:
         return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
@@ -213,7 +225,9 @@ def _follow_piece(
     note_piece(record, state.tally, began, v, SLIDING)
     note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
-    return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+    return State(
+        motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=state.passed
+    )
 
 
 @kernel
@@ -221,4 +235,4 @@ def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: L
     """Return the state of a sphere whose centre has passed through a cap on a segment, at the point of passage."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
-    return State(at, state.left, False, tally, loss.outcome, state.passed)
+    return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

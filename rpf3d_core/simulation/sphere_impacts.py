@@ -43,7 +43,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
         if not touch.t < radius - facets.tolerance:
             break
         x = x[0], x[1], x[2] + _lift_off(touch, radius)
-    return Motion(motion.t, x, motion.v, motion.w)
+    return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
 
 
 @kernel
@@ -82,7 +82,7 @@ def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContex
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
     if grazes or (state.left.resting and n[2] > 0.0 and is_slight(physics, n, into, 0.0)):
-        return lie(state, contact.facet, Motion(motion.t, motion.x, along(motion.v, n), motion.w))
+        return lie(state, contact.facet, Motion(t=motion.t, x=motion.x, v=along(motion.v, n), w=motion.w))
     return strike(physics, state, contact, rock, record)
 
 
@@ -94,13 +94,20 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
     passed = still_at(physics.effects, after, state.passed, rock_now)
-    bounced = State(after, PreviousContact(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
+    bounced = State(
+        motion=after,
+        left=PreviousContact(facet=contact.facet, other=-1, side=1.0, resting=False, before=-1),
+        stands=False,
+        tally=tally,
+        outcome=MOVING,
+        passed=passed,
+    )
     if breaks(physics.effects, state.motion, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
     surface = ground_of(physics, contact.facet, rock, bounced)
     dies = surface.R_n < 1.0 and n[2] > 0.0
     if dies and is_slight(physics, n, dot(after.v, n), 0.0):
-        return lie(bounced, contact.facet, Motion(after.t, after.x, along(after.v, n), after.w))
+        return lie(bounced, contact.facet, Motion(t=after.t, x=after.x, v=along(after.v, n), w=after.w))
     return bounced
 
 
@@ -108,7 +115,14 @@ def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, re
 def lie(state: State, facet: int, motion: Motion) -> State:
     """Return the state of a sphere that lies on a facet with a motion along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
-    return State(motion, PreviousContact(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
+    return State(
+        motion=motion,
+        left=PreviousContact(facet=facet, other=-1, side=1.0, resting=True, before=-1),
+        stands=True,
+        tally=tally,
+        outcome=state.outcome,
+        passed=state.passed,
+    )
 
 
 @kernel

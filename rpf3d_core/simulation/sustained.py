@@ -8,17 +8,8 @@ from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
-from rpf3d_core.kinetics.sliding import (
-    WEAKEST,
-    SlidePlane,
-    SlideSegment,
-    excursion,
-    gully,
-    kink,
-    line_between,
-    slide_in_gully,
-    slide_on_facet,
-)
+from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between
+from rpf3d_core.kinetics.sliding import SlidePlane, SlideSegment, slide_in_gully, slide_on_facet
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
@@ -100,14 +91,21 @@ def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockC
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, tolerance)
     passed = still_at(physics.effects, piece.motion, state.passed, rock_at(rock, state))
-    return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), passed)
+    return State(
+        motion=piece.motion,
+        left=left,
+        stands=stands,
+        tally=tally,
+        outcome=_outcome(physics.settings, piece, tally.idle),
+        passed=passed,
+    )
 
 
 @kernel
 def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
     """Return the first obstacle on the chord of a path segment on the ground; its time is a share of the chord (-)."""
     way = subtract(piece.motion.x, state.motion.x)
-    return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
+    return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
 
 @kernel
@@ -127,11 +125,13 @@ def at_obstacle_on(
     met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, rock_now)
     v = met.motion.v
     v = along(v, n) if state.left.other < 0 else along_line(v, before.v)
-    after = Motion(before.t, before.x, v, met.motion.w)
+    after = Motion(t=before.t, x=before.x, v=v, w=met.motion.w)
     note_impact(record, tally, before, after, FIRST_OBSTACLE - meeting.number, against(before.v))
     outcome = STOPPED if met.outcome == MOVING and past(after, 0) == NONE_PASSED else met.outcome
     passed = past(after, meeting.number)
-    return State(after, state.left, True, with_meeting(tally, met.facet), outcome, passed)
+    return State(
+        motion=after, left=state.left, stands=True, tally=with_meeting(tally, met.facet), outcome=outcome, passed=passed
+    )
 
 
 @kernel
@@ -151,7 +151,7 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
     v = scale(speed / length, heading) if length > 0.0 else ZERO
     mean, whole = math.sqrt(begin2) + speed, math.sqrt(begin2) + math.sqrt(end2)
     part = share * whole / mean if mean > 0.0 else share
-    return Motion(start.t + min(part, 1.0) * (end.t - start.t), add(start.x, scale(share, way)), v, end.w)
+    return Motion(t=start.t + min(part, 1.0) * (end.t - start.t), x=add(start.x, scale(share, way)), v=v, w=end.w)
 
 
 @kernel
@@ -205,7 +205,9 @@ def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
     """Return the facet that the rock has just slid off, and the facet before it if the segment had no length."""
     facet = left.facet if piece.left_first else left.other
-    return PreviousContact(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
+    return PreviousContact(
+        facet=facet, other=-1, side=left.side, resting=True, before=left.before if piece.length <= tolerance else -1
+    )
 
 
 class Hold(NamedTuple):
@@ -228,12 +230,14 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
     into, g_n = -dot(v, n), settings.gravity * n[2]
     slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
     before = last if state.left.resting and state.tally.idle > 0 else -1
-    alone = PreviousContact(contact.facet, -1, contact.side, True, before)
+    alone = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=True, before=before)
     line = _held_line(facets, settings, state, contact, n, slight)
     if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
-            return Hold(PreviousContact(contact.facet, last, contact.side, True, before), kept)
+            return Hold(
+                PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
+            )
         return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; undersides carry no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 

@@ -179,4 +179,4 @@ def _cursor(raster: Raster, squares: Visits, track: Track, i: int, j: int, pace_
     x = track.arc.x
     leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
     leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
-    return Cursor(i, j, leave_i, leave_j, visited(squares, j * raster.nx + i))
+    return Cursor(i=i, j=j, leave_i=leave_i, leave_j=leave_j, visit=visited(squares, j * raster.nx + i))

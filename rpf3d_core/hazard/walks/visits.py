@@ -57,10 +57,16 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
     ways : whether the lengths of tracks are gathered; spins : whether energies include rotation
     """
     return Visits(
-        np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 2)),
-        np.empty((room, 3), dtype=np.int32), np.empty(room), np.zeros(3, dtype=np.int64),
-        np.empty(room) if ways else None, np.empty(room) if spins else None,
-    )  # fmt: skip
+        mark=np.zeros(cells, dtype=np.int32),
+        cell=np.empty(room, dtype=np.int32),
+        times=np.empty((room, 2)),
+        most=np.empty((room, 2)),
+        counts=np.empty((room, 3), dtype=np.int32),
+        mass=np.empty(room),
+        state=np.zeros(3, dtype=np.int64),
+        way=np.empty(room) if ways else None,
+        energy2=np.empty(room) if spins else None,
+    )
 
 
 @kernel

@@ -75,7 +75,7 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
     away = R_n * v_n
     if R_n > 1.0:
         away = min(away, math.sqrt(v_n * v_n + (1.0 - R_t * R_t) * dot(v_t, v_t)))
-    return Motion(motion.t, motion.x, add(scale(away, n), scale(R_t, v_t)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=add(scale(away, n), scale(R_t, v_t)), w=motion.w)
 
 
 @rest_of_bounces.rule(AngleTable)

@@ -59,7 +59,7 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
     speed = math.sqrt(energy * share / (SPHERE_INERTIA_RATIO + 1.0))
     away = surface.R_n * halved(v_n / model.K) * v_n
     kept = scale(speed, heading(v_t, rolling))
-    return Motion(motion.t, motion.x, add(scale(away, n), kept), add(w_n, scale(1.0 / radius, cross(n, kept))))
+    return Motion(t=motion.t, x=motion.x, v=add(scale(away, n), kept), w=add(w_n, scale(1.0 / radius, cross(n, kept))))
 
 
 @kernel

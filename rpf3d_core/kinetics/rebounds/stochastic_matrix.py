@@ -59,7 +59,7 @@ def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: 
         off = max(_mean_row(model, 1, before), 0.0)
     after = _no_faster(before, (_row(model, 0, z, before), off, _row(model, 2, z, before)))
     v = add(scale(after[0], t), scale(after[1], n))
-    return Motion(motion.t, motion.x, v, add(motion.w, scale(after[2] / radius - spin, axis)))
+    return Motion(t=motion.t, x=motion.x, v=v, w=add(motion.w, scale(after[2] / radius - spin, axis)))
 
 
 @kernel

@@ -30,7 +30,7 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
     v_tx = surface.R_t * (vz * st * cp + vx * ct)
     v_ty = surface.R_t * (vz * sp * ct + vy * cp)
     v = (v_tx * ct + v_n * sp * ct, v_ty * cp + v_n * st * cp, v_tx * st + v_ty * sp - v_n * ct * cp)
-    return Motion(motion.t, motion.x, add(v, scale(max(-dot(v, n), 0.0), n)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=add(v, scale(max(-dot(v, n), 0.0), n)), w=motion.w)
 
 
 @rest_of_bounces.rule(ThesisLiteral)
