@@ -35,7 +35,8 @@ class Materials(NamedTuple):
 def materials_of(surfaces: list[Surface]) -> Materials:
     """Return the arrays of Z surfaces, in order of zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
-    return Materials(*(np.ascontiguousarray(column) for column in columns))
+    R_n, R_t, mu, stop_speed, mu_r = (np.ascontiguousarray(column) for column in columns)
+    return Materials(R_n=R_n, R_t=R_t, mu=mu, stop_speed=stop_speed, mu_r=mu_r)
 
 
 @model_function

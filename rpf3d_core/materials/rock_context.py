@@ -29,10 +29,6 @@ class RockContext(NamedTuple):
     impacts: int
 
 
-ANY_ROCK = RockContext(rock=None, key=None, impacts=0)
-"""For models that need no data of the rock."""
-
-
 class RockColumns(NamedTuple):
     """Mass (R,) kg and radius (R,) m of R rocks."""
 
