@@ -115,7 +115,6 @@ READING = """## What follows from the tables?
   not be nearer: it makes stairs of a face of 70 degrees.
 """
 
-
 def main(arguments: list[str]) -> int:
     """Measure and write, or renew the text alone; the exit code."""
     sections = kept_sections() if "--as-is" in arguments else [_section(*one) for one in MEASURED.items()]

@@ -41,6 +41,7 @@ suppress_warnings = [
 ]
 
 
+
 def autoapi_prepare_jinja_env(jinja_env: Any) -> None:
     """Give the templates a filter that takes the modules off the names in an annotation."""
     jinja_env.filters["unqualified"] = lambda annotation: re.sub(r"(?:\w+\.)+(\w+)", r"\1", annotation)
