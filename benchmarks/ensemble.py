@@ -25,10 +25,10 @@ import numpy as np
 from flight import BENCH, CONE, TRIANGLES, Case, ground_of
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batches import Keep, fly_batches
+from rpf3d_core.ensemble.batches import Keep, RunControl, fly_batches
 from rpf3d_core.ensemble.fly import flights_of
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, scales_of
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.walks.ground import ground_over
@@ -69,13 +69,14 @@ class Mapped:
         facets = case.engine.facets
         self.ground = ground_over(facets, case.engine.locator, raster_over(terrain, CELL))
         drop = facets.high[2] - facets.low[2]
-        self.scales = [scales_of(drop, 9.81, case.falls.speed, 1e3, 1e3, bins) for bins in (PER_OCTAVE, FINE)]
+        coarse, fine = (scales_of(drop, 9.81, case.falls.speed, 1e3, 1e3, bins) for bins in (PER_OCTAVE, FINE))
+        self.binning = Binning(coarse=coarse, fine=fine, limit=MEMORY)
         self.cpu: dict[str, list[float]] = {}
         self.wall: dict[str, list[float]] = {}
 
     def tallies(self) -> Tallies:
         """Return empty tallies."""
-        return tallies_over(self.ground, areas_of({}), 1, 9.81, *self.scales, MEMORY, True)
+        return tallies_over(self.ground, areas_of({}), 1, 9.81, self.binning, True)
 
     def fly(self, name: str, threads: int, maps: bool) -> None:
         """Fly all rocks once by `threads` threads and keep the seconds under `name`."""
@@ -83,7 +84,7 @@ class Mapped:
         none = np.zeros(len(self.case.releases.x), dtype=bool)
         cpu, wall = time.process_time(), time.perf_counter()
         batch = fly_batches(
-            self.case.engine, self.case.flight, self.case.releases, Keep(none, none, maps), watch, threads
+            self.case.engine, self.case.flight, self.case.releases, Keep(none, none, maps), watch, RunControl(threads)
         )  # fmt: skip
         flights_of([batch], self.case.releases, self.case.engine.name)
         self.cpu.setdefault(name, []).append(time.process_time() - cpu)

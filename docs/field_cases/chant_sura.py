@@ -132,8 +132,8 @@ def predicted(model: object, ground: Surface, impact: Impact, slope_deg: float, 
     axis = np.cross(n, impact.before)
     size = float(np.linalg.norm(axis))
     w = tuple(float(c) for c in (spin / size * axis if size > 0.0 else axis))
-    falling = RockContext(impact.rock, RockKey(1, 0, 0), 0)
-    return rebound(model, ground, Motion(0.0, (0.0, 0.0, 0.0), impact.before, w), n, falling).v  # type: ignore[arg-type]
+    rock = RockContext(impact.rock, RockKey(1, 0, 0), 0)
+    return rebound(model, ground, Motion(0.0, (0.0, 0.0, 0.0), impact.before, w), n, rock).v  # type: ignore[arg-type]
 
 
 def of_contacts(

@@ -98,7 +98,7 @@ def _print_run(result: "Run", write_s: float) -> None:
 
 def _print_outcomes(run: "Run") -> None:
     """Print a table of outcomes with their sentences, and the materials that take the default friction angle."""
-    from rpf3d_core.results.outcome_sentences import sentence_of
+    from rpf3d_core.results.findings import sentence_of
     from rpf3d_core.scene.zone_materials import without_friction, words_on_friction
 
     table = Table("outcome", "rocks", "share", "meaning", box=None, padding=GAP, pad_edge=False)

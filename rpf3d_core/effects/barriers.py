@@ -116,7 +116,7 @@ def crossing_of(panel: Panel, slack: float, k: int, arc: Arc, until: float) -> P
 
 
 @time_to.rule(Barriers)
-def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
+def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s) at which an arc meets segment k; inf above the panel or if the rock has passed the segment.
 
     A rock that breaks through one segment of a straight line has passed the whole line. Panels at the same place are
@@ -128,7 +128,7 @@ def time_to_panel(barriers: Barriers, k: int, arc: Arc, passed: int, until: floa
     if panel.capacity[b] <= 0.0 or panel.height[b] <= 0.0:
         return math.inf
     crossing = crossing_of(panel, barriers.slack, k, arc, until)
-    high = crossing.height + (panel.top[b] * falling.rock.radius)  # type: ignore[union-attr]
+    high = crossing.height + (panel.top[b] * rock.rock.radius)  # type: ignore[union-attr]
     if crossing.t == math.inf or crossing.height < -BELOW or high > panel.height[b]:
         return math.inf
     return math.inf if _is_past(barriers, k, crossing.t, passed, arc) else crossing.t
@@ -156,26 +156,30 @@ def _stands_at(panel: Panel, k: int, x: Vec) -> bool:
 
 
 @first_obstacle.rule(Barriers)
-def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
+def first_panel(barriers: Barriers, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first panel on an arc."""
     past = passed - barriers.first
     past = past if past < len(barriers.panel.x) else -1
     speed = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1])
     instant = barriers.slack / speed if speed > SLOWEST else 0.0
-    met = first_in_cells(barriers, arc, past, until, instant, falling)
+    met = first_in_cells(barriers, arc, past, until, instant, rock)
     return Meeting(met.t, barriers.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Barriers)
-def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
+def at_panel(barriers: Barriers, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result of a meeting with a panel: the rock is caught, or passes with the remaining energy."""
     k = number - barriers.first
     if k < 0 or k >= len(barriers.panel.x):
-        return AfterObstacle(motion, MOVING, -1)
+        return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
     panel = barriers.panel
     b = panel.barrier[k]
-    energy = 0.5 * falling.rock.mass * dot(motion.v, motion.v)  # type: ignore[union-attr]
+    energy = 0.5 * rock.rock.mass * dot(motion.v, motion.v)  # type: ignore[union-attr]
     if energy <= panel.capacity[b]:
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, ZERO), CAUGHT, panel.facet[k])
+        return AfterObstacle(
+            motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=ZERO), outcome=CAUGHT, facet=panel.facet[k]
+        )
     kept = math.sqrt((energy - panel.taken[b] * panel.capacity[b]) / energy)
-    return AfterObstacle(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), MOVING, -1)
+    return AfterObstacle(
+        motion=Motion(t=motion.t, x=motion.x, v=scale(kept, motion.v), w=motion.w), outcome=MOVING, facet=-1
+    )

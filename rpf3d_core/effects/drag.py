@@ -44,20 +44,20 @@ def drag_per_metre(drag: Drag, rock: Rock) -> float:
 
 
 @in_air.rule(Drag)
-def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
+def braked_by_air(drag: Drag, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the exact solution of dv/dt = -k |v| v after t seconds: v / (1 + k |v| t)."""
-    k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
-    return Motion(motion.t, motion.x, scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), motion.w)
+    k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]  # asks_rock: the rock is never None
+    return Motion(t=motion.t, x=motion.x, v=scale(1.0 / (1.0 + k * norm(motion.v) * t), motion.v), w=motion.w)
 
 
 @longest_flight.rule(Drag)
-def while_drag_is_small(drag: Drag, motion: Motion, falling: RockContext) -> float:
+def while_drag_is_small(drag: Drag, motion: Motion, rock: RockContext) -> float:
     """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf without drag.
 
     For d = -k |v| v: |d'| <= 2 k v, |d''(g, g)| <= 2 k g^2 and |d''(d, g)| <= 2 k |d| g. The bounds in `air` become
     |dx| <= h^3 k v (k v^2 / 12 + g / 3) and |dv| <= h^3 k g (k v^2 / 4 + g / 6).
     """
-    k = drag_per_metre(drag, falling.rock)  # type: ignore[arg-type]
+    k = drag_per_metre(drag, rock.rock)  # type: ignore[arg-type]
     if k <= 0.0:
         return math.inf
     v = norm(motion.v)

@@ -62,12 +62,12 @@ def always(layer: DragLayer) -> bool:
 
 
 @in_air.rule(DragLayer)
-def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
+def braked_by_the_layer(layer: DragLayer, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the exact solution of m dv/dt = -c v after t seconds: v exp(-c t / m)."""
     if height >= layer.height or not stands_at(layer.edges, motion.x):
         return motion
-    mass = falling.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None
-    return Motion(motion.t, motion.x, scale(math.exp(-layer.coefficient * t / mass), motion.v), motion.w)
+    mass = rock.rock.mass  # type: ignore[union-attr]  # asks_rock: the rock is never None
+    return Motion(t=motion.t, x=motion.x, v=scale(math.exp(-layer.coefficient * t / mass), motion.v), w=motion.w)
 
 
 @kernel
@@ -84,14 +84,14 @@ def stands_at(edges: Any, x: Vec) -> bool:
 
 
 @longest_flight.rule(DragLayer)
-def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, falling: RockContext) -> float:
+def while_the_layer_brakes_little(layer: DragLayer, motion: Motion, rock: RockContext) -> float:
     """Return the stretch (s) that keeps the accuracy at the speed possible at its end; inf if nothing brakes.
 
     For d = -q v with q = c / m: d' = -q and d'' = 0. The bounds in `air` become |dx| <= h^3 q (q v / 24 + g / 6) and
     |dv| <= h^3 q^2 g / 24. The layer also brakes an error in speed: the error moves the rock by at most 1 / q times its
     size, whatever time is left. All errors in speed together count at most 2 / (q T) of the bound in `air`.
     """
-    q = layer.coefficient / falling.rock.mass  # type: ignore[union-attr]
+    q = layer.coefficient / rock.rock.mass  # type: ignore[union-attr]
     if q <= 0.0:
         return math.inf
     v = norm(motion.v)

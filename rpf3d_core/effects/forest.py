@@ -107,13 +107,13 @@ LN_10 = math.log(10.0)
 
 
 @time_to.rule(Forest)
-def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
+def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s) at which an arc from outside reaches the contact distance of stem k; inf if never."""
     if k == passed:
         return math.inf
     stems = forest.stems
     x, y = arc.x[0] - stems.x[k], arc.x[1] - stems.y[k]
-    reach = stems.radius[k] + falling.rock.radius  # type: ignore[union-attr]
+    reach = stems.radius[k] + rock.rock.radius  # type: ignore[union-attr]
     speed2 = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]
     closing = -(x * arc.v[0] + y * arc.v[1])
     away2 = x * x + y * y - reach * reach
@@ -130,41 +130,41 @@ def time_to_stem(forest: Forest, k: int, arc: Arc, passed: int, until: float, fa
 
 
 @first_obstacle.rule(Forest)
-def first_tree(forest: Forest, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
+def first_tree(forest: Forest, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first tree on an arc."""
-    met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, falling)
+    met = first_in_cells(forest, arc, passed - forest.first, until, 0.0, rock)
     return Meeting(met.t, forest.first + met.number) if met.t < math.inf else met
 
 
 @at_obstacle.rule(Forest)
-def at_tree(forest: Forest, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
+def at_tree(forest: Forest, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the motion after a tree: the rock stops, or is deflected with the remaining energy."""
     k = number - forest.first
     if k < 0 or k >= len(forest.stems.x):
-        return AfterObstacle(motion, MOVING, -1)
-    stems, v, rock = forest.stems, motion.v, falling.rock
+        return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
+    stems, v, body = forest.stems, motion.v, rock.rock
     x, y = motion.x[0] - stems.x[k], motion.x[1] - stems.y[k]
     level = math.sqrt(v[0] * v[0] + v[1] * v[1])
     if level == 0.0:  # the rock leans against the stem
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
+        return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=motion.w), outcome=MOVING, facet=-1)
     aside = (v[0] * y - v[1] * x) / level
-    offset = min(abs(aside) / (stems.radius[k] + rock.radius), 1.0)  # type: ignore[union-attr]
+    offset = min(abs(aside) / (stems.radius[k] + body.radius), 1.0)  # type: ignore[union-attr]
     up = min(max((motion.x[2] - stems.z[k]) / stems.height[k], 0.0), 1.0)
     taken = stems.energy[k] * share_at_offset(offset) * (1.0 - up)
-    energy = 0.5 * rock.mass * dot(v, v)  # type: ignore[union-attr]
+    energy = 0.5 * body.mass * dot(v, v)  # type: ignore[union-attr]
     if energy <= taken:
-        return AfterObstacle(Motion(motion.t, motion.x, ZERO, motion.w), MOVING, -1)
-    turn = _turn(forest.deflection, offset, aside, met, falling)
+        return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=motion.w), outcome=MOVING, facet=-1)
+    turn = _turn(forest.deflection, offset, aside, met, rock)
     kept = math.sqrt((energy - taken) / energy)
     c, s = kept * math.cos(turn), kept * math.sin(turn)
     turned = (c * v[0] - s * v[1], s * v[0] + c * v[1], kept * v[2])
-    return AfterObstacle(Motion(motion.t, motion.x, turned, motion.w), MOVING, -1)
+    return AfterObstacle(motion=Motion(t=motion.t, x=motion.x, v=turned, w=motion.w), outcome=MOVING, facet=-1)
 
 
 @kernel
-def _turn(deflection: Deflection, offset: float, aside: float, met: int, falling: RockContext) -> float:
+def _turn(deflection: Deflection, offset: float, aside: float, met: int, rock: RockContext) -> float:
     """Return the angle (rad, counter-clockwise in plan) by which a rock is turned away from the axis."""
-    key, number = falling.key, met + 1
+    key, number = rock.key, met + 1
     blow = 0 if offset <= deflection.frontal else (1 if offset <= deflection.lateral else 2)
     chance = uniform_at(key.seed, key.source, key.rock, CLASS, number)  # type: ignore[union-attr]
     which = 0

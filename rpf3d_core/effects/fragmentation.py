@@ -85,14 +85,14 @@ def new_surface_ratio(effect: Fragmentation, rock: Rock, off: float) -> float:
 
 
 @breaks.rule(Fragmentation)
-def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
+def breaks_by_energy(effect: Fragmentation, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
     """True if the ratio r exceeds the drawn limit; a rock too small to give two fragments stays whole."""
-    rock: Any = falling.rock  # asks_rock and draws: neither rock nor key is None
-    key: Any = falling.key
-    if volume_of(rock) < TWO_FRAGMENTS * effect.least_volume:
+    body: Any = rock.rock  # asks_rock and draws: neither rock nor key is None
+    key: Any = rock.key
+    if volume_of(body) < TWO_FRAGMENTS * effect.least_volume:
         return False
-    u = 2.0 * uniform_at(key.seed, key.source, key.rock, BREAKING, falling.impacts + 1) - 1.0
-    return new_surface_ratio(effect, rock, max(dot(after.v, n), 0.0)) > effect.least_ratio * (1.0 + effect.spread * u)
+    u = 2.0 * uniform_at(key.seed, key.source, key.rock, BREAKING, rock.impacts + 1) - 1.0
+    return new_surface_ratio(effect, body, max(dot(after.v, n), 0.0)) > effect.least_ratio * (1.0 + effect.spread * u)
 
 
 def unbroken(effect: Any) -> Any:

@@ -59,7 +59,7 @@ def links_of(chain: Chain | None) -> list[Any]:
 
 
 @model_function
-def felt_normal(effect: object, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def felt_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the unit normal (3,) that an impact feels; n (3,) is that of the ground, turned against the velocity.
 
     The caller uses the ground's own normal instead if v . result >= 0, or if the rebound from the result leads into the
@@ -68,19 +68,19 @@ def felt_normal(effect: object, n: Vec, motion: Motion, falling: RockContext) ->
 
 
 @felt_normal.otherwise
-def ground_normal(effect: object, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def ground_normal(effect: object, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the ground's own normal: the effect tilts nothing."""
     return n
 
 
 @felt_normal.rule(Chain)
-def normal_of_all(chain: Chain, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def normal_of_all(chain: Chain, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the normal after all effects of the chain, applied in order."""
-    return felt_normal(chain.tail, felt_normal(chain.head, n, motion, falling), motion, falling)  # type: ignore[no-any-return]
+    return felt_normal(chain.tail, felt_normal(chain.head, n, motion, rock), motion, rock)  # type: ignore[no-any-return]
 
 
 @model_function
-def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion of a rock that enters the ground, before the rebound; n (3,) is the normal that the rock feels.
 
     zone : zone of the facet that was hit
@@ -89,50 +89,50 @@ def in_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Ve
 
 
 @in_ground.otherwise
-def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def hard_ground(effect: object, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion unchanged: the ground is hard."""
     return motion
 
 
 @in_ground.rule(Chain)
-def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def ground_of_all(chain: Chain, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after all effects of the chain, applied in order."""
-    after = in_ground(chain.head, zone, surface, motion, n, falling)
-    return in_ground(chain.tail, zone, surface, after, n, falling)  # type: ignore[no-any-return]
+    after = in_ground(chain.head, zone, surface, motion, n, rock)
+    return in_ground(chain.tail, zone, surface, after, n, rock)  # type: ignore[no-any-return]
 
 
 @model_function
-def breaks(effect: object, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
+def breaks(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
     """True if an impact that changes the motion from `before` to `after` breaks the rock."""
 
 
 @breaks.otherwise
-def stays_whole(effect: object, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
+def stays_whole(effect: object, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
     """Return False: the effect breaks no rock."""
     return False
 
 
 @breaks.rule(Chain)
-def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, falling: RockContext) -> bool:
+def breaks_by_any(chain: Chain, before: Motion, after: Motion, n: Vec, rock: RockContext) -> bool:
     """True if at least one effect of the chain breaks the rock."""
-    return bool(breaks(chain.head, before, after, n, falling) or breaks(chain.tail, before, after, n, falling))
+    return bool(breaks(chain.head, before, after, n, rock) or breaks(chain.tail, before, after, n, rock))
 
 
 @model_function
-def longest_flight(effect: object, motion: Motion, falling: RockContext) -> float:
+def longest_flight(effect: object, motion: Motion, rock: RockContext) -> float:
     """Return the time (s) for which one parabola may replace the flight, at the effect's accuracy; inf for no limit."""
 
 
 @longest_flight.otherwise
-def as_long_as_it_takes(effect: object, motion: Motion, falling: RockContext) -> float:
+def as_long_as_it_takes(effect: object, motion: Motion, rock: RockContext) -> float:
     """Return inf: the effect does not limit the parabola."""
     return math.inf
 
 
 @longest_flight.rule(Chain)
-def shortest_of_all(chain: Chain, motion: Motion, falling: RockContext) -> float:
+def shortest_of_all(chain: Chain, motion: Motion, rock: RockContext) -> float:
     """Return the shortest limit (s) of all effects of the chain."""
-    one, others = longest_flight(chain.head, motion, falling), longest_flight(chain.tail, motion, falling)
+    one, others = longest_flight(chain.head, motion, rock), longest_flight(chain.tail, motion, rock)
     return min(one, others)  # type: ignore[no-any-return]
 
 
@@ -154,7 +154,7 @@ def any_asks_height(chain: Chain) -> bool:
 
 
 @model_function
-def in_air(effect: object, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
+def in_air(effect: object, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion after the air alone acts on a rock for t >= 0 seconds; a rule must not increase the speed.
 
     A rule changes the velocity and keeps the position.
@@ -163,24 +163,24 @@ def in_air(effect: object, motion: Motion, height: float, t: float, falling: Roc
 
 
 @in_air.otherwise
-def in_nothing(effect: object, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
+def in_nothing(effect: object, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion unchanged: the effect does not act in the air."""
     return motion
 
 
 @in_air.rule(Chain)
-def air_of_all(chain: Chain, motion: Motion, height: float, t: float, falling: RockContext) -> Motion:
+def air_of_all(chain: Chain, motion: Motion, height: float, t: float, rock: RockContext) -> Motion:
     """Return the motion after all effects of the chain act in the air.
 
     The first effect acts for half of the time before the others, and for half after them: second order (Strang).
     """
-    before = in_air(chain.head, motion, height, 0.5 * t, falling)
-    between = in_air(chain.tail, before, height, t, falling)
-    return in_air(chain.head, between, height, 0.5 * t, falling)  # type: ignore[no-any-return]
+    before = in_air(chain.head, motion, height, 0.5 * t, rock)
+    between = in_air(chain.tail, before, height, t, rock)
+    return in_air(chain.head, between, height, 0.5 * t, rock)  # type: ignore[no-any-return]
 
 
 @model_function
-def first_obstacle(effect: object, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
+def first_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first obstacle on an arc before `until` (s), or NO_MEETING.
 
     passed : number of the obstacle that the rock has just met, which the rock does not meet again
@@ -188,16 +188,16 @@ def first_obstacle(effect: object, arc: Arc, passed: int, until: float, falling:
 
 
 @first_obstacle.otherwise
-def no_obstacle(effect: object, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
+def no_obstacle(effect: object, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return NO_MEETING: the effect has no obstacles."""
     return NO_MEETING
 
 
 @first_obstacle.rule(Chain)
-def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, falling: RockContext) -> Meeting:
+def first_of_all(chain: Chain, arc: Arc, passed: int, until: float, rock: RockContext) -> Meeting:
     """Return the first meeting of all effects in the chain; at the same instant the earlier effect wins."""
-    one = first_obstacle(chain.head, arc, passed, until, falling)
-    other = first_obstacle(chain.tail, arc, passed, until, falling)
+    one = first_obstacle(chain.head, arc, passed, until, rock)
+    other = first_obstacle(chain.tail, arc, passed, until, rock)
     return _sooner(one, other)
 
 
@@ -208,16 +208,16 @@ def _sooner(one: Meeting, other: Meeting) -> Meeting:
 
 
 @kernel
-def still_at(effects: Any, motion: Motion, passed: int, falling: RockContext) -> int:
+def still_at(effects: Any, motion: Motion, passed: int, rock: RockContext) -> int:
     """Return `passed` if a rock is still at an obstacle, for example after an impact where it met one; else -1."""
     if passed < 0:
         return passed
-    here = first_obstacle(effects, Arc(motion.x, motion.v, 0.0), -1, 0.0, falling)
+    here = first_obstacle(effects, Arc(x=motion.x, v=motion.v, gravity=0.0), -1, 0.0, rock)
     return passed if here.t == 0.0 else -1
 
 
 @model_function
-def at_obstacle(effect: object, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
+def at_obstacle(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result of a meeting with obstacle `number`; nothing changes if the obstacle belongs to another effect.
 
     met : number of obstacles that the rock has met before, for draws
@@ -225,18 +225,18 @@ def at_obstacle(effect: object, motion: Motion, number: int, met: int, falling: 
 
 
 @at_obstacle.otherwise
-def past_it(effect: object, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
+def past_it(effect: object, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the motion unchanged: the obstacle belongs to another effect."""
-    return AfterObstacle(motion, MOVING, -1)
+    return AfterObstacle(motion=motion, outcome=MOVING, facet=-1)
 
 
 @at_obstacle.rule(Chain)
-def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, falling: RockContext) -> AfterObstacle:
+def by_its_effect(chain: Chain, motion: Motion, number: int, met: int, rock: RockContext) -> AfterObstacle:
     """Return the result from the effect that owns the obstacle; each effect knows the numbers of its obstacles."""
-    one = at_obstacle(chain.head, motion, number, met, falling)
+    one = at_obstacle(chain.head, motion, number, met, rock)
     if one.outcome != MOVING:
         return one  # type: ignore[no-any-return]
-    return at_obstacle(chain.tail, one.motion, number, met, falling)  # type: ignore[no-any-return]
+    return at_obstacle(chain.tail, one.motion, number, met, rock)  # type: ignore[no-any-return]
 
 
 HOOKS = (felt_normal, in_ground, breaks, longest_flight, in_air, first_obstacle)

@@ -45,7 +45,9 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
     An obstacle is listed in every cell that its box touches.
     """
     if not len(low):
-        return ObstacleCells(0.0, 0.0, 1.0, 0, 0, np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64))
+        return ObstacleCells(
+            x=0.0, y=0.0, cell=1.0, nx=0, ny=0, starts=np.zeros(1, dtype=np.int64), ids=np.empty(0, dtype=np.int64)
+        )
     begin, end = low.min(axis=0), high.max(axis=0)
     most = max(CELLS_PER_OBSTACLE * len(low), FEWEST_CELLS)
     width, depth = (end - begin).tolist()
@@ -60,7 +62,13 @@ def cells_of(low: FloatArray, high: FloatArray) -> ObstacleCells:
     order = np.argsort(place, kind="stable")
     starts = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=nx * ny))])
     return ObstacleCells(
-        float(begin[0]), float(begin[1]), cell, nx, ny, starts.astype(np.int64), ids[order].astype(np.int64)
+        x=float(begin[0]),
+        y=float(begin[1]),
+        cell=cell,
+        nx=nx,
+        ny=ny,
+        starts=starts.astype(np.int64),
+        ids=ids[order].astype(np.int64),
     )
 
 
@@ -70,7 +78,7 @@ def _cell_indices(points: FloatArray, begin: FloatArray, cell: float, nx: int, n
 
 
 @model_function
-def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, falling: RockContext) -> float:
+def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, rock: RockContext) -> float:
     """Return the time (s) from 0 to `until` at which an arc meets obstacle k; inf if it does not. One rule per kind.
 
     passed : index of the obstacle of this kind that the rock met last and has passed; below 0 for none
@@ -79,7 +87,7 @@ def time_to(obstacles: object, k: int, arc: Arc, passed: int, until: float, fall
 
 @kernel
 def first_in_cells(
-    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, falling: RockContext
+    obstacles: Any, arc: Arc, passed: int, until: float, instant: float, rock: RockContext
 ) -> Meeting:  # fmt: skip
     """Return the first meeting before `until` (s) of an arc with an obstacle of one kind, by its index; or NO_MEETING.
 
@@ -96,7 +104,7 @@ def first_in_cells(
         place = j * cells.nx + i
         for entry in range(cells.starts[place], cells.starts[place + 1]):
             k = cells.ids[entry]
-            t = time_to(obstacles, k, arc, passed, until, falling)
+            t = time_to(obstacles, k, arc, passed, until, rock)
             if t < best.t - instant or (t <= best.t + instant and t < math.inf and k < best.number):
                 best = Meeting(t, k)
         if leave >= until or best.t < leave:

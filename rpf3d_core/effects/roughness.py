@@ -64,42 +64,42 @@ class SpreadRoughness(NamedTuple):
 
 
 @felt_normal.rule(CrspRoughness)
-def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def crsp_normal(effect: CrspRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the normal tilted against the motion, and to a side if the effect deviates."""
-    most = math.atan(effect.amplitude / falling.rock.radius)  # type: ignore[union-attr]  # asks_rock
-    tilt = most * _drawn(falling, TILT)
+    most = math.atan(effect.amplitude / rock.rock.radius)  # type: ignore[union-attr]  # asks_rock
+    tilt = most * _drawn(rock, TILT)
     if not effect.deviates:
         return tilted(n, motion.v, tilt, 0.0)
-    share = _drawn(falling, SHARE)
+    share = _drawn(rock, SHARE)
     aside = tilt * (1.0 - share)
-    return tilted(n, motion.v, tilt * share, aside if _drawn(falling, SIDE) < 0.5 else -aside)
+    return tilted(n, motion.v, tilt * share, aside if _drawn(rock, SIDE) < 0.5 else -aside)
 
 
 @felt_normal.rule(RocfallRoughness)
-def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def rocfall_normal(effect: RocfallRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the normal tilted against the motion or along it."""
-    return tilted(n, motion.v, _normal_tilt(effect.angle_sd, falling, TILT), 0.0)
+    return tilted(n, motion.v, _normal_tilt(effect.angle_sd, rock, TILT), 0.0)
 
 
 @felt_normal.rule(SpreadRoughness)
-def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, falling: RockContext) -> Vec:
+def spread_normal(effect: SpreadRoughness, n: Vec, motion: Motion, rock: RockContext) -> Vec:
     """Return the normal tilted along the motion as in RocFall's law, then to a side."""
-    back = _normal_tilt(effect.angle_sd, falling, TILT)
-    return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, falling, LATERAL))
+    back = _normal_tilt(effect.angle_sd, rock, TILT)
+    return tilted(n, motion.v, back, _normal_tilt(effect.lateral_sd, rock, LATERAL))
 
 
 @kernel
-def _normal_tilt(sd: float, falling: RockContext, stream: int) -> float:
+def _normal_tilt(sd: float, rock: RockContext, stream: int) -> float:
     """Return a normally distributed tilt (rad) for the next impact, within +-STEEPEST."""
-    tilt = sd * standard_normal(_drawn(falling, stream))
+    tilt = sd * standard_normal(_drawn(rock, stream))
     return min(max(tilt, -STEEPEST), STEEPEST)
 
 
 @kernel
-def _drawn(falling: RockContext, stream: int) -> float:
+def _drawn(rock: RockContext, stream: int) -> float:
     """Return a uniform number in [0, 1) for the next impact."""
-    key: Any = falling.key  # draws: the key is never None
-    return uniform_at(key.seed, key.source, key.rock, stream, falling.impacts + 1)
+    key: Any = rock.key  # draws: the key is never None
+    return uniform_at(key.seed, key.source, key.rock, stream, rock.impacts + 1)
 
 
 @kernel

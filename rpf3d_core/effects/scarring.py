@@ -106,19 +106,19 @@ def slippage_friction(mu_min: float, mu_max: float, kappa: float, slipped: float
 
 @in_ground.rule(Scarring)
 def through_the_scar(
-    scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext
+    scarring: Scarring, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:  # fmt: skip
     """Return the motion at the end of the scar, after the loss by friction."""
     into = -dot(motion.v, n)
     if into <= 0.0:
         return motion
-    rock: Rock = falling.rock  # type: ignore[assignment]  # asks_rock: the rock is never None
-    depth = penetration(rock.mass, scarring.stiffness[zone], into)
+    body: Rock = rock.rock  # type: ignore[assignment]  # asks_rock: the rock is never None
+    depth = penetration(body.mass, scarring.stiffness[zone], into)
     aside = norm(without(motion.v, n)) / into
-    volume = driven_through(depth, aside, rock.radius)
-    kept = math.exp(-0.5 * scarring.drag[zone] * scarring.density[zone] * volume / rock.mass)
+    volume = driven_through(depth, aside, body.radius)
+    kept = math.exp(-0.5 * scarring.drag[zone] * scarring.density[zone] * volume / body.mass)
     mu = slippage_friction(scarring.mu_min[zone], scarring.mu_max[zone], scarring.kappa[zone], aside * depth)
-    return slowed_along(Motion(motion.t, motion.x, scale(kept, motion.v), motion.w), n, mu)
+    return slowed_along(Motion(t=motion.t, x=motion.x, v=scale(kept, motion.v), w=motion.w), n, mu)
 
 
 @kernel
@@ -144,4 +144,4 @@ def slowed_along(motion: Motion, n: Vec, mu: float) -> Motion:
     if most <= 0.0 or speed == 0.0:
         return motion
     taken = min(most / speed, 1.0)
-    return Motion(motion.t, motion.x, subtract(motion.v, scale(taken, along)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=subtract(motion.v, scale(taken, along)), w=motion.w)

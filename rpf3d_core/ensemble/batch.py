@@ -133,3 +133,11 @@ def broken_of(batch: Batch) -> Broken:
     struck, end = batch.first[which + 1, 0] - 1, batch.first[which + 1, 1] - 1
     pieces = batch.pieces[end]
     return Broken(batch.rows[which], pieces[:, 0], pieces[:, 1:4], pieces[:, 4:7], batch.impacts[struck, 4:7])
+
+
+def count_from_release(batch: Batch, t: FloatArray) -> None:
+    """Add the times t (N,) s at which the flights of N fragments began to all times of a batch, in place."""
+    lengths = np.diff(batch.first, axis=0)
+    batch.finals[:, 0] += t
+    batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])
+    batch.pieces[:, 0] += np.repeat(t, lengths[:, 1])

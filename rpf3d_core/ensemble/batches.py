@@ -15,15 +15,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rpf3d_core.ensemble.batch import NOTHING, Batch, Written, broken_of, in_order, some_of, with_ends, written_of
+from rpf3d_core.ensemble.batch import (
+    NOTHING,
+    Batch,
+    Written,
+    broken_of,
+    count_from_release,
+    in_order,
+    some_of,
+    with_ends,
+    written_of,
+)
 from rpf3d_core.ensemble.broken import NONE_BROKEN, SOURCES, Broken, joined_broken
 from rpf3d_core.ensemble.flights import FloatArray, IntArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import largest_energies
 from rpf3d_core.materials.draws import DrawnMaterials
 from rpf3d_core.materials.library import Materials
-from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, Starts, spins_of
-from rpf3d_core.simulation.record import Record, empty_record
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Compiled, Engine, Models, spins_of
+from rpf3d_core.simulation.launches import Starts
+from rpf3d_core.simulation.record import Logbook, Record, empty_record
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.values import Outcome
 
@@ -62,9 +73,29 @@ class Flight:
 
 Advance = Callable[[int], None]
 """Called with the number of rocks flown since the last call."""
+Progress = Callable[[int], Advance]
+"""Called with the number of rocks when everything is compiled and no rock flies yet."""
 Watch = Callable[[Batch, Releases], FloatArray]
 """Called with each batch and its releases, on the thread that flew the batch; returns the largest height of each rock
 above the terrain (N,) m."""
+
+
+@dataclass(frozen=True)
+class RunControl:
+    """How flights in batches are controlled from outside. No result depends on it, unless `stop` ends the run.
+
+    threads : for the compiled engine; None for one per core
+    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
+    advance : called with the progress
+    """
+
+    threads: int | None = None
+    stop: Callable[[], bool] | None = None
+    advance: Advance | None = None
+
+
+UNCONTROLLED = RunControl()
+"""One thread per core; never stopped; progress is not reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,29 +135,22 @@ def fly_batches(
     releases: Releases,
     keep: Keep,
     watch: Watch | None = None,
-    threads: int | None = None,
-    stop: Callable[[], bool] | None = None,
-    advance: Advance | None = None,
+    control: RunControl = UNCONTROLLED,
 ) -> Batch:
     """Fly R rocks in batches, on several threads if the engine allows; return the rocks that flew, sorted by row.
 
-    Parameters
-    ----------
     keep : the records that the returned batch holds; `watch` sees all records
-    threads : for the compiled engine; None for one per core
-    stop : called between batches; once it returns True, flying groups are flown to their end and no new group takes off
-    advance : called with the progress
     """
     compiled = isinstance(engine, Compiled)
-    workers = (threads or os.cpu_count() or 1) if compiled else 1
+    workers = (control.threads or os.cpu_count() or 1) if compiled else 1
     groups = _dealt(releases, workers, LARGEST_BATCH if compiled else REFERENCE_BATCH)
     room = _room_for(len(releases.x), spins_of(flight.models))
     crew = Crew(engine, flight, releases, keep, watch, *room, [])
     parts: list[Written] = []
-    for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, stop):
+    for written in _flown_by(workers, 2 * workers if compiled else 1, crew, groups, control.stop):
         parts += written
-        if advance:
-            advance(sum(len(part.rows) for part in written))
+        if control.advance:
+            control.advance(sum(len(part.rows) for part in written))
     flown = _in_order(parts, crew.finals, crew.counts)
     return replace(flown, broken=joined_broken(crew.broken)) if crew.broken else flown
 
@@ -222,16 +246,17 @@ def _fly_rows(crew: Crew, rows: IntArray) -> list[Written]:
     """Fly some rocks, as many at a time as the record has room for; return the kept records of each such part."""
     releases, keep = crew.releases, crew.keep
     x, v = releases.x.take(rows, axis=0), releases.v.take(rows, axis=0)  # take() is four times as fast as indexing
-    starts = Starts(x, v, *(getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")))
-    starts = starts._replace(source=starts.source + SOURCES * releases.piece.take(rows))  # key of the draws
+    columns = {name: getattr(releases, name).take(rows) for name in ("source", "rock", "mass", "radius")}
+    columns["source"] = columns["source"] + SOURCES * releases.piece.take(rows)  # key of the draws
     spins = spins_of(crew.flight.models)
     finals, counts = _room_for(len(rows), spins)
     first = np.zeros((len(rows) + 1, 2), dtype=np.int64)
-    physics = (crew.flight.models, crew.flight.materials, crew.flight.settings, starts)
+    flight = (crew.flight.models, crew.flight.materials, crew.flight.settings, Starts(x=x, v=v, **columns))
     record, begin, parts = empty_record(*(2 * (ROOM if keep.record else 0,)), spins), 0, []
     while begin < len(rows):
         first[begin] = 0
-        end = crew.engine.follow(*physics, record, first, begin, finals, counts)
+        logbook = Logbook(record=record, first=first, finals=finals, counts=counts)
+        end = crew.engine.follow(*flight, logbook, begin)
         if end == begin:
             record = empty_record(2 * len(record.facets), 2 * len(record.modes), spins)
             continue
@@ -249,7 +274,7 @@ def _look_at(crew: Crew, flown: Batch) -> Written:
     kept: nothing could draw it.
     """
     if crew.keep.record and crew.releases.piece[flown.rows].any():
-        _count_from_release(flown, crew.releases.t[flown.rows])
+        count_from_release(flown, crew.releases.t[flown.rows])
     if crew.watch:
         flown.finals[:, 6] = crew.watch(flown, crew.releases)
     if not crew.keep.record:
@@ -269,11 +294,3 @@ def _batch(rows: IntArray, finals: FloatArray, counts: IntArray, record: Record,
     impacts, pieces = (slice(0, n) for n in first[-1])
     written = (record.impacts[impacts], record.facets[impacts], record.pieces[pieces], record.modes[pieces])
     return Batch(rows, *written, first, finals, counts)
-
-
-def _count_from_release(batch: Batch, t: FloatArray) -> None:
-    """Add the times t (N,) s at which the flights of N fragments began to all times of a batch, in place."""
-    lengths = np.diff(batch.first, axis=0)
-    batch.finals[:, 0] += t
-    batch.impacts[:, 0] += np.repeat(t, lengths[:, 0])
-    batch.pieces[:, 0] += np.repeat(t, lengths[:, 1])

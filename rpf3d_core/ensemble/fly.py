@@ -1,13 +1,12 @@
 """Fly an ensemble and keep all its results in memory."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
-from rpf3d_core.ensemble.batches import Flight, Keep, Watch, fly_batches
+from rpf3d_core.ensemble.batches import Flight, Keep, RunControl, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, warm
@@ -18,10 +17,6 @@ REFERENCE_ROCKS = 200
 REFERENCE_SPHERES = 40
 """As REFERENCE_ROCKS, for rocks with a size: one rock takes about 0.5 s in plain Python (demo pit, rolling friction
 0.3)."""
-
-Progress = Callable[[int], Callable[[int], None]]
-"""Called with the number of rocks when everything is compiled and no rock flies yet. Returns a function that is called
-with the number of rocks flown since its last call."""
 
 
 def choose_engine(name: str, rocks: int, compiled: bool, sized: bool = False) -> str:
@@ -42,7 +37,6 @@ def fly_ensemble(
     releases: Releases,
     record: bool = True,
     paths: int | None = None,
-    progress: Progress | None = None,
     threads: int | None = None,
     watch: Watch | None = None,
 ) -> Flights:
@@ -55,7 +49,6 @@ def fly_ensemble(
     releases : R rocks
     record : whether to keep impacts and paths; False gives deposits only
     paths : number of rocks, evenly spread over all, whose paths are kept; None for all
-    progress : called before the rocks fly; the function that it returns is called as batches finish
     threads : for the compiled engine; None for one per core
     watch : called with each batch on the thread that flew it; returns heights. Without `watch`, heights are NaN
 
@@ -66,20 +59,17 @@ def fly_ensemble(
     """
     compile_s = warm(engine, flight.models, flight.materials, flight.settings)
     rocks = len(releases.x)
-    keep = Keep(spread_over(rocks, paths), np.full(rocks, record), record)
+    with_paths = np.zeros(rocks, dtype=bool)
+    with_paths[spread_over(rocks, rocks if paths is None else paths)] = True
+    keep = Keep(paths=with_paths, impacts=np.full(rocks, record), record=record)
     began = time.perf_counter()
-    advance = progress(rocks) if progress else None
-    batch = fly_batches(engine, flight, releases, keep, watch, threads, advance=advance)
+    batch = fly_batches(engine, flight, releases, keep, watch, RunControl(threads=threads))
     return flights_of([batch], releases, engine.name, compile_s, time.perf_counter() - began)
 
 
-def spread_over(rocks: int, some: int | None) -> NDArray[np.bool_]:
-    """Return flags (R,) of `some` of R rocks, evenly spread over them; all rocks if `some` is None."""
-    kept = np.ones(rocks, dtype=bool)
-    if some is not None and some < rocks:
-        kept[:] = False
-        kept[np.linspace(0, rocks - 1, some).astype(int)] = True
-    return kept
+def spread_over(rocks: int, some: int) -> IntArray:
+    """Return at most `some` rows (N,) of R rocks, evenly spread."""
+    return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
 
 
 def flights_of(

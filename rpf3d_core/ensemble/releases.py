@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.ensemble.flights import no_pieces
-from rpf3d_core.ensemble.patches import Patches, places_on
+from rpf3d_core.ensemble.release_triangles import ReleaseTriangles, places_on
 from rpf3d_core.ensemble.sizes import DrawnRock, sizes_of
 from rpf3d_core.ensemble.throws import Throw, thrown
 from rpf3d_core.errors import InputError
@@ -33,7 +33,7 @@ class Source:
     rocks : number of rocks; velocity : (3,) m/s
     spread, velocity_spread : (3,) half-widths of a uniform spread about the position (m) and the velocity (m/s)
     above_ground : m; if given, each position's height is replaced by the terrain's height plus this value
-    patches : triangles over whose area rocks are spread uniformly, instead of points; above_ground is then the height
+    triangles : over whose area rocks are spread uniformly, instead of points; above_ground is then the height
         above the triangle
     throw : speed and direction, instead of velocity
     """
@@ -46,7 +46,7 @@ class Source:
     spread: Vec = (0.0, 0.0, 0.0)
     velocity_spread: Vec = (0.0, 0.0, 0.0)
     above_ground: float | None = None
-    patches: Patches | None = None
+    triangles: ReleaseTriangles | None = None
     throw: Throw | None = None
 
 
@@ -150,9 +150,9 @@ def share_out(sources: Sequence[int], total: int) -> list[int]:
 
 def _positions(source: Source, number: int, rocks: IntArray, seed: int, engine: Engine, frame: Frame) -> FloatArray:
     """Return positions (R, 3) m of the rocks of a source, from their numbers (R,)."""
-    if source.patches is not None:
+    if source.triangles is not None:
         purposes = (Purpose.IN_AREA, Purpose.ACROSS_FACET, Purpose.ALONG_FACET)
-        places = places_on(source.patches, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
+        places = places_on(source.triangles, *(uniform(seed, number, rocks, purpose) for purpose in purposes))
         places[:, 2] += source.above_ground or 0.0
         return places
     if source.line:

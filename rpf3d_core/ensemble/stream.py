@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from rpf3d_core.effects.hooks import breaks, links_of
 from rpf3d_core.ensemble.batch import Batch, only
-from rpf3d_core.ensemble.batches import Advance, Flight, Keep, Watch, fly_batches
+from rpf3d_core.ensemble.batches import Advance, Flight, Keep, RunControl, Watch, fly_batches
 from rpf3d_core.ensemble.broken import NONE_BROKEN, Broken, in_turn
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, IntArray
-from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of
+from rpf3d_core.ensemble.fly import deposits_of, flights_of, impacts_of, spread_over
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.simulation.engines import Compiled, Engine
 
@@ -51,14 +51,9 @@ def warm_pieces(engine: Engine, flight: Flight) -> float:
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:
     """Return `shown` of R rocks (None: all), evenly spread, and among them `paths` rocks whose paths are kept."""
     if shown is None:
-        return Shown(None, _spread(rocks, paths))
-    some = _spread(rocks, shown)
-    return Shown(some, some[_spread(len(some), paths)])
-
-
-def _spread(rocks: int, some: int) -> IntArray:
-    """Return at most `some` rows (N,) of R rocks, evenly spread."""
-    return np.asarray(np.unique(np.linspace(0, rocks - 1, min(some, rocks)).astype(np.int64)))
+        return Shown(None, spread_over(rocks, paths))
+    some = spread_over(rocks, shown)
+    return Shown(some, some[spread_over(len(some), paths)])
 
 
 def blocks_of(first: Sequence[int], last: Sequence[int], size: int | None = None) -> Iterator[list[range]]:
@@ -88,7 +83,7 @@ class Stream:
     Fragments of rocks that break fly after their block. `rows` counts the rocks of all blocks, `pieces` the fragments;
     `dust` is the mass of what was too small to fly, in `broken.DUST_UNITS`.
 
-    watch, stop, threads : as in `fly_batches`; sink : receives deposits and impacts; advance : called with the progress
+    watch, stop, threads, advance : as in `fly_batches` and `RunControl`; sink : receives deposits and impacts
     impacts : True if the sink receives the impacts of all rocks, False if only those of the rocks to display
     """
 
@@ -124,9 +119,8 @@ class Stream:
         """Fly one block and then its fragments; return the number of rocks of the block that flew."""
         rocks, struck = len(releases.x), None if self.impacts else self.shown.rocks
         keep = Keep(self._chosen(self.shown.paths, rocks), self._chosen(struck, rocks))
-        batch = fly_batches(
-            self.engine, self.flight, releases, keep, self.watch, self.threads, self.stop, self.advance
-        )  # fmt: skip
+        control = RunControl(threads=self.threads, stop=self.stop, advance=self.advance)
+        batch = fly_batches(self.engine, self.flight, releases, keep, self.watch, control)
         if len(batch.rows):
             self._hand_on(batch, releases, self._chosen(self.shown.rocks, rocks))
             self._fly_pieces(batch, releases)
@@ -154,7 +148,7 @@ class Stream:
         """Fly fragments to their ends; return the releases of those that broke, and their state when they broke."""
         shown = np.full(len(pieces.x), self.shown.rocks is None)
         keep = Keep(shown, shown | self.impacts)
-        batch = fly_batches(self.engine, flight, pieces, keep, self.watch, self.threads)
+        batch = fly_batches(self.engine, flight, pieces, keep, self.watch, RunControl(threads=self.threads))
         self._hand_on(batch, pieces, shown)
         self.pieces += len(pieces.x)
         return taken(pieces, batch.broken.rows), batch.broken

@@ -87,13 +87,6 @@ class Totals:
             getattr(self, name).join(getattr(other, name))
 
 
-def totals_of(deposits: Deposits, position: Position | None = None) -> Totals:
-    """Return the totals of the rocks of complete deposits."""
-    totals = Totals(position)
-    totals.add(deposits)
-    return totals
-
-
 def runout(deposits: Deposits) -> FloatArray:
     """Return the horizontal distance (R,) m from release to end."""
     run: FloatArray = np.linalg.norm(deposits.x[:, :2] - deposits.release[:, :2], axis=1)

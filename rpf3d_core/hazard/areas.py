@@ -39,7 +39,7 @@ def areas_of(outlines: Mapping[str, Sequence[FloatArray]]) -> Areas:
     first = np.concatenate([[0], np.cumsum([len(some) for some in edges])]).astype(np.int64)
     joined = np.concatenate(edges) if edges else np.empty((0, 4))
     boxes = [[*some[:, :2].min(axis=0), *some[:, :2].max(axis=0)] for some in edges]
-    return Areas(joined, first, np.array(boxes).reshape(-1, 4), np.empty(len(joined)))
+    return Areas(edges=joined, first=first, boxes=np.array(boxes).reshape(-1, 4), crossings=np.empty(len(joined)))
 
 
 def _edges(ring: FloatArray) -> FloatArray:

@@ -16,16 +16,17 @@ from rpf3d_core.effects.barriers import Barriers
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.samples import Sample
-from rpf3d_core.hazard.barrier_passages import (
+from rpf3d_core.hazard.barrier_arrivals import (
     HELD,
     NEVER,
     OVER,
     THROUGH,
-    Passages,
+    BarrierArrivals,
+    empty_arrivals,
     empty_crossed,
-    empty_passages,
-    find_passages,
+    find_arrivals,
 )
+from rpf3d_core.hazard.flown import flown_rocks
 
 
 @dataclass(eq=False)
@@ -87,14 +88,11 @@ class BarrierTally:
 
     def __call__(self, batch: Batch, releases: Releases) -> None:
         """Count the N rocks of a batch."""
-        found = empty_passages(len(batch.rows), len(self.names))
+        found = empty_arrivals(len(batch.rows), len(self.names))
         crossed = empty_crossed(len(self.barriers.panel.x), len(self.names))
-        find: Any = find_passages
-        written = (batch.counts, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
-        mass, radius = releases.mass[batch.rows], releases.radius[batch.rows]
-        (find if self.compiled else find.py_func)(
-            self.barriers, self.gravity, written, mass, radius, crossed, found
-        )  # fmt: skip
+        find: Any = find_arrivals if self.compiled else find_arrivals.py_func  # type: ignore[attr-defined]
+        flown = flown_rocks(batch, releases.mass[batch.rows], releases.radius[batch.rows], self.gravity)
+        find(self.barriers, flown, crossed, found)
         with self._lock:
             for b, counted in enumerate(self.counted):
                 self._add(counted, found, b)
@@ -128,7 +126,7 @@ class BarrierTally:
             counted=at,
         )
 
-    def _add(self, counted: AtBarrier, found: Passages, b: int) -> None:
+    def _add(self, counted: AtBarrier, found: BarrierArrivals, b: int) -> None:
         did, height = found.did[:, b], found.height[:, b]
         counted.first += np.bincount(did, minlength=4)
         counted.held += int(found.held[:, b].sum())

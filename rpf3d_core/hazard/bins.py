@@ -39,6 +39,17 @@ class Scales(NamedTuple):
     per_octave: int
 
 
+class Binning(NamedTuple):
+    """The bins of all tallies of an ensemble.
+
+    coarse : scales of squares and facets; fine : of zones and areas; limit : bytes for the bins of squares and facets
+    """
+
+    coarse: Scales
+    fine: Scales
+    limit: float
+
+
 def scales_of(
     drop: float,
     gravity: float,
@@ -58,7 +69,7 @@ def scales_of(
     masses = min(math.ceil(math.log2(heaviest / lightest)), MOST_MASS_OCTAVES)
     octaves = (2 * SPEED_OCTAVES + masses, SPEED_OCTAVES if masses or spins else 0, HEIGHT_OCTAVES)
     bins = (per_octave * octaves[0], per_octave * octaves[1], per_octave * octaves[2])
-    return Scales((0.5 * heaviest * speed * speed, speed, height), bins, per_octave)
+    return Scales(top=(0.5 * heaviest * speed * speed, speed, height), bins=bins, per_octave=per_octave)
 
 
 @kernel

@@ -51,21 +51,21 @@ def coarsest_cell(low: Vec, high: Vec) -> float:
 def _front(source: Source, lowest: float, highest: float) -> float:
     """Return the width (m) of the front of a source's rocks: of its whole extent, or of its single points if less."""
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
-    if source.line or source.patches is not None:
+    if source.line or source.triangles is not None:
         return wide + aside
     return min(wide + aside, len(source.points) * aside)
 
 
 def _aside(source: Source, lowest: float, highest: float) -> float:
     """Return the width (m) of the front of rocks from one place of a source."""
-    on_ground = source.above_ground is not None or source.patches is not None
+    on_ground = source.above_ground is not None or source.triangles is not None
     top = highest if on_ground else float(source.points[:, 2].max())
     return ASIDE * max(top - lowest, 0.0) + 2.0 * math.hypot(*source.spread[:2])
 
 
 def _places(source: Source) -> FloatArray:
     """Return the places (P, 3) m between which a source's rocks start."""
-    return source.points if source.patches is None else source.patches.corners.reshape(-1, 3)
+    return source.points if source.triangles is None else source.triangles.corners.reshape(-1, 3)
 
 
 def _wide(places: FloatArray) -> float:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from rpf3d_core.hazard.bins import bin_edges, bin_values, relative_error
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, CellStatistics, CountArray, Layers, StatisticArray
-from rpf3d_core.hazard.tally import SUM_UNITS, CellTally
+from rpf3d_core.hazard.slots import SUM_UNITS
+from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.cache_lines import Found
 from rpf3d_core.hazard.walks.ways import WAY_UNITS
 from rpf3d_core.jit.dispatch import loop

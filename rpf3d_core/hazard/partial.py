@@ -13,8 +13,9 @@ import numpy as np
 from rpf3d_core.ensemble.flights import IntArray
 from rpf3d_core.hazard.bins import Scales
 from rpf3d_core.hazard.carries import FULL, Carries
+from rpf3d_core.hazard.slots import empty_slots
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.tally import CellTally, empty_slots
+from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 
 

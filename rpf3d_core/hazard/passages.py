@@ -50,7 +50,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     alike = np.minimum(np.divide(way * way, square, out=np.zeros(len(way)), where=went), rocks)
     length: FloatArray = np.divide(way, alike, out=np.ones(len(way)), where=went)
     low, high = wilson_intervals(alike, rocks)
-    return Passage(way / (rocks * cell), low * length / cell, high * length / cell)
+    return Passage(value=way / (rocks * cell), low=low * length / cell, high=high * length / cell)
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:

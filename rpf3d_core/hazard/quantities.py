@@ -30,17 +30,25 @@ class Quantity(NamedTuple):
     elsewhere: float = math.nan
 
 
-REACH = Quantity("reach_probability", "1", "share of all rocks flown that came here, given that they fall", 0)
-PER_METRE = Quantity(
-    "passage_per_metre", "1/m", "passages per metre across the rocks' way over all rocks flown, given that they fall", 0
+REACH = Quantity(
+    name="reach_probability",
+    unit="1",
+    meaning="share of all rocks flown that came here, given that they fall",
+    elsewhere=0,
 )
-PASSAGES = Quantity("passages", "1", "times a rock entered, or was released here", 0)
-IMPACTS = Quantity("impacts", "1", "contacts with restitution", 0)
-DEPOSITS = Quantity("deposits", "1", "rocks that stopped here", 0)
-ARRIVAL = Quantity("first_arrival_s", "s", "time from its release until the fastest rock came")
-ENERGY = Quantity("energy_j", "J", "kinetic energy, as `HazardMaps.energy_kind`")
-SPEED = Quantity("speed_m_s", "m/s", "speed")
-HEIGHT = Quantity("height_m", "m", "vertical height above the terrain straight below")
+PER_METRE = Quantity(
+    name="passage_per_metre",
+    unit="1/m",
+    meaning="passages per metre across the rocks' way over all rocks flown, given that they fall",
+    elsewhere=0,
+)
+PASSAGES = Quantity(name="passages", unit="1", meaning="times a rock entered, or was released here", elsewhere=0)
+IMPACTS = Quantity(name="impacts", unit="1", meaning="contacts with restitution", elsewhere=0)
+DEPOSITS = Quantity(name="deposits", unit="1", meaning="rocks that stopped here", elsewhere=0)
+ARRIVAL = Quantity(name="first_arrival_s", unit="s", meaning="time from its release until the fastest rock came")
+ENERGY = Quantity(name="energy_j", unit="J", meaning="kinetic energy, as `HazardMaps.energy_kind`")
+SPEED = Quantity(name="speed_m_s", unit="m/s", meaning="speed")
+HEIGHT = Quantity(name="height_m", unit="m", meaning="vertical height above the terrain straight below")
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:

@@ -141,4 +141,4 @@ def _covering(terrain: Terrain, low: FloatArray, high: FloatArray, cell: float) 
     # A cell does not hold its upper border: a point on it belongs to the next one.
     columns, rows = (np.floor((high + origin) / cell) - first).astype(int) + 1
     x, y = first * cell - origin
-    return Raster(float(x), float(y), float(cell), int(columns), int(rows))
+    return Raster(x=float(x), y=float(y), cell=float(cell), nx=int(columns), ny=int(rows))

@@ -47,31 +47,31 @@ def reach_scale(flown: int, share: Values) -> Scale:
     """
     low = max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10)))
     most = float(share.max(initial=0.0, where=np.isfinite(share)))
-    return Scale(low, min(1.0, max(10.0 * low, _rounded_up(most) if most > 0.0 else 1.0)), True)
+    return Scale(low=low, high=min(1.0, max(10.0 * low, _rounded_up(most) if most > 0.0 else 1.0)), logarithmic=True)
 
 
 def scale_of_energy(energy: Values) -> Scale:
     """Return the scale of energies (C,), J, NaN if unknown: at least a power of ten from end to end."""
     low, high = _range(energy)
     if high <= 0.0:
-        return Scale(1e3, 1e6, True)
+        return Scale(low=1e3, high=1e6, logarithmic=True)
     high = _rounded_up(high)
-    return Scale(min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high, True)
+    return Scale(low=min(_rounded_down(max(low, 1e-4 * high)), high / 10.0), high=high, logarithmic=True)
 
 
 def scale_of_passages(passages: Values) -> Scale:
     """Return the scale of passages per metre (C,), 1/m, NaN if unknown: at least a power of ten from end to end."""
     low, high = _range(passages)
     if high <= 0.0:
-        return Scale(1e-5, 1e-2, True)
+        return Scale(low=1e-5, high=1e-2, logarithmic=True)
     high = _rounded_up(high)
-    return Scale(min(_rounded_down(max(low, 1e-3 * high)), high / 10.0), high, True)
+    return Scale(low=min(_rounded_down(max(low, 1e-3 * high)), high / 10.0), high=high, logarithmic=True)
 
 
 def scale_of_height(height: Values) -> Scale:
     """Return the scale of heights (C,), m, NaN if unknown: from 0 up."""
     _, high = _range(height)
-    return Scale(0.0, _rounded_up(high) if high > 0.0 else 1.0, False)
+    return Scale(low=0.0, high=_rounded_up(high) if high > 0.0 else 1.0, logarithmic=False)
 
 
 def places(scale: Scale, values: Values) -> FloatArray:

@@ -18,14 +18,15 @@ from rpf3d_core.ensemble.flights import FloatArray
 from rpf3d_core.ensemble.releases import Releases
 from rpf3d_core.ensemble.spin import spins_squared
 from rpf3d_core.hazard.areas import Areas
-from rpf3d_core.hazard.bins import Scales
+from rpf3d_core.hazard.bins import Binning
+from rpf3d_core.hazard.flown import FlownRocks, flown_rocks
 from rpf3d_core.hazard.layers import layers_of, without_passages
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tally import CellTally
-from rpf3d_core.hazard.walks.buckets import empty_spans
 from rpf3d_core.hazard.walks.ground import WalkedTerrain, plain_ground
-from rpf3d_core.hazard.walks.visiting import Scratch, visit_all, with_more_room
+from rpf3d_core.hazard.walks.visiting import visit_all
 from rpf3d_core.hazard.walks.visits import empty_visits
+from rpf3d_core.hazard.walks.walk import Scratch, empty_spans, with_more_room
 from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
@@ -52,10 +53,9 @@ class Tallies:
         """Count the N rocks of a batch; return their largest heights above the terrain (N,) m."""
         heights, begin = np.zeros(len(batch.finals)), 0
         scratch = self._scratch()
-        mass = releases.mass[batch.rows]
-        spins = spins_squared(batch, releases.radius[batch.rows]) if self.spins else None
+        flown = self._flown(batch, releases.mass[batch.rows], releases.radius[batch.rows])
         while begin < len(heights):
-            end = self._visit(scratch, batch, mass, spins, begin, heights)
+            end = self._visit(scratch, flown, begin, heights)
             self._fold(scratch)
             if end == begin:
                 scratch = with_more_room(scratch)
@@ -76,7 +76,7 @@ class Tallies:
             wait()
         self._fold(scratch)
         nothing = np.empty(0)
-        self._visit(scratch, NOTHING, nothing, self._no_spins, 0, nothing)
+        self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
         self.idle.put(scratch)
         return time.perf_counter() - began
 
@@ -84,7 +84,8 @@ class Tallies:
         """Return the loops of `warm` that take longest to compile, with arguments."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
-        visit = visit_all, (*self._arguments(scratch, NOTHING, nothing, self._no_spins), 0, nothing)
+        flown = self._flown(NOTHING, nothing, nothing)
+        visit = visit_all, (*self._places(), scratch, flown, 0, nothing)
         return visit, self.squares.loop(scratch.squares)
 
     def add(self, other: "Tallies") -> None:
@@ -121,11 +122,6 @@ class Tallies:
     def _tallies(self) -> tuple[CellTally, CellTally, CellTally, CellTally]:
         return self.squares, self.facets, self.zones, self.inside
 
-    @property
-    def _no_spins(self) -> Any:
-        """The spins of a batch of no rocks; None if rocks do not spin."""
-        return spins_squared(NOTHING, np.empty(0)) if self.spins else None
-
     def _scratch(self) -> Scratch:
         """Return scratch that no thread uses, from the idle scratches or new."""
         try:
@@ -134,7 +130,7 @@ class Tallies:
             squares, facets, zones, areas = (
                 empty_visits(len(tally.slot), ROOM, tally.ways, self.spins) for tally in self._tallies
             )
-            return Scratch(squares, facets, zones, areas, empty_spans())
+            return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=empty_spans())
 
     def _fold(self, scratch: Scratch) -> None:
         """Add all visits of a scratch to the tallies."""
@@ -142,19 +138,20 @@ class Tallies:
         for tally, visits in zip(self._tallies, kinds, strict=True):
             tally.fold(visits)
 
-    def _visit(
-        self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any, begin: int, heights: FloatArray
-    ) -> int:
+    def _visit(self, scratch: Scratch, flown: FlownRocks, begin: int, heights: FloatArray) -> int:
         """Gather the visits of the rocks from number `begin` on; return the number of the first rock without room."""
         visit: Any = visit_all if self.compiled else visit_all.py_func  # type: ignore[attr-defined]
-        return int(visit(*self._arguments(scratch, batch, mass, spins), begin, heights))
+        return int(visit(*self._places(), scratch, flown, begin, heights))
 
-    def _arguments(self, scratch: Scratch, batch: Batch, mass: FloatArray, spins: Any) -> tuple[Any, ...]:
-        """Return the arguments of `visit_all` up to the number of the first rock."""
-        written = (batch.counts, batch.finals, batch.impacts, batch.facets, batch.pieces, batch.modes, batch.first)
+    def _places(self) -> tuple[WalkedTerrain, Areas]:
+        """Return the terrain and the areas that `visit_all` visits; the areas with scratch of this thread."""
         areas = self.areas._replace(crossings=np.empty_like(self.areas.crossings))
-        ground = self.ground if self.compiled else plain_ground(self.ground)
-        return ground, areas, scratch, self.gravity, *written, mass, spins
+        return self.ground if self.compiled else plain_ground(self.ground), areas
+
+    def _flown(self, batch: Batch, mass: FloatArray, radius: FloatArray) -> FlownRocks:
+        """Return the rocks of a batch, with their spins if rocks spin."""
+        spins = spins_squared(batch, radius) if self.spins else None
+        return flown_rocks(batch, mass, radius, self.gravity, spins)
 
 
 def with_ways(tallies: Tallies) -> Tallies:
@@ -163,22 +160,12 @@ def with_ways(tallies: Tallies) -> Tallies:
 
 
 def tallies_over(
-    ground: WalkedTerrain,
-    areas: Areas,
-    zones: int,
-    gravity: float,
-    scales: Scales,
-    fine: Scales,
-    limit: float,
-    compiled: bool,
+    ground: WalkedTerrain, areas: Areas, zones: int, gravity: float, binning: Binning, compiled: bool
 ) -> Tallies:
-    """Return empty tallies over a terrain with `zones` zones.
-
-    scales : of squares and facets; fine : of zones and areas; limit : bytes for the bins of squares and facets
-    """
+    """Return empty tallies over a terrain with `zones` zones; gravity : m/s^2."""
     squares, facets = (
-        CellTally(n, scales, 0.5 * limit, compiled)
+        CellTally(n, binning.coarse, 0.5 * binning.limit, compiled)
         for n in (ground.raster.nx * ground.raster.ny, len(ground.facets.zone))
     )
-    places, inside = (CellTally(n, fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
+    places, inside = (CellTally(n, binning.fine, math.inf, compiled) for n in (zones, len(areas.boxes)))
     return Tallies(ground, areas, gravity, squares, facets, places, inside, compiled, queue.SimpleQueue())

@@ -63,7 +63,9 @@ class Zone(NamedTuple):
 def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
     """Return a zone for each level (-) of reach probability, in the order given; it may have no cells."""
     share = reach_probability(maps.cells, maps.flown)
-    return [Zone("reach_probability", level, None, _flags(maps, share >= level)) for level in levels]
+    return [
+        Zone(kind="reach_probability", level=level, name=None, cells=_flags(maps, share >= level)) for level in levels
+    ]
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
@@ -83,7 +85,16 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
     zones = []
     for index, name in enumerate(names):
         belongs = found == index
-        zones.append(Zone("matrix", None, name, _flags(maps, belongs), int((guessed & belongs).sum()), width))
+        zones.append(
+            Zone(
+                kind="matrix",
+                level=None,
+                name=name,
+                cells=_flags(maps, belongs),
+                guessed=int((guessed & belongs).sum()),
+                object_width=width,
+            )
+        )
     return zones
 
 

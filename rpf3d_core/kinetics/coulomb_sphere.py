@@ -68,14 +68,14 @@ def kicked(motion: Motion, n: Vec, radius: float, k: float, slip: Vec) -> Motion
         return motion
     push = scale(-k / speed, slip)
     turn = scale(-2.5 / radius, cross(n, push))
-    return Motion(motion.t, motion.x, add(motion.v, push), add(motion.w, turn))
+    return Motion(t=motion.t, x=motion.x, v=add(motion.v, push), w=add(motion.w, turn))
 
 
 @rebound.rule(CoulombSphere)
-def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact, with rolling moment where the ground has rolling friction."""
-    rock = falling.rock
-    radius, into = rock.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
+    body = rock.rock
+    radius, into = body.radius, max(-dot(motion.v, n), 0.0)  # type: ignore[union-attr]  # the model asks for the rock
     mu = model.impact_friction if model.impact_friction >= 0.0 else surface.mu
     push, e_t = (1.0 + surface.R_n) * into, model.tangential_restitution
     if surface.mu_r > 0.0:
@@ -84,7 +84,7 @@ def sphere_rebound(model: CoulombSphere, surface: Surface, motion: Motion, n: Ve
         slip = slip_of(motion.v, motion.w, n, radius)
         after = kicked(motion, n, radius, min((1.0 + e_t) * STICKS * norm(slip), mu * push), slip)
     v = add(scale(surface.R_n * into, n), without(after.v, n))
-    return Motion(motion.t, motion.x, v, after.w)
+    return Motion(t=motion.t, x=motion.x, v=v, w=after.w)
 
 
 @kernel
@@ -93,13 +93,13 @@ def _braked(motion: Motion, n: Vec, radius: float, friction: float, moment: floa
     u, s, factor = without(motion.v, n), scale(radius, cross(motion.w, n)), 1.0 + e_t
     given = impulses_of(u, s, friction / factor, moment / factor)
     turn = scale(2.5 / radius * factor, cross(n, subtract(given.moment, given.push)))
-    return Motion(motion.t, motion.x, add(motion.v, scale(factor, given.push)), add(motion.w, turn))
+    return Motion(t=motion.t, x=motion.x, v=add(motion.v, scale(factor, given.push)), w=add(motion.w, turn))
 
 
 @rest_of_bounces.rule(CoulombSphere)
 def sphere_rest(
-    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: CoulombSphere, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that ends at once: on average, dying bounces push like a sphere that lies on the ground."""
     v = subtract(motion.v, scale(dot(motion.v, n), n))
-    return Rest(ZERO, ZERO, v, 0.0, surface.R_n < 1.0)
+    return Rest(along=ZERO, down=ZERO, v=v, t=0.0, ends=surface.R_n < 1.0)

@@ -45,7 +45,7 @@ def law_in_gully(ground: object, first: Surface, second: Surface, pushes: tuple[
 @law_on_facet.rule(Sliding)
 def coulomb_on_facet(ground: Sliding, surface: Surface, n_z: float, gravity: float) -> Law:
     """Return the law of Coulomb friction: k = mu g_n."""
-    return Law(1.0, surface.mu * gravity * n_z, surface.stop_speed, False)
+    return Law(share=1.0, friction=surface.mu * gravity * n_z, stop_speed=surface.stop_speed, anywhere=False)
 
 
 @law_in_gully.rule(Sliding)
@@ -54,7 +54,7 @@ def coulomb_in_gully(
 ) -> Law:
     """Return the law of Coulomb friction on each facet, by the facet's own push."""
     friction = first.mu * pushes[0] + second.mu * pushes[1]
-    return Law(1.0, friction, max(first.stop_speed, second.stop_speed), False)
+    return Law(share=1.0, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False)
 
 
 @kernel

@@ -35,20 +35,18 @@ class Rest(NamedTuple):
 
 
 @model_function
-def rebound(model: object, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def rebound(model: object, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion just after an impact; n is the unit normal with v . n <= 0. The result has v . n >= 0."""
 
 
 @model_function
-def rest_of_bounces(
-    model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
-) -> Rest:
+def rest_of_bounces(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return the end of the infinitely many bounces after `motion`, which has just left the plane of normal n."""
 
 
 @rebound.rule(ConstantRestitution)
 def constant_restitution(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, falling: RockContext
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, rock: RockContext
 ) -> Motion:
     """Return the rebound of a lumped mass with constant restitution.
 
@@ -62,12 +60,12 @@ def lumped(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
     """Return the rebound of a lumped mass with the coefficients (-) of this impact; the spin is unchanged."""
     v_n = dot(motion.v, n)
     v = add(scale(-R_n * v_n, n), scale(R_t, without(motion.v, n)))
-    return Motion(motion.t, motion.x, v, motion.w)
+    return Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
 
 
 @rest_of_bounces.rule(ConstantRestitution)
 def constant_rest(
-    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: ConstantRestitution, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the geometric series of bounces on a plane."""
     return sum_of_bounces(surface.R_n, surface.R_t, motion, n, gravity)
@@ -89,26 +87,26 @@ def sum_of_bounces(r: float, q: float, motion: Motion, n: Vec, gravity: float) -
     u = without(motion.v, n)
     T = 2.0 * max(dot(motion.v, n), 0.0) / g_n
     if T == 0.0:
-        return Rest(ZERO, ZERO, u, 0.0, True)
+        return Rest(along=ZERO, down=ZERO, v=u, t=0.0, ends=True)
     weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
     t = T / (1.0 - r)
     v = add(u, scale(t, g_t)) if q == 1.0 else ZERO
-    return Rest(scale(T / (1.0 - r * q), u), scale(weight * T * T, g_t), v, t, True)
+    return Rest(along=scale(T / (1.0 - r * q), u), down=scale(weight * T * T, g_t), v=v, t=t, ends=True)
 
 
 @kernel
 def endless(motion: Motion) -> Rest:
     """Return a rest of bounces that is not summed up: each bounce is flown."""
-    return Rest(ZERO, ZERO, motion.v, 0.0, False)
+    return Rest(along=ZERO, down=ZERO, v=motion.v, t=0.0, ends=False)
 
 
 @kernel
 def at_once(motion: Motion, n: Vec) -> Rest:
     """Return a rest of bounces that ends at once: the rock stays on the ground with its speed along the ground."""
-    return Rest(ZERO, ZERO, without(motion.v, n), 0.0, True)
+    return Rest(along=ZERO, down=ZERO, v=without(motion.v, n), t=0.0, ends=True)
 
 
 @rest_of_bounces.otherwise
-def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
+def no_sum(model: object, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the model."""
     return at_once(motion, n)

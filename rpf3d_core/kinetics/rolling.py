@@ -23,7 +23,12 @@ class Rolling(NamedTuple):
 @law_on_facet.rule(Rolling)
 def rolling_on_facet(ground: Rolling, surface: Surface, n_z: float, gravity: float) -> Law:
     """Return the law with k = A mu_r g_n."""
-    return Law(ROLLING_SHARE, ROLLING_SHARE * surface.mu_r * gravity * n_z, surface.stop_speed, False)
+    return Law(
+        share=ROLLING_SHARE,
+        friction=ROLLING_SHARE * surface.mu_r * gravity * n_z,
+        stop_speed=surface.stop_speed,
+        anywhere=False,
+    )
 
 
 @law_in_gully.rule(Rolling)
@@ -35,4 +40,6 @@ def rolling_in_gully(
     A stays the same, though a groove would make it smaller.
     """
     friction = ROLLING_SHARE * (first.mu_r * pushes[0] + second.mu_r * pushes[1])
-    return Law(ROLLING_SHARE, friction, max(first.stop_speed, second.stop_speed), False)
+    return Law(
+        share=ROLLING_SHARE, friction=friction, stop_speed=max(first.stop_speed, second.stop_speed), anywhere=False
+    )

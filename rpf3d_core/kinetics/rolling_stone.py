@@ -25,7 +25,7 @@ class RollingStone(NamedTuple):
 @law_on_facet.rule(RollingStone)
 def stone_on_facet(ground: RollingStone, surface: Surface, n_z: float, gravity: float) -> Law:
     """Return the law with k = g sin(atan(mu_r)), on any slope."""
-    return Law(1.0, _deceleration(surface.mu_r, gravity), ground.stop_speed, True)
+    return Law(share=1.0, friction=_deceleration(surface.mu_r, gravity), stop_speed=ground.stop_speed, anywhere=True)
 
 
 @law_in_gully.rule(RollingStone)
@@ -33,7 +33,12 @@ def stone_in_gully(
     ground: RollingStone, first: Surface, second: Surface, pushes: tuple[float, float], gravity: float
 ) -> Law:
     """Return the same law with the mean friction of two facets, weighted by their pushes: STONE has no gullies."""
-    return Law(1.0, _deceleration(shared(first.mu_r, second.mu_r, pushes), gravity), ground.stop_speed, True)
+    return Law(
+        share=1.0,
+        friction=_deceleration(shared(first.mu_r, second.mu_r, pushes), gravity),
+        stop_speed=ground.stop_speed,
+        anywhere=True,
+    )
 
 
 @kernel

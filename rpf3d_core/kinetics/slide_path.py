@@ -69,16 +69,20 @@ def slide_path(v: Vec, n: Vec, g_t: Vec, friction: float) -> SlidePath:
     """
     pull, speed = norm(g_t), norm(v)
     if pull == 0.0 or speed == 0.0:
-        return SlidePath(scale(1.0 / speed, v) if speed > 0.0 else g_t, v, speed, 0.0, math.inf, pull)
+        return SlidePath(
+            down=scale(1.0 / speed, v) if speed > 0.0 else g_t, across=v, speed=speed, w=0.0, m=math.inf, pull=pull
+        )
     down = scale(1.0 / pull, g_t)
     across = cross(n, down)
     along, sideways = dot(v, down), dot(v, across)
     if sideways < 0.0:
         across, sideways = scale(-1.0, across), -sideways
     if sideways == 0.0:
-        return SlidePath(down, across, speed, 0.0 if along > 0.0 else math.inf, friction / pull, pull)
+        return SlidePath(
+            down=down, across=across, speed=speed, w=0.0 if along > 0.0 else math.inf, m=friction / pull, pull=pull
+        )
     w = sideways / (speed + along) if along > 0.0 else (speed - along) / sideways
-    return SlidePath(down, across, speed, w, friction / pull, pull)
+    return SlidePath(down=down, across=across, speed=speed, w=w, m=friction / pull, pull=pull)
 
 
 @kernel
@@ -97,7 +101,9 @@ def slide_state(path: SlidePath, y: float) -> SlideState:
     forward, middle, back = _power(2.0 * m - 2.0, y), _power(2.0 * m, y), _power(2.0 * m + 2.0, y)
     length = area * (forward + 2.0 * w2 * middle + w2 * w2 * back)
     down, across = _offsets(path, y)
-    return SlideState(t, add(scale(down, path.down), scale(across, path.across)), slide_velocity(path, y), length)
+    return SlideState(
+        t=t, offset=add(scale(down, path.down), scale(across, path.across)), v=slide_velocity(path, y), length=length
+    )
 
 
 @kernel

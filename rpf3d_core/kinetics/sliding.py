@@ -11,6 +11,7 @@ from typing import NamedTuple
 from rpf3d_core.arc import gravity_along
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.ground import Law
+from rpf3d_core.kinetics.gully import Gully
 from rpf3d_core.kinetics.slide_path import (
     SlidePath,
     bend_point,
@@ -25,18 +26,13 @@ from rpf3d_core.terrain.facet_geometry import (
     ALONG_EDGE,
     ALONG_GULLY,
     FLAT,
-    NEAR,
-    PARALLEL,
-    corner,
     edge_distance,
     edge_inward,
-    leads_on,
     line_exit,
-    stored_normal,
 )
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import Motion, Vec
-from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
+from rpf3d_core.vectors import add, dot, norm, scale, without
 
 HOLDS = 1.0 - 1e-9
 """Share of the pull of gravity that friction must reach to hold a rock (-).
@@ -75,16 +71,27 @@ class Line(NamedTuple):
     holds: bool
 
 
-@kernel
-def slide_on_facet(
-    facets: Facets, f: int, n: Vec, motion: Motion, law: Law, gravity: float, time_left: float, slack: float
-) -> SlideSegment:
-    """Slide over facet f until the rock leaves the facet or stops; return the segment.
+class SlidePlane(NamedTuple):
+    """The facet that a rock slides over.
 
-    n : (3,) normal of f turned towards the rock, n_z > 0; motion.v must lie in the plane of f
-    time_left : s until the segment ends wherever the rock is
+    f : its number; n : (3,) its normal turned towards the rock, n_z > 0
     slack : m by which the rock may go beyond an edge that it moves along
     """
+
+    f: int
+    n: Vec
+    slack: float
+
+
+@kernel
+def slide_on_facet(
+    facets: Facets, plane: SlidePlane, motion: Motion, law: Law, gravity: float, time_left: float
+) -> SlideSegment:
+    """Slide over a facet until the rock leaves the facet or stops; return the segment.
+
+    motion.v must lie in the plane of the facet; time_left : s until the segment ends wherever the rock is
+    """
+    f, n, slack = plane.f, plane.n, plane.slack
     g_t, friction, stop_speed = scale(law.share, gravity_along(n, gravity)), law.friction, law.stop_speed
     holds = law.anywhere or friction >= HOLDS * norm(g_t)
     speed = norm(motion.v)
@@ -94,7 +101,7 @@ def slide_on_facet(
             direction = scale(1.0 / speed, motion.v)
         else:
             direction = scale(1.0 / path.pull, g_t) if path.pull > 0.0 else g_t
-        line = Line(direction, speed, dot(g_t, direction) - friction, holds)
+        line = Line(direction=direction, speed=speed, acceleration=dot(g_t, direction) - friction, holds=holds)
         way = line_exit(facets, f, motion.x, direction, ALONG_EDGE, slack)
         return slide_on_line(motion, line, way, math.inf, stop_speed, time_left)
     leave = math.inf
@@ -122,10 +129,18 @@ def _slide_on_curve(
     late = end.t > time_left
     if late:
         end = slide_state(path, time_point(path, time_left, y))
-    after = Motion(motion.t + end.t, add(motion.x, end.offset), without(end.v, n), motion.w)
+    after = Motion(t=motion.t + end.t, x=add(motion.x, end.offset), v=without(end.v, n), w=motion.w)
     bends = bend < min(leave, stop) and not late
     ends = not (bends or late)
-    return SlideSegment(after, end.length, stop <= leave and ends, late, leave < stop and ends, False, bends)
+    return SlideSegment(
+        motion=after,
+        length=end.length,
+        stopped=stop <= leave and ends,
+        late=late,
+        left_first=leave < stop and ends,
+        left_second=False,
+        bends=bends,
+    )
 
 
 @kernel
@@ -144,78 +159,39 @@ def slide_on_line(
     leave = min(first, second)
     distance = min(stop, leave)
     if distance == math.inf:  # no edge ahead: the facet is a sliver whose plane has no valid digit
-        return SlideSegment(motion, 0.0, False, False, True, True, False)
+        return SlideSegment(
+            motion=motion, length=0.0, stopped=False, late=False, left_first=True, left_second=True, bends=False
+        )
     end = math.sqrt(max(u * u + 2.0 * a * distance, 0.0)) if stop > leave else lowest
     t = 2.0 * distance / (u + end) if distance > 0.0 else 0.0
     late = t > time_left
     if late:
         t, end = time_left, max(u + a * time_left, 0.0)
         distance = 0.5 * (u + end) * t
-    after = Motion(motion.t + t, add(motion.x, scale(distance, line.direction)), scale(end, line.direction), motion.w)
+    after = Motion(
+        t=motion.t + t, x=add(motion.x, scale(distance, line.direction)), v=scale(end, line.direction), w=motion.w
+    )
     if not late and stop > leave and end == 0.0:  # it starts from rest at the edge: let it move off
-        after = Motion(motion.t, motion.x, scale(CREEP, line.direction), motion.w)
+        after = Motion(t=motion.t, x=motion.x, v=scale(CREEP, line.direction), w=motion.w)
     if late or stop <= leave:
-        return SlideSegment(after, distance, line.holds and not late, late, False, False, False)
-    return SlideSegment(after, distance, False, False, first <= leave, second <= leave, False)
-
-
-class Gully(NamedTuple):
-    """Two facets that hold a rock between them.
-
-    direction : (3,) unit, along both facets; pull : gravity along the direction (m/s^2)
-    first, second : push of each facet (m/s^2), which its friction is proportional to
-    """
-
-    direction: Vec
-    pull: float
-    first: float
-    second: float
-
-
-@kernel
-def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
-    """Return the action of two facets of unit normals n on a rock on the line between them, of a direction (3,) unit.
-
-    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are almost one plane share
-    the push equally. Between the two answers only friction differs, by the difference of mu.
-    """
-    c, sine = dot(n_first, n_second), kink(n_first, n_second)
-    g_first, g_second = gravity * n_first[2], gravity * n_second[2]
-    if sine <= PARALLEL:
-        return Gully(direction, -gravity * direction[2], 0.5 * g_first, 0.5 * g_second)
-    first, second = (g_first - c * g_second) / (sine * sine), (g_second - c * g_first) / (sine * sine)
-    return Gully(direction, -gravity * direction[2], first, second)
-
-
-@kernel
-def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
-    """Return the direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
-
-    The direction is the cross product of the normals. For facets that are almost one plane it is the edge of the first
-    facet that x lies on and that also runs along the second facet; zero if there is no such edge.
-    """
-    n, m = stored_normal(facets, first), stored_normal(facets, second)
-    if kink(n, m) > PARALLEL:
-        line = cross(n, m)
-        return _in_sense(scale(1.0 / norm(line), line), v)
-    for k in range(3):
-        squared, distance = edge_distance(facets, first, k, x)
-        if distance * distance <= NEAR * NEAR * facets.tolerance * facets.tolerance * squared:
-            edge = subtract(corner(facets, first, (k + 1) % 3), corner(facets, first, k))
-            direction = _in_sense(scale(1.0 / math.sqrt(squared), edge), v)
-            if leads_on(facets, first, x, direction, ALONG_GULLY) and leads_on(
-                facets, second, x, direction, ALONG_GULLY
-            ):
-                return direction
-    return 0.0, 0.0, 0.0
-
-
-@kernel
-def _in_sense(direction: Vec, v: Vec) -> Vec:
-    """Return the direction or its reverse, whichever goes with v; downwards if v has no part along the direction."""
-    along = dot(v, direction)
-    reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
-    return scale(-1.0, direction) if reverse else direction
+        return SlideSegment(
+            motion=after,
+            length=distance,
+            stopped=line.holds and not late,
+            late=late,
+            left_first=False,
+            left_second=False,
+            bends=False,
+        )
+    return SlideSegment(
+        motion=after,
+        length=distance,
+        stopped=False,
+        late=False,
+        left_first=first <= leave,
+        left_second=second <= leave,
+        bends=False,
+    )
 
 
 @kernel
@@ -226,45 +202,17 @@ def slide_in_gully(
     speed = max(dot(motion.v, held.direction), 0.0)
     pull = law.share * held.pull
     holds = law.anywhere or law.friction >= HOLDS * abs(pull)
-    line = Line(held.direction, speed, pull - law.friction, holds)
+    line = Line(direction=held.direction, speed=speed, acceleration=pull - law.friction, holds=holds)
     way_first = line_exit(facets, first, motion.x, held.direction, ALONG_GULLY, 0.0)
     way_second = line_exit(facets, second, motion.x, held.direction, ALONG_GULLY, 0.0)
     near = facets.tolerance
     piece = slide_on_line(motion, line, way_first, way_second, law.stop_speed, time_left)
     return SlideSegment(
-        piece.motion,
-        piece.length,
-        piece.stopped,
-        piece.late,
-        piece.left_first or (piece.left_second and way_first <= way_second + near),
-        piece.left_second or (piece.left_first and way_second <= way_first + near),
-        False,
+        motion=piece.motion,
+        length=piece.length,
+        stopped=piece.stopped,
+        late=piece.late,
+        left_first=piece.left_first or (piece.left_second and way_first <= way_second + near),
+        left_second=piece.left_second or (piece.left_first and way_second <= way_first + near),
+        bends=False,
     )
-
-
-@kernel
-def kink(n_first: Vec, n_second: Vec) -> float:
-    """Return the sine of the angle between two facets (-)."""
-    return norm(cross(n_first, n_second))
-
-
-@kernel
-def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
-    """Return how far (m) a rock with velocity v climbs facet `over`, away from the line that it shares with `from`.
-
-    Only gravity brings the rock back; a pull of less than `WEAKEST` of gravity counts as that much. The result is inf
-    if gravity pulls the rock away.
-    """
-    across = cross(cross(n_over, n_from), n_over)
-    if dot(across, n_from) < 0.0:
-        across = scale(-1.0, across)
-    across = scale(1.0 / norm(across), across)
-    speed = max(dot(v, across), 0.0)
-    pull = gravity * across[2]
-    if pull < -WEAKEST * gravity:
-        return math.inf
-    return speed * speed / (2.0 * max(pull, WEAKEST * gravity))
-
-
-WEAKEST = 1e-9
-"""Share of gravity below which a facet counts as level across a gully (-): it pulls the rock neither back nor away."""

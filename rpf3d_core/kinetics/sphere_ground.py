@@ -47,7 +47,7 @@ class SphereGround(NamedTuple):
         return True
 
 
-class Rolls(NamedTuple):
+class RollingSegment(NamedTuple):
     """One segment of a sphere's path on the ground, under a constant acceleration a (3,) m/s^2.
 
     v : (3,) m/s at the start; turn : (3,) rad/s^2 while the sphere skids; t : s until the motion changes
@@ -64,7 +64,7 @@ class Rolls(NamedTuple):
 
 
 @kernel
-def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> Rolls:
+def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Surface, radius: float) -> RollingSegment:
     """Return the next segment of a sphere with velocity v along ground that pushes the sphere along n.
 
     slip : (3,) m/s along the ground; g_t : (3,) m/s^2, gravity along the ground; push : m/s^2
@@ -75,7 +75,7 @@ def rolling_piece(v: Vec, slip: Vec, n: Vec, g_t: Vec, push: float, surface: Sur
         return _skids(v, slip, n, g_t, friction, radius)
     if STICKS * pull > friction:
         a, turn = _skidding(scale(1.0 / pull, g_t), n, g_t, friction, radius)
-        return Rolls(v, a, turn, math.inf, False, False, False)
+        return RollingSegment(v=v, a=a, turn=turn, t=math.inf, rolls=False, stops=False, turns=False)
     return _rolls(v, g_t, min(surface.mu_r * push, _most_resistance(v, g_t, friction)), surface.stop_speed)
 
 
@@ -99,7 +99,7 @@ def _skidding(direction: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
 
 
 @kernel
-def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> Rolls:
+def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) -> RollingSegment:
     """Return a segment of skidding, until the slip is zero or has turned."""
     slips = norm(slip)
     direction = scale(1.0 / slips, slip)
@@ -111,19 +111,29 @@ def _skids(v: Vec, slip: Vec, n: Vec, g_t: Vec, friction: float, radius: float) 
         ahead = add(slip, scale(0.5 * turned, add(g_t, scale(-3.5 * friction, direction))))
         direction = scale(1.0 / norm(ahead), ahead)
     a, turn = _skidding(direction, n, g_t, friction, radius)
-    return Rolls(v, a, turn, min(gone, turned), gone <= turned and gone < math.inf, False, turned < gone)
+    return RollingSegment(
+        v=v,
+        a=a,
+        turn=turn,
+        t=min(gone, turned),
+        rolls=gone <= turned and gone < math.inf,
+        stops=False,
+        turns=turned < gone,
+    )
 
 
 @kernel
-def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> Rolls:
+def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> RollingSegment:
     """Return a segment of rolling, until the sphere has slowed to its stop speed or to zero, or has turned."""
     speed, pull = norm(v), norm(g_t)
     holds = resistance >= HOLDS * pull
     lowest = max(stop_speed, CREEP) if holds else 0.0
     if holds and speed <= lowest * (1.0 + ROLLS):
-        return Rolls(v, ZERO, ZERO, 0.0, True, True, False)
+        return RollingSegment(v=v, a=ZERO, turn=ZERO, t=0.0, rolls=True, stops=True, turns=False)
     if resistance == 0.0:
-        return Rolls(v, scale(1.0 - STICKS, g_t), ZERO, math.inf, True, False, False)
+        return RollingSegment(
+            v=v, a=scale(1.0 - STICKS, g_t), turn=ZERO, t=math.inf, rolls=True, stops=False, turns=False
+        )
     across = norm(without(g_t, scale(1.0 / speed, v))) if speed > 0.0 else 0.0
     turned = TURN * speed / across if across > STRAIGHT * (pull + resistance) else math.inf
     if speed <= CRAWL and turned < math.inf and not holds:
@@ -135,4 +145,4 @@ def _rolls(v: Vec, g_t: Vec, resistance: float, stop_speed: float) -> Rolls:
     a = scale(1.0 - STICKS, add(g_t, scale(-resistance, direction)))
     braking = -dot(a, v) / speed if speed > 0.0 else 0.0
     slow = (speed - lowest) / braking if braking > 0.0 else math.inf
-    return Rolls(v, a, ZERO, min(slow, turned), True, False, turned < slow)
+    return RollingSegment(v=v, a=a, turn=ZERO, t=min(slow, turned), rolls=True, stops=False, turns=turned < slow)

@@ -42,6 +42,17 @@ If the function returns True for stage 0, the trigger stays unanswered.
 """
 
 
+@dataclass(frozen=True)
+class EnsembleSize:
+    """The number of rocks of the first answer, about, and the least number of the last.
+
+    least : rocks to fly even if the target is met earlier, because the site clears no level with fewer
+    """
+
+    first: int
+    least: int = 0
+
+
 @dataclass(frozen=True, eq=False)
 class Answer:
     """The result of one stage of an answer.
@@ -79,12 +90,11 @@ def answers(
     trigger: Trigger,
     around: ReleaseSpread,
     areas: Outlines,
-    first_rocks: int,
+    size: EnsembleSize,
     stop: Stop,
     results: Iterator[int],
-    least: int = 0,
 ) -> Iterator[Answer]:
-    """Yield the answers to a trigger: the first with about `first_rocks` rocks, then each with twice as many.
+    """Yield the answers to a trigger: the first with about `size.first` rocks, then each with twice as many.
 
     Parameters
     ----------
@@ -93,7 +103,6 @@ def answers(
     stop : called with the number of the stage in flight; once it returns True, the stage is given up and no further
         answer is yielded
     results : yields the numbers of the answers
-    least : number of rocks to fly even if the target is met earlier, because the site clears no level with fewer
 
     Raises
     ------
@@ -116,7 +125,7 @@ def answers(
     if not len(released.places):
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
-    plan = rounds(released.first_round(first_rocks), scene.target.most_rocks, least)
+    plan = rounds(released.first_round(size.first), scene.target.most_rocks, size.least)
     stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
         blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
@@ -124,7 +133,7 @@ def answers(
             return
         maps = tallies.maps(outcomes.total(), names, outcomes[Outcome.LOST_TO_HOLE])
         steps.append(step_of(maps, standing.ground.terrain.zones))
-        enough = sum(last) >= least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
+        enough = sum(last) >= size.least and is_enough(steps, scene.target.half_width, scene.target.p95_energy)
         complete = stage == len(plan) - 1 or enough
         yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
         if complete:
@@ -174,6 +183,7 @@ def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpr
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]
     ring = centre + np.array([[-5.0, -5.0], [5.0, -5.0], [0.0, 5.0]])
-    for _ in answers(standing, trigger, around, {"warm": [ring]}, rocks, lambda stage: False, iter(range(1, 100))):
+    size, numbers = EnsembleSize(rocks), iter(range(1, 100))
+    for _ in answers(standing, trigger, around, {"warm": [ring]}, size, lambda stage: False, numbers):
         return time.perf_counter() - began
     return time.perf_counter() - began

@@ -29,7 +29,7 @@ def cells_over(terrain: Terrain, raster: Raster) -> TerrainCells:
     """Return the cells of a raster over a terrain."""
     covered = np.zeros(raster.nx * raster.ny, dtype=np.bool_)
     height = np.full(raster.nx * raster.ny, np.nan, dtype=np.float32)
-    cover(terrain.vertices, terrain.triangles, *raster, covered, height)
+    cover(terrain.vertices, terrain.triangles, raster, covered, height)
     return TerrainCells(covered, height)
 
 
@@ -49,8 +49,8 @@ def cells_after(
     east, north = raster.x + raster.cell * columns.stop, raster.y + raster.cell * rows.stop
     i = _span(west, east, locator.x, locator.cell, locator.nx)
     j = _span(south, north, locator.y, locator.cell, locator.ny)
-    near = facets_in(locator, Block(i.start, i.stop, j.start, j.stop))
-    cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), *raster, covered, height)
+    near = facets_in(locator, Block(left=i.start, right=i.stop, bottom=j.start, top=j.stop))
+    cover(terrain.vertices, np.ascontiguousarray(terrain.triangles[near]), raster, covered, height)
     return TerrainCells(covered, height)
 
 
@@ -61,10 +61,9 @@ def _span(low: float, high: float, origin: float, cell: float, count: int) -> sl
 
 
 @loop
-def cover(
-    vertices: Any, triangles: Any, x: float, y: float, cell: float, nx: int, ny: int, covered: Any, height: Any
-) -> None:
-    """Write `covered` (C,) and `height` (C,) m for all cells within the box of each facet."""
+def cover(vertices: Any, triangles: Any, raster: Raster, covered: Any, height: Any) -> None:
+    """Write `covered` (C,) and `height` (C,) m for all cells of a raster within the box of each facet."""
+    x, y, cell, nx, ny = raster.x, raster.y, raster.cell, raster.nx, raster.ny
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]

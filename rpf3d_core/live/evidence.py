@@ -49,8 +49,16 @@ def _worst(said: list[AreaEvidence], flown: int) -> AreaEvidence:
     largest = [area.largest_energy for area in said if area.largest_energy is not None]
     first = [area.first_arrival_s for area in said if area.first_arrival_s is not None]
     has_p95 = any(area.p95_energy is not None for area in said)
-    known = (max(p95, default=None) if has_p95 else None, max(largest, default=None), min(first, default=None))
-    return AreaEvidence(said[0].name, flown, reached, low, high, *known)
+    return AreaEvidence(
+        name=said[0].name,
+        flown=flown,
+        reached=reached,
+        low=low,
+        high=high,
+        p95_energy=max(p95, default=None) if has_p95 else None,
+        largest_energy=max(largest, default=None),
+        first_arrival_s=min(first, default=None),
+    )
 
 
 def _p95_or_largest(area: AreaEvidence) -> float | None:

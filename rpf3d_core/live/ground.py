@@ -22,7 +22,7 @@ from rpf3d_core.jit.memory import Share, Threads, halves
 from rpf3d_core.live.digests import digest_of
 from rpf3d_core.live.patching import PatchChange, change_of
 from rpf3d_core.live.room import Room, Rooms
-from rpf3d_core.live.sewing import sewn
+from rpf3d_core.live.sewing import IndexedTerrain, sewn
 from rpf3d_core.live.survey import MOST_POINTS, CloudSurvey, GridSurvey, MeshSurvey, Survey, check_points, points_of
 from rpf3d_core.simulation.capped import caps_within
 from rpf3d_core.simulation.engines import Compiled, Engine, Reference
@@ -127,7 +127,8 @@ class Workshop:
             facets = _laid_out(terrain, room, self._share)
             locator = bucket_locator(facets, room.memory, self._share)
             border = _border(border_of(terrain.vertices, terrain.triangles, room.memory), facets.tolerance)
-            return self._ground(terrain, facets, locator, room, border, told.result(), stamp_ns, 0)
+            indexed = IndexedTerrain(terrain=terrain, facets=facets, locator=locator)
+            return self._ground(indexed, room, border, told.result(), stamp_ns, 0)
 
     def patched(self, ground: LiveTerrain, patch: CloudSurvey | GridSurvey, stamp_ns: int = 0) -> LiveTerrain:
         """Return the ground with a patch sewn in, in the same memory: `ground` must not be used any more.
@@ -163,16 +164,16 @@ class Workshop:
 
     def _changed(self, ground: LiveTerrain, change: PatchChange, digest: str, stamp_ns: int) -> LiveTerrain:
         border = _border_after(ground, change)
-        terrain, facets, locator = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
-        changed = Changed(change.block, change.low, change.high)
+        indexed = sewn(ground.terrain, ground.facets, ground.locator, change, ground.room, self._share)
+        changed = Changed(block=change.block, low=change.low, high=change.high)
         patches = ground.room.patches
-        return self._ground(terrain, facets, locator, ground.room, border, digest, stamp_ns, patches, changed)
+        return self._ground(indexed, ground.room, border, digest, stamp_ns, patches, changed)
 
     def _ground(
-        self, terrain: Terrain, facets: Facets, locator: BucketLocator, room: Room, border: Border, digest: str,
-        stamp_ns: int, patches: int, changed: Changed | None = None,
+        self, indexed: IndexedTerrain, room: Room, border: Border, digest: str, stamp_ns: int, patches: int,
+        changed: Changed | None = None,
     ) -> LiveTerrain:  # fmt: skip
-        caps = border.caps
+        (terrain, facets, locator), caps = indexed, border.caps
         engine: Engine = Reference(facets, caps) if self._reference else Compiled(facets, locator, caps)
         now = time.time_ns()
         ground = LiveTerrain(terrain, facets, engine, digest, stamp_ns, now, patches, locator, room, border, changed)
@@ -202,7 +203,7 @@ def _kept(mesh: Mesh, room: Room) -> Mesh:
     vertices = room.memory("vertices", mesh.vertices.size, np.float64).reshape(-1, 3)
     triangles = room.memory("triangles", mesh.triangles.size, np.int32).reshape(-1, 3)
     vertices[:], triangles[:] = mesh.vertices, mesh.triangles
-    return Mesh(vertices, triangles, mesh.origin)
+    return Mesh(vertices=vertices, triangles=triangles, origin=mesh.origin)
 
 
 def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:

@@ -78,7 +78,16 @@ def change_of(
     both = np.concatenate([facets.corners[found.gone], new])
     block, (low, high) = block_of(both, locator, slack), _extent(both)
     entries = entries_of(new, locator, block, slack, most_entries(len(facets.zone)))
-    return PatchChange(found.gone, some[~used], patch.vertices, came, block, entries, low, high)
+    return PatchChange(
+        gone=found.gone,
+        freed=some[~used],
+        vertices=patch.vertices,
+        triangles=came,
+        block=block,
+        entries=entries,
+        low=low,
+        high=high,
+    )
 
 
 class _Found:

@@ -5,6 +5,7 @@ removed, the arrays grow into the spare memory behind them.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +34,17 @@ The tolerance has a factor of 200 in hand (`RELATIVE_TOLERANCE`).
 """
 
 
+class IndexedTerrain(NamedTuple):
+    """A terrain, its facets, and the buckets over them; all share memory."""
+
+    terrain: Terrain
+    facets: Facets
+    locator: BucketLocator
+
+
 def sewn(
     terrain: Terrain, facets: Facets, locator: BucketLocator, change: PatchChange, room: Room, share: Share
-) -> tuple[Terrain, Facets, BucketLocator]:
+) -> IndexedTerrain:
     """Return the ground after a change, in the same memory.
 
     Raises TerrainError, with nothing changed, if the ground would become too wide.
@@ -54,7 +63,8 @@ def sewn(
     patch = BucketPatch(gone=marks, rows=rows, block=change.block, entries=change.entries)
     index = patched_locator(locator, edited, patch, room.memory, share)
     room.patched(empty)
-    return Terrain(vertices, triangles, zone, terrain.zones, terrain.frame), edited, index
+    whole = Terrain(vertices, triangles, zone, terrain.zones, terrain.frame)
+    return IndexedTerrain(terrain=whole, facets=edited, locator=index)
 
 
 def _vertices(terrain: Terrain, change: PatchChange, room: Room) -> tuple[NDArray[np.int64], FloatArray]:

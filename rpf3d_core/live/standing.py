@@ -16,7 +16,7 @@ from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.sizes import UNIT_SPHERE_VOLUME, DrawnRock, mass_range
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning
 from rpf3d_core.hazard.tallies import Tallies, tallies_over
 from rpf3d_core.hazard.tally import CellTally
 from rpf3d_core.hazard.walks.ground import ground_after, ground_over
@@ -101,7 +101,7 @@ class PreparedTerrain:
         """
         facets, scene = self.ground.facets, self.scene
         areas, masses, old = areas_of(outlines), _masses(self.rock, diameters), self.tallies
-        scales, fine = (
+        coarse, fine = (
             scales_over(facets, scene.gravity, fastest, max(highest, facets.high[2]), masses, bins, old.spins)
             for bins in (PER_OCTAVE, FINE)
         )
@@ -110,8 +110,8 @@ class PreparedTerrain:
         self.tallies = replace(
             old,
             areas=areas,
-            squares=old.squares.emptied(scales, 0.5 * limit),
-            facets=old.facets.emptied(scales, 0.5 * limit),
+            squares=old.squares.emptied(coarse, 0.5 * limit),
+            facets=old.facets.emptied(coarse, 0.5 * limit),
             zones=old.zones.emptied(fine, math.inf),
             inside=CellTally(len(areas.boxes), fine, math.inf, compiled),
             idle=old.idle if same else queue.SimpleQueue(),
@@ -149,12 +149,12 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
     rock, zones, spins = rock_of(scene.rock), len(terrain.zones), spins_of(flight.models)
-    scales, fine = (
+    coarse, fine = (
         scales_over(ground.facets, scene.gravity, 0.0, ground.facets.high[2], mass_range(rock), bins, spins)
         for bins in (PER_OCTAVE, FINE)
     )
-    limit = memory_of_bins(scene, raster, ground.facets)
-    tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, scales, fine, limit, compiled)
+    binning = Binning(coarse=coarse, fine=fine, limit=memory_of_bins(scene, raster, ground.facets))
+    tallies = tallies_over(walked, areas_of(outlines), zones, scene.gravity, binning, compiled)
     return PreparedTerrain(ground, scene, flight, rock, outlines, replace(tallies, spins=spins))
 
 

@@ -103,7 +103,9 @@ class Store:
         upon = self._last if follows else ""
         if ground.patches and not follows:
             survey = mesh_of(ground)
-        piece = StoredSurvey(survey, ground.digest, upon, ground.stamp_ns, ground.received_ns)
+        piece = StoredSurvey(
+            survey=survey, digest=ground.digest, upon=upon, stamp_ns=ground.stamp_ns, received_ns=ground.received_ns
+        )
         with self._changed:
             if not upon:
                 self._waiting.clear()  # the whole ground replaces all waiting surveys

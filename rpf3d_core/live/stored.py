@@ -104,4 +104,10 @@ def _piece(body: memoryview) -> StoredSurvey:
         arrays.append(np.frombuffer(body, part["type"], count, at).reshape(part["shape"]))
         at += arrays[-1].nbytes
     survey = KINDS[header["kind"]](*arrays)
-    return StoredSurvey(survey, header["digest"], header["upon"], header["stamp_ns"], header["received_ns"])
+    return StoredSurvey(
+        survey=survey,
+        digest=header["digest"],
+        upon=header["upon"],
+        stamp_ns=header["stamp_ns"],
+        received_ns=header["received_ns"],
+    )

@@ -42,12 +42,12 @@ class Distribution(NamedTuple):
 
 def fixed(value: float) -> Distribution:
     """Return a distribution that always gives the same number."""
-    return Distribution(FIXED, value, value, value, 0.0, 0.0, 0.0)
+    return Distribution(kind=FIXED, low=value, high=value, location=value, scale=0.0, first=0.0, span=0.0)
 
 
 def uniform_between(low: float, high: float) -> Distribution:
     """Return the uniform distribution between two bounds; low < high."""
-    return Distribution(UNIFORM, low, high, low, high - low, 0.0, 1.0)
+    return Distribution(kind=UNIFORM, low=low, high=high, location=low, scale=high - low, first=0.0, span=1.0)
 
 
 def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distribution:
@@ -58,7 +58,7 @@ def truncated_normal(mean: float, sd: float, low: float, high: float) -> Distrib
     if sd == 0.0:
         return fixed(mean)
     first, last = _normal((low - mean) / sd), _normal((high - mean) / sd)
-    return Distribution(NORMAL, low, high, mean, sd, first, last - first)
+    return Distribution(kind=NORMAL, low=low, high=high, location=mean, scale=sd, first=first, span=last - first)
 
 
 def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Distribution:
@@ -73,12 +73,22 @@ def truncated_lognormal(mean: float, sd: float, low: float, high: float) -> Dist
     location, scale = math.log(mean) - 0.5 * variance, math.sqrt(variance)
     first = _normal((math.log(low) - location) / scale) if low > 0.0 else 0.0
     last = _normal((math.log(high) - location) / scale)
-    return Distribution(LOGNORMAL, low, high, location, scale, first, last - first)
+    return Distribution(
+        kind=LOGNORMAL, low=low, high=high, location=location, scale=scale, first=first, span=last - first
+    )
 
 
 def truncated_power_law(exponent: float, low: float, high: float) -> Distribution:
     """Return N(> x) ~ x^-exponent between two bounds (physics reference 6.4); exponent > 0, 0 < low < high."""
-    return Distribution(POWER_LAW, low, high, 0.0, -1.0 / exponent, 0.0, 1.0 - (low / high) ** exponent)
+    return Distribution(
+        kind=POWER_LAW,
+        low=low,
+        high=high,
+        location=0.0,
+        scale=-1.0 / exponent,
+        first=0.0,
+        span=1.0 - (low / high) ** exponent,
+    )
 
 
 @kernel

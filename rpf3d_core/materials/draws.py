@@ -75,27 +75,32 @@ def drawn_materials(surfaces: list[DrawnSurface]) -> Materials | DrawnMaterials:
 
 
 @surface_of.rule(DrawnMaterials)
-def drawn_surface(materials: DrawnMaterials, zone: int, falling: RockContext) -> Surface:
+def drawn_surface(materials: DrawnMaterials, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone for this rock: drawn once per rock, or for its next impact."""
-    number = falling.impacts + 1 if materials.per_impact[zone] else 0
-    R_n = _coefficient(materials, zone, falling, number, 0)
-    R_t = _coefficient(materials, zone, falling, number, 1)
-    angle = _coefficient(materials, zone, falling, number, 2)
-    mu_r = _coefficient(materials, zone, falling, number, 3)
-    return Surface(R_n, R_t, math.tan(angle * RADIANS), materials.stop_speed[zone], mu_r)
+    number = rock.impacts + 1 if materials.per_impact[zone] else 0
+    R_n = _coefficient(materials, zone, rock, number, 0)
+    R_t = _coefficient(materials, zone, rock, number, 1)
+    angle = _coefficient(materials, zone, rock, number, 2)
+    mu_r = _coefficient(materials, zone, rock, number, 3)
+    return Surface(R_n=R_n, R_t=R_t, mu=math.tan(angle * RADIANS), stop_speed=materials.stop_speed[zone], mu_r=mu_r)
 
 
 @kernel
-def _coefficient(materials: DrawnMaterials, zone: int, falling: RockContext, number: int, k: int) -> float:
+def _coefficient(materials: DrawnMaterials, zone: int, rock: RockContext, number: int, k: int) -> float:
     """Return coefficient k of a zone; draw it unless it is fixed."""
     numbers = materials.numbers
     if materials.kind[zone, k] == FIXED:
         return numbers[zone, k, 2]  # type: ignore[no-any-return]
     d = Distribution(
-        materials.kind[zone, k], numbers[zone, k, 0], numbers[zone, k, 1], numbers[zone, k, 2], numbers[zone, k, 3],
-        numbers[zone, k, 4], numbers[zone, k, 5],
-    )  # fmt: skip
-    key: Any = falling.key  # these materials draw: the key is never None
+        kind=materials.kind[zone, k],
+        low=numbers[zone, k, 0],
+        high=numbers[zone, k, 1],
+        location=numbers[zone, k, 2],
+        scale=numbers[zone, k, 3],
+        first=numbers[zone, k, 4],
+        span=numbers[zone, k, 5],
+    )
+    key: Any = rock.key  # these materials draw: the key is never None
     return quantile(d, uniform_at(key.seed, key.source, key.rock, PURPOSES[k] + ZONES * zone, number))
 
 
@@ -103,4 +108,4 @@ def _certain(surface: DrawnSurface) -> Surface:
     """Return a surface of fixed coefficients; the tangent of the angle is taken here, as in `drawn_surface`."""
     mu = math.tan(surface.friction_angle.location * RADIANS)
     R_n, R_t, mu_r = surface.R_n.location, surface.R_t.location, surface.rolling_friction.location
-    return Surface(R_n, R_t, mu, surface.stop_speed, mu_r)
+    return Surface(R_n=R_n, R_t=R_t, mu=mu, stop_speed=surface.stop_speed, mu_r=mu_r)

@@ -35,17 +35,22 @@ class Materials(NamedTuple):
 def materials_of(surfaces: list[Surface]) -> Materials:
     """Return the arrays of Z surfaces, in order of zone."""
     columns = np.array(surfaces, dtype=float).reshape(-1, 5).T
-    return Materials(*(np.ascontiguousarray(column) for column in columns))
+    R_n, R_t, mu, stop_speed, mu_r = (np.ascontiguousarray(column) for column in columns)
+    return Materials(R_n=R_n, R_t=R_t, mu=mu, stop_speed=stop_speed, mu_r=mu_r)
 
 
 @model_function
-def surface_of(materials: object, zone: int, falling: RockContext) -> Surface:
+def surface_of(materials: object, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone for a rock; one rule per class of materials."""
 
 
 @surface_of.rule(Materials)
-def fixed_surface(materials: Materials, zone: int, falling: RockContext) -> Surface:
+def fixed_surface(materials: Materials, zone: int, rock: RockContext) -> Surface:
     """Return the ground of a zone, which is the same for every rock and every impact."""
     return Surface(
-        materials.R_n[zone], materials.R_t[zone], materials.mu[zone], materials.stop_speed[zone], materials.mu_r[zone]
+        R_n=materials.R_n[zone],
+        R_t=materials.R_t[zone],
+        mu=materials.mu[zone],
+        stop_speed=materials.stop_speed[zone],
+        mu_r=materials.mu_r[zone],
     )

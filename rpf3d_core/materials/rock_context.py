@@ -29,10 +29,6 @@ class RockContext(NamedTuple):
     impacts: int
 
 
-ANY_ROCK = RockContext(None, None, 0)
-"""For models that need no data of the rock."""
-
-
 class RockColumns(NamedTuple):
     """Mass (R,) kg and radius (R,) m of R rocks."""
 
@@ -61,4 +57,4 @@ def key_of(keys: RockKeys | None, i: int) -> RockKey | None:
     """Return the key of rock i; None without keys."""
     if keys is None:
         return None
-    return RockKey(keys.seed, keys.source[i], keys.rock[i])
+    return RockKey(seed=keys.seed, source=keys.source[i], rock=keys.rock[i])

@@ -1,10 +1,10 @@
 """The data from which the files of a result are written: counts of rocks, and everything that a run has found."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rpf3d_core.ensemble.flights import Flights
+from rpf3d_core.ensemble.flights import Flights, FloatArray
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.hazard.maps import HazardMaps
@@ -12,7 +12,7 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
-from rpf3d_core.values import Outcome
+from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 
 class RunCounts(NamedTuple):
@@ -46,6 +46,19 @@ class RunCounts(NamedTuple):
         return "" if number >= self.rocks else f" ({number:,} of {self.rocks:,} drawn)"
 
 
+class MapContent(NamedTuple):
+    """What all maps of a run show: the terrain, the areas of interest, and a title with the number of rocks.
+
+    name : of the scene; flown : the number of rocks behind the maps
+    areas : name -> rings (N, 2) m, outlines of areas of interest, local frame, as `areas.local_outlines`
+    """
+
+    name: str
+    terrain: Terrain
+    areas: Mapping[str, Sequence[FloatArray]]
+    flown: RunCounts
+
+
 @dataclass(frozen=True, eq=False)
 class Findings:
     """A scene, its terrain, and the results of its rocks.
@@ -70,4 +83,15 @@ class Findings:
     @property
     def flown(self) -> RunCounts:
         """Numbers of rocks behind the findings."""
-        return RunCounts(self.totals.rocks, self.planned, self.totals.outcomes, self.totals.pieces)
+        return RunCounts(
+            rocks=self.totals.rocks, planned=self.planned, outcomes=self.totals.outcomes, pieces=self.totals.pieces
+        )
+
+
+def sentence_of(outcome: Outcome, scene: Scene) -> str:
+    """Return the sentence that tables and files show for an outcome.
+
+    A ground model may have its own sentence for STOPPED, for example if it ignores friction.
+    """
+    stopped = scene.ground.offer.STOPPED
+    return stopped if outcome == Outcome.STOPPED and stopped is not None else OUTCOME_SENTENCES[outcome]

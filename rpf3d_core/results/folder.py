@@ -13,11 +13,10 @@ from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
-from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.findings import Findings, MapContent
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.summary import summary
 from rpf3d_core.setup.areas import local_outlines, read_areas
-from rpf3d_core.terrain.frame import FloatArray
 
 Record = Callable[[Path, dict[str, Any]], None]
 """Function of (path, summary) that writes a recording to the path."""
@@ -155,9 +154,10 @@ def write_findings(folder: Path, findings: Findings, record: Record | None = Non
     samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
     outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
     _write_paths(folder, findings, samples)
-    _write_hazard(folder, findings, outlines)
+    content = MapContent(name=scene.path.stem, terrain=findings.terrain, areas=outlines, flown=findings.flown)
+    _write_hazard(folder, findings, content)
     if scene.outputs.pictures:
-        _write_pictures(folder, findings, samples, outlines)
+        _write_pictures(folder, findings, samples, content)
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start
@@ -172,13 +172,13 @@ def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 
 
-def _write_hazard(folder: Path, findings: Findings, areas: dict[str, list[FloatArray]]) -> None:
+def _write_hazard(folder: Path, findings: Findings, content: MapContent) -> None:
     scene, releases = findings.scene, findings.flights.deposits.release
-    place = (scene.hazard, scene.terrain.crs, releases, areas, findings.flown, scene.outputs.pictures)
-    write_hazard(folder / "hazard", scene.path.stem, findings.terrain, findings.maps, *place)
+    pictures = scene.outputs.pictures
+    write_hazard(folder / "hazard", content, findings.maps, scene.hazard, scene.terrain.crs, releases, pictures)
 
 
-def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, areas: dict[str, list[FloatArray]]) -> None:
+def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, content: MapContent) -> None:
     # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
     from rpf3d_core.results.plots_convergence import write_convergence
     from rpf3d_core.results.plots_map import write_map
@@ -191,7 +191,7 @@ def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, area
         profiles = folder / "profiles"
         profiles.mkdir()
         write_profile_plots(profiles, sources, terrain, flights, samples, scene.gravity, flown)
-    write_map(folder / "map.png", scene.path.stem, terrain, flights.deposits, samples, areas, flown, findings.obstacles)
+    write_map(folder / "map.png", content, flights.deposits, samples, findings.obstacles)
     if findings.steps:
         name = f"{scene.path.stem}, {flown.describe()}"
         write_convergence(folder / "convergence.png", name, findings.steps, scene.target)

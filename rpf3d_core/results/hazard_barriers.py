@@ -1,6 +1,5 @@
 """Results at barriers (rocks caught, broken through, flown over): for summary.json, barriers.csv and the screen."""
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from rpf3d_core.ensemble.samples import Sample
 from rpf3d_core.ensemble.statistics import PERCENTILES, share_of
 from rpf3d_core.hazard.barriers import BarrierFigures
 from rpf3d_core.hazard.benches import three_figures
+from rpf3d_core.results.hazard_benches import share_columns, write_csv
 
 FIRST = ("first_caught", "first_broken_through", "first_flown_over")
 ROCKS = (*FIRST, "caught")
@@ -49,10 +49,7 @@ def barriers_section(barriers: Sequence[BarrierFigures]) -> dict[str, Any]:
 
 def write_barriers(path: Path, barriers: Sequence[BarrierFigures]) -> None:
     """Write a line for each barrier; values that are unknown because no rock reached the barrier are left empty."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        lines = csv.writer(file, lineterminator="\n")
-        lines.writerow(HEADER)
-        lines.writerows(_line(figures) for figures in barriers)
+    write_csv(path, HEADER, map(_line, barriers))
 
 
 def text_rows(barriers: Sequence[BarrierFigures]) -> list[tuple[str, ...]]:
@@ -81,17 +78,13 @@ def _distribution(sample: Sample) -> dict[str, Any]:
 
 def _line(figures: BarrierFigures) -> list[Any]:
     facts = _facts(figures)
-    shares = [value for did in ROCKS for value in _columns(facts[did])]
+    shares = [value for did in ROCKS for value in share_columns(facts[did])]
     designs = [facts["first_energy_j"], facts["first_height_over_ground_m"]]
     return [
         figures.name, figures.height, figures.capacity, figures.came, *shares, *(facts[did] for did in EVENTS),
         *(value for one in designs for value in (one["p95"], *one["p95_interval_95"], one["max"])),
         facts["first_over_panel_m"]["max"],
     ]  # fmt: skip
-
-
-def _columns(share: dict[str, Any]) -> list[Any]:
-    return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
 
 
 def _text_row(figures: BarrierFigures) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
-"""Write hazard/benches.csv: the bench table, a line for each zone of the terrain and each area of interest."""
+"""Write the tables of hazard/: benches.csv has a line for each zone of the terrain and each area of interest."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,20 +20,26 @@ HEADER = [
 counts every rock lost to a hole of the terrain as a rock that reached the place; it is empty if no rock was lost."""
 
 
+def write_csv(path: Path, header: Sequence[str], lines: Iterable[Sequence[Any]]) -> None:
+    """Write a table as a CSV file; None is left empty."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(lines)
+
+
+def share_columns(share: dict[str, Any]) -> list[Any]:
+    """Return a share as columns: rocks, share, and the two ends of its 95 % interval."""
+    return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]
+
+
 def write_benches(path: Path, benches: Sequence[Bench]) -> None:
     """Write the table; a share of no rocks and a percentile of fewer than 20 rocks are left empty."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        lines = csv.writer(file, lineterminator="\n")
-        lines.writerow(HEADER)
-        lines.writerows(_line(bench) for bench in benches)
+    write_csv(path, HEADER, map(_line, benches))
 
 
 def _line(bench: Bench) -> list[Any]:
-    shares = [value for name in SHARES for value in _columns(getattr(bench, name))]
+    shares = [value for name in SHARES for value in share_columns(getattr(bench, name))]
     lost = 0 if bench.lost is None else bench.lost["rocks"]
     most = None if bench.reached_at_most is None else bench.reached_at_most["share"]
     return [bench.kind, bench.name, *shares, bench.energy_p95, lost, most]
-
-
-def _columns(share: dict[str, Any]) -> list[Any]:
-    return [share["rocks"], share["share"], *(share["interval_95"] or (None, None))]

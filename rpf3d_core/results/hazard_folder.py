@@ -1,42 +1,34 @@
 """Write the folder hazard/ of a run: rasters, zones, bench table, barrier table and pictures of the hazard maps."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rpf3d_core.hazard.benches import bench_table
 from rpf3d_core.hazard.maps import HazardMaps
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_benches import write_benches
 from rpf3d_core.results.hazard_rasters import write_hazard_rasters
 from rpf3d_core.results.hazard_zones import write_hazard_zones
 from rpf3d_core.scene.hazard import HazardSpec
-from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 
 def write_hazard(
     folder: Path,
-    name: str,
-    terrain: Terrain,
+    content: MapContent,
     maps: HazardMaps,
     spec: HazardSpec,
     crs: str | None,
     releases: FloatArray,
-    areas: Mapping[str, Sequence[FloatArray]],
-    flown: RunCounts,
     pictures: bool = True,
 ) -> None:
     """Make a folder and write the files of the hazard maps into it.
 
     Parameters
     ----------
-    name : of the scene, for the titles of pictures
     spec, crs : the scene's `hazard` and `terrain.crs`
     releases : (N, 2 or 3) m
         Release points of the rocks, local frame.
-    areas : name -> rings (N, 2) m
-        Outlines of areas of interest, local frame, as `areas.local_outlines`.
-    flown : the number of rocks behind the maps; pictures : True to write pictures as well
+    pictures : True to write pictures as well
 
     Raises
     ------
@@ -45,6 +37,7 @@ def write_hazard(
     OSError
         A file could not be written.
     """
+    terrain = content.terrain
     folder.mkdir()
     write_hazard_rasters(folder, terrain, maps, crs)
     write_hazard_zones(folder / "zones.geojson", terrain, maps, spec, crs)
@@ -57,4 +50,4 @@ def write_hazard(
         # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
         from rpf3d_core.results.plots_hazard import write_hazard_pictures
 
-        write_hazard_pictures(folder, name, terrain, maps, releases, areas, flown)
+        write_hazard_pictures(folder, content, maps, releases)

@@ -120,14 +120,16 @@ def _parts(maps: HazardMaps, frame: Frame, tiles: bool) -> list[RasterPart]:
     row, column = np.divmod(maps.cells.cell, raster.nx)
     row = row if frame.up == "y" else raster.ny - 1 - row
     if not tiles:
-        return [RasterPart(Window(0, 0, raster.nx, raster.ny), np.arange(len(row)), row, column)]
+        return [
+            RasterPart(window=Window(0, 0, raster.nx, raster.ny), cells=np.arange(len(row)), row=row, column=column)
+        ]
     tile = row // TILE * raster.nx + column // TILE
     order = np.argsort(tile, kind="stable")
     parts = []
     for cells in np.split(order, np.flatnonzero(np.diff(tile[order])) + 1) if len(order) else ():
         top, left = row[cells[0]] // TILE * TILE, column[cells[0]] // TILE * TILE
         window = Window(left, top, min(TILE, raster.nx - left), min(TILE, raster.ny - top))
-        parts.append(RasterPart(window, cells, row[cells] - top, column[cells] - left))
+        parts.append(RasterPart(window=window, cells=cells, row=row[cells] - top, column=column[cells] - left))
     return parts
 
 

@@ -26,7 +26,7 @@ from rpf3d_core.hazard.scales import (
     scale_of_height,
     scale_of_passages,
 )
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent
 from rpf3d_core.results.hazard_words import words_on_empty
 from rpf3d_core.results.plots_profiles import save
 from rpf3d_core.results.plots_sheet import (
@@ -105,31 +105,16 @@ class MapBackground:
     whole: Picture | None
 
 
-def write_hazard_pictures(
-    folder: Path,
-    name: str,
-    terrain: Terrain,
-    maps: HazardMaps,
-    releases: FloatArray,
-    areas: Mapping[str, Sequence[FloatArray]],
-    flown: RunCounts,
-) -> None:
+def write_hazard_pictures(folder: Path, content: MapContent, maps: HazardMaps, releases: FloatArray) -> None:
     """Write reach_probability.png, energy_p95.png and height_p95.png into an existing folder.
 
     If the maps have passages per metre, passage_per_metre.png is written as well.
-
-    Parameters
-    ----------
-    name : of the scene, for the title
-    releases : (N, 2 or 3) m
-        Release points of the rocks, local frame.
-    areas : name -> rings (N, 2) m
-        Outlines of areas of interest, local frame.
+    releases : (N, 2 or 3) m, release points of the rocks, local frame
     """
-    ground = _ground(terrain, maps, releases, areas)
+    ground = _ground(content.terrain, maps, releases, content.areas)
     for file, theme in themes(maps).items():
-        title = f"{name}: {theme.title}, {flown.describe()}"
-        figure = hazard_figure(title, theme, ground, maps, releases, areas)
+        title = f"{content.name}: {theme.title}, {content.flown.describe()}"
+        figure = hazard_figure(title, theme, ground, maps, releases, content.areas)
         save(figure, folder / f"{file}.png")
 
 
@@ -174,7 +159,7 @@ def hazard_figure(
     releases: FloatArray,
     areas: Mapping[str, Sequence[FloatArray]],
 ) -> Figure:
-    """Draw one picture; `releases` (N, 2 or 3) m and `areas`, rings (N, 2) m, as for `write_hazard_pictures`."""
+    """Draw one picture; releases : (N, 2 or 3) m, and areas : rings (N, 2) m, both in the local frame."""
     terrain, window = ground.terrain, ground.window
     figure, main, side = sheet(window)
     draw_ground(main, terrain, window, ground.picture)
@@ -246,7 +231,7 @@ def _cells_in(raster: Raster, window: Window) -> tuple[tuple[slice, slice], Wind
     last = np.ceil((np.array([window.right, window.top]) - (raster.x, raster.y)) / raster.cell).astype(int)
     (left, bottom), (right, top) = np.maximum(first, 0), np.minimum(last, (raster.nx, raster.ny))
     x, y, cell = raster.x, raster.y, raster.cell
-    covered = Window(x + left * cell, x + right * cell, y + bottom * cell, y + top * cell)
+    covered = Window(left=x + left * cell, right=x + right * cell, bottom=y + bottom * cell, top=y + top * cell)
     return (slice(bottom, top), slice(left, right)), covered
 
 
@@ -266,7 +251,11 @@ def _draw_scale(figure: Figure, side: Axes, theme: Theme) -> None:
     box = side.get_position()
     height = BAR_HEIGHT / figure.get_size_inches()[1]
     bar = figure.add_axes((box.x0 + 0.02 * box.width, box.y0 + 0.87 * box.height, 0.93 * box.width, height))
-    scale = Scale(theme.scale.low / theme.per_unit, theme.scale.high / theme.per_unit, theme.scale.logarithmic)
+    scale = Scale(
+        low=theme.scale.low / theme.per_unit,
+        high=theme.scale.high / theme.per_unit,
+        logarithmic=theme.scale.logarithmic,
+    )
     colours = figure.colorbar(
         ScalarMappable(norm_of(scale), colour_map()),
         cax=bar,

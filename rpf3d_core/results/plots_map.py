@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours, zone_groups
 from rpf3d_core.ensemble.flights import Deposits, FloatArray
 from rpf3d_core.ensemble.paths import PathSamples
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots_profiles import hex_colour, save
 from rpf3d_core.results.plots_sheet import (
     OVERVIEW_PIXELS,
@@ -46,29 +46,14 @@ TREE: dict[str, Any] = {"marker": ".", "color": "#1e6b2e", "markersize": 2.5}
 
 
 def write_map(
-    path: Path,
-    name: str,
-    terrain: Terrain,
-    deposits: Deposits,
-    samples: PathSamples,
-    areas: Mapping[str, Sequence[FloatArray]],
-    flown: RunCounts,
-    obstacles: Obstacles = NO_OBSTACLES,
+    path: Path, content: MapContent, deposits: Deposits, samples: PathSamples, obstacles: Obstacles = NO_OBSTACLES
 ) -> None:
-    """Write the map as a PNG file.
+    """Write the map as a PNG file, in z-up input coordinates, so that its ticks are round numbers of the survey.
 
-    Parameters
-    ----------
-    name : of the scene, for the title
-    deposits : of the rocks that are drawn, all or some of the rocks flown
-    areas : name -> rings (N, 2) m
-        Outlines of areas of interest, local frame.
+    deposits, samples : of the rocks that are drawn, all or some of the rocks flown
     obstacles : barriers and trees of the scene
-
-    Notes
-    -----
-    The map is in z-up input coordinates, so that its ticks are round numbers of the survey.
     """
+    terrain, areas, flown = content.terrain, content.areas, content.flown
     whole = whole_window(terrain)
     window = rocks_window(whole, deposits, samples, areas)
     figure, main, side = sheet(window)
@@ -77,7 +62,7 @@ def write_map(
     handles = _draw_obstacles(main, terrain, obstacles)
     _draw_rocks(main, terrain, deposits, samples)
     measure(main, terrain, window)
-    main.set_title(f"{name}: {flown.describe()}", loc="left", fontsize=12)
+    main.set_title(f"{content.name}: {flown.describe()}", loc="left", fontsize=12)
     if window != whole:
         small = shaded(terrain, seen_from_above(terrain, whole, OVERVIEW_PIXELS))
         draw_overview(figure, terrain, whole, window, small, areas)

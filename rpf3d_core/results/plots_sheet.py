@@ -44,7 +44,7 @@ RELEASE: dict[str, Any] = {"marker": "+", "color": "black", "markersize": 4, "ma
 def whole_window(terrain: Terrain) -> Window:
     """Return the terrain's extent in plan."""
     x, y = terrain.vertices[:, 0], terrain.vertices[:, 1]  # column by column takes a tenth of the time of `min(axis=0)`
-    return Window(float(x.min()), float(x.max()), float(y.min()), float(y.max()))
+    return Window(left=float(x.min()), right=float(x.max()), bottom=float(y.min()), top=float(y.max()))
 
 
 def window_around(whole: Window, places: FloatArray) -> Window:
@@ -55,7 +55,12 @@ def window_around(whole: Window, places: FloatArray) -> Window:
     half = np.maximum((high - low) / 2, LEAST_SHAPE * (high - low).max() / 2) * (1 + 2 * MARGIN)
     half += 0.01 * min(whole.width, whole.height)
     (left, bottom), (right, top) = (low + high) / 2 - half, (low + high) / 2 + half
-    part = Window(max(left, whole.left), min(right, whole.right), max(bottom, whole.bottom), min(top, whole.top))
+    part = Window(
+        left=max(left, whole.left),
+        right=min(right, whole.right),
+        bottom=max(bottom, whole.bottom),
+        top=min(top, whole.top),
+    )
     covers = part.width > WHOLE_SHARE * whole.width and part.height > WHOLE_SHARE * whole.height
     return whole if covers or part.width <= 0 or part.height <= 0 else part
 
@@ -100,7 +105,9 @@ def draw_ground(axes: Axes, terrain: Terrain, window: Window, ground: Picture) -
 def placed(terrain: Terrain, window: Window) -> Window:
     """Return a window of the local frame in z-up input coordinates."""
     east, north, _ = terrain.frame.origin
-    return Window(window.left + east, window.right + east, window.bottom + north, window.top + north)
+    return Window(
+        left=window.left + east, right=window.right + east, bottom=window.bottom + north, top=window.top + north
+    )
 
 
 def plan_of(terrain: Terrain, points: FloatArray) -> FloatArray:

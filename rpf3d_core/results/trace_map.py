@@ -40,7 +40,7 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
     count = layers.pop("impacts", None)
     if count is None:
         struck, number = np.unique(impacts.facet[impacts.facet >= 0], return_counts=True)
-        count = Scattered(facets, struck, number.astype(np.int32), 0)
+        count = Scattered(cells=facets, cell=struck, values=number.astype(np.int32), elsewhere=0)
     cell_data: dict[str, Array] = {
         "impacts": count,
         "hit": count._replace(values=(count.values > 0).astype(np.uint8)),
@@ -49,7 +49,15 @@ def write_terrain(path: Path, terrain: Terrain, impacts: Impacts, maps: HazardMa
         **layers,
     }
     points, ends = terrain.frame.points_to_input(terrain.vertices), np.arange(3, 3 * facets + 1, 3, dtype=np.int32)
-    mesh = PolyData(points, "Polys", ends, terrain.triangles.ravel(), {}, cell_data, {"zone_names": terrain.zones})
+    mesh = PolyData(
+        points=points,
+        kind="Polys",
+        ends=ends,
+        corners=terrain.triangles.ravel(),
+        point_data={},
+        cell_data=cell_data,
+        names={"zone_names": terrain.zones},
+    )
     write_poly_data(path, mesh)
 
 
@@ -63,7 +71,7 @@ def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
     facets = maps.facets
 
     def layer(quantity: Quantity, values: NDArray[Any]) -> Scattered:
-        return Scattered(facets.count, facets.cell, values, quantity.elsewhere)
+        return Scattered(cells=facets.count, cell=facets.cell, values=values, elsewhere=quantity.elsewhere)
 
     layers = {what.name: layer(what, values.astype(np.float32)) for what, values in shares_of(maps, facets)}
     layers |= {what.name: layer(what, counts) for what, counts in counts_of(facets)}
@@ -92,7 +100,18 @@ def write_trajectories(
     cell_data = {"source": deposits.source[rows], "outcome": deposits.outcome[rows], **_rock_ids(deposits, rows)}
     names = {"source_names": sources, "mode_names": lower_names(Mode), "outcome_names": lower_names(Outcome)}
     points, corners = terrain.frame.points_to_input(samples.x), np.arange(count, dtype=np.int32)
-    write_poly_data(path, PolyData(points, "Lines", ends, corners, point_data, cell_data, names))
+    write_poly_data(
+        path,
+        PolyData(
+            points=points,
+            kind="Lines",
+            ends=ends,
+            corners=corners,
+            point_data=point_data,
+            cell_data=cell_data,
+            names=names,
+        ),
+    )
 
 
 def _rock_ids(deposits: Deposits, rows: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:

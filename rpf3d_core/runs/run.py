@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rpf3d_core.ensemble.batches import Progress
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
-from rpf3d_core.ensemble.fly import Progress
 from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of, warm_pieces
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
@@ -93,7 +93,7 @@ def simulate(
     rocks : total number, dealt to the sources in proportion, or "auto"; None for the scene's own numbers
     engine : "reference", "compiled" or "auto"; None for the scene's own
     seed : of all random draws; None for the scene's own
-    progress : as `ensemble.fly.Progress`
+    progress : as `ensemble.batches.Progress`
     threads : number for the compiled engine; None for one thread a core
 
     Raises

@@ -6,7 +6,6 @@ from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.models import GroundSpec, ReboundSpec
 from rpf3d_core.scene.offers import Offer, loaded
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
@@ -32,12 +31,6 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
                              f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
                              f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
     return Models(model, ground, chain_of(effects))
-
-
-def models_called(rebound: str, ground: str) -> Models:
-    """Return models by name, with default parameters and no effects, for models that need no scene."""
-    bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
-    return Models(bouncing.offer.made(), resting.offer.made())
 
 
 def numbered(effects: list[Any]) -> list[Any]:

@@ -16,7 +16,7 @@ from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
 from rpf3d_core.hazard.areas import Areas, areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Scales
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, Scales
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import check_memory, raster_over
 from rpf3d_core.hazard.tallies import Tallies, tallies_over, with_ways
@@ -213,7 +213,7 @@ def releases_in_ranges(prepared: Prepared, ranges: Sequence[range]) -> Releases:
 
 def places_of(prepared: Prepared) -> list[int]:
     """Return the number of places to which each source deals its rocks in turn; 1 for a source with drawn places."""
-    drawn = [source.line or source.patches is not None for source in prepared.sources]
+    drawn = [source.line or source.triangles is not None for source in prepared.sources]
     return [1 if its else len(source.points) for its, source in zip(drawn, prepared.sources, strict=True)]
 
 
@@ -241,8 +241,8 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     ground = ground_over(facets, locator, prepared.raster)
     zones = len(prepared.terrain.zones)
     limit = memory_of_bins(scene, prepared.raster, facets)
-    scales, fine = _scales(prepared, PER_OCTAVE), _scales(prepared, FINE)
-    tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, scales, fine, limit, compiled)
+    binning = Binning(coarse=_scales(prepared, PER_OCTAVE), fine=_scales(prepared, FINE), limit=limit)
+    tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, binning, compiled)
     tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
     tallies = replace(tallies, spins=spins_of(prepared.flight.models))
     return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
@@ -260,7 +260,7 @@ def _scales(prepared: Prepared, per_octave: int) -> Scales:
 def _highest(source: Source, top: float) -> float:
     """Return an upper bound of the release heights of a source, m, over a terrain that reaches up to `top` (m)."""
     above = source.spread[2] + (source.above_ground or 0.0)
-    on_ground = source.above_ground is not None or source.patches is not None
+    on_ground = source.above_ground is not None or source.triangles is not None
     return (top if on_ground else float(source.points[:, 2].max())) + above
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from shapely.geometry import MultiPolygon
 
-from rpf3d_core.ensemble.patches import Patches, patches_of
+from rpf3d_core.ensemble.release_triangles import ReleaseTriangles, release_triangles
 from rpf3d_core.ensemble.releases import Source
 from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.ensemble.throws import Throw
@@ -76,7 +76,7 @@ def _source(scene: Scene, number: int, terrain: Terrain) -> Source:
         spread=_vector(np.abs(frame.directions_to_local(spec.spread))),
         velocity_spread=_vector(np.abs(frame.directions_to_local(spec.velocity_spread))),
         above_ground=spec.above_ground,
-        patches=_patches(scene, number, terrain),
+        triangles=_triangles(scene, number, terrain),
         throw=_throw(spec),
     )
 
@@ -97,7 +97,7 @@ def _throw(spec: SourceSpec) -> Throw | None:
     return Throw(distribution_of(spec.speed), *(math.radians(angle or 0.0) for angle in angles))
 
 
-def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
+def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles | None:
     """Return the release surface of a source that is an area; None for other sources."""
     spec = scene.sources[number]
     if spec.polygon is not None:
@@ -105,16 +105,16 @@ def _patches(scene: Scene, number: int, terrain: Terrain) -> Patches | None:
     return _steep_facets(scene, number, terrain) if spec.zone is not None else None
 
 
-def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> Patches:
+def _within_polygon(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
     """Return the parts of facets within a source's polygon."""
     plan = plan_triangles(source_outline(scene, number))
     parts = facets_within(terrain.vertices[terrain.triangles], local_plan(terrain.frame, plan))
     if not len(parts):
         raise _refused(scene, number, "polygon", f"lies off the terrain: {extents(terrain, plan)}")
-    return patches_of(parts)
+    return release_triangles(parts)
 
 
-def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
+def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles:
     """Return the facets of a source's zone that are steep enough."""
     spec = scene.sources[number]
     pattern, least = spec.zone or "", spec.steeper_than_deg
@@ -127,7 +127,7 @@ def _steep_facets(scene: Scene, number: int, terrain: Terrain) -> Patches:
     if least is not None and not (slopes > least).any():
         steepest = f"the steepest facet of {pattern!r} has {slopes.max(initial=0.0):.1f} degrees"
         raise _refused(scene, number, "steeper_than_deg", f"is {least:g}, but {steepest}")
-    return patches_of(corners if least is None else corners[slopes > least])
+    return release_triangles(corners if least is None else corners[slopes > least])
 
 
 def _slopes(corners: FloatArray) -> FloatArray:

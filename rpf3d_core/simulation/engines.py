@@ -13,12 +13,12 @@ from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
-from rpf3d_core.materials.library import Materials
-from rpf3d_core.materials.rock_context import RockColumns, RockContext, RockKeys, key_of, rock_of
+from rpf3d_core.materials.rock_context import RockContext, key_of, rock_of
+from rpf3d_core.simulation.launches import Launches, Starts, launches_of
 from rpf3d_core.simulation.march import follow, locator_for, set_down
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.simulation.physics import Physics
-from rpf3d_core.simulation.record import Record, close_rock, empty_record, record_from
+from rpf3d_core.simulation.record import Logbook, close_rock, empty_record, record_from
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Facets, Terrain, facets_of, plain
 from rpf3d_core.values import ZERO, Motion
@@ -54,20 +54,6 @@ def spins_of(models: Models) -> bool:
     return bool(getattr(models.rebound, "spins", False))
 
 
-class Starts(NamedTuple):
-    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,), the numbers that their draws depend on.
-
-    mass : (R,) kg; radius : (R,) m
-    """
-
-    x: Floats
-    v: Floats
-    source: Integers
-    rock: Integers
-    mass: Floats
-    radius: Floats
-
-
 class Reference:
     """The reference engine: plain Python, one rock after another, candidates from VTK.
 
@@ -85,24 +71,23 @@ class Reference:
         self.facets = plain(facets)
         self.locator = VtkLocator(facets)
         self.method: Any = self.locator
-        self.caps = None if caps is None else CapLocator(VtkLocator(caps.facets), plain(caps.facets), caps.layered)
+        self.caps = (
+            None
+            if caps is None
+            else CapLocator(locator=VtkLocator(caps.facets), facets=plain(caps.facets), layered=caps.layered)
+        )
 
     def follow(
-        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
-        begin: int, finals: Floats, counts: Integers,
-    ) -> int:  # fmt: skip
-        """Follow rocks from number `begin` on, of R rocks that start.
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
+    ) -> int:
+        """Follow rocks from number `begin` on, of R rocks that start, and write their flights into the logbook.
 
-        finals (R, 8), counts (R, 4) : filled in, FINAL_COLUMNS and COUNT_COLUMNS
-        record : holds the rows for impacts and path segments
-        first : (R + 1, 2) first row of each rock in either; the row of `begin` is given, the others are filled in
         Returns the number of the first rock that found no room in the record, R if all rocks did.
         """
-        listed = Starts(*(column.tolist() for column in starts))
-        ground = (self.method, self.facets, plain(materials), settings)
-        rocks = (listed.x, listed.v, *asked_for(models, materials, settings, listed))
-        done = _follow_all.py_func(*plain(models), *ground, *rocks, self.caps, record, first, begin, finals, counts)  # type: ignore[attr-defined]
-        return int(done)
+        listed = Starts(**{name: column.tolist() for name, column in starts._asdict().items()})
+        physics = _physics(plain(models), self.facets, plain(materials), settings, self.caps)
+        launches = launches_of(_parts(models), materials, settings.seed, listed)
+        return int(_follow_all.py_func(physics, self.method, launches, logbook, begin))  # type: ignore[attr-defined]
 
     def ground_below(self, x: Floats) -> Floats:
         """Return the height (m) of R points above the ground, the facet there (-1: none) and its side: (R, 3)."""
@@ -127,17 +112,19 @@ class Compiled:
         self.facets = facets
         self.locator = locator or bucket_locator(facets)
         self.method: Any = self.locator
-        self.caps = None if caps is None else CapLocator(bucket_locator(caps.facets), caps.facets, caps.layered)
+        self.caps = (
+            None
+            if caps is None
+            else CapLocator(locator=bucket_locator(caps.facets), facets=caps.facets, layered=caps.layered)
+        )
 
     def follow(
-        self, models: Models, materials: Any, settings: Settings, starts: Starts, record: Record, first: Integers,
-        begin: int, finals: Floats, counts: Integers,
-    ) -> int:  # fmt: skip
+        self, models: Models, materials: Any, settings: Settings, starts: Starts, logbook: Logbook, begin: int
+    ) -> int:
         """Follow rocks as `Reference.follow` does."""
-        ground = (self.method, self.facets, materials, settings)
-        rocks = (starts.x, starts.v, *asked_for(models, materials, settings, starts))
-        follow_all: Any = _follow_all
-        return int(follow_all(*models, *ground, *rocks, self.caps, record, first, begin, finals, counts))
+        physics = _physics(models, self.facets, materials, settings, self.caps)
+        launches = launches_of(_parts(models), materials, settings.seed, starts)
+        return int(_follow_all(physics, self.method, launches, logbook, begin))
 
     def ground_below(self, x: Floats) -> Floats:
         """Return heights, facets and sides (R, 3) as `Reference.ground_below` does."""
@@ -149,15 +136,22 @@ class Compiled:
 Engine = Reference | Compiled
 
 
-def asked_for(
-    models: Models, materials: Any, settings: Settings, starts: Starts
-) -> tuple[RockColumns | None, RockKeys | None]:
-    """Return the columns and the keys of R rocks, each None if no model and no material of the scene asks for it."""
-    parts = (models.rebound, models.ground, *links_of(models.effects))
-    asked = any(getattr(part, "asks_rock", False) for part in parts)
-    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
-    rocks = RockColumns(starts.mass, starts.radius) if asked else None
-    return rocks, RockKeys(settings.seed, starts.source, starts.rock) if drawn else None
+def _parts(models: Models) -> tuple[Any, ...]:
+    """Return the parameters of all models and effects."""
+    return models.rebound, models.ground, *links_of(models.effects)
+
+
+def _physics(models: Models, facets: Facets, materials: Any, settings: Settings, caps: CapLocator | None) -> Physics:
+    """Return models, ground and settings as one value."""
+    return Physics(
+        rebound=models.rebound,
+        ground=models.ground,
+        effects=models.effects,
+        facets=facets,
+        materials=materials,
+        settings=settings,
+        caps=caps,
+    )
 
 
 def engine_of(name: str, facets: Facets, caps: CapFacets | None = None) -> Engine:
@@ -204,7 +198,7 @@ def stepping_over_squares(engine: Engine, x: float, y: float, cell: float, there
     ny, nx = there.shape
     first = np.where(there, 2 * (np.cumsum(there).reshape(there.shape) - 1), -1).astype(np.int64).ravel()
     other = copy(engine)
-    other.method = SteppedRaster(x, y, cell, nx, ny, first, dt)
+    other.method = SteppedRaster(x=x, y=y, cell=cell, nx=nx, ny=ny, facet=first, dt=dt)
     low, high = engine.facets.low, engine.facets.high
     other.facets = engine.facets._replace(low=(low[0], low[1], low[2] - math.dist(low, high)))
     return other
@@ -233,8 +227,10 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
         numbers, sizes = none[:, 0].copy(), nothing[:, 0].copy()
-        starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
-        engine.follow(models, materials, settings, starts, empty_record(0, 0, spins_of(models)), first, 0, finals, none)
+        starts = Starts(x=nothing, v=nothing, source=numbers, rock=numbers, mass=sizes, radius=sizes)
+        record = empty_record(0, 0, spins_of(models))
+        logbook = Logbook(record=record, first=first, finals=finals, counts=none)
+        engine.follow(models, materials, settings, starts, logbook, 0)
     return time.perf_counter() - began
 
 
@@ -254,21 +250,20 @@ def precompile_ground_below() -> None:
 
 
 @loop
-def _follow_all(
-    model: Any, ground: Any, effects: Any, locator: Any, facets: Facets, materials: Any, settings: Settings, x: Any,
-    v: Any, rocks: Any, keys: Any, caps: Any, record: Record, first: Any, begin: int, finals: Any, counts: Any,
-) -> int:  # fmt: skip
-    """Follow a batch: rock i from x[i], v[i] into row i of finals (FINAL_COLUMNS) and counts (COUNT_COLUMNS).
+def _follow_all(physics: Physics, locator: Any, launches: Launches, logbook: Logbook, begin: int) -> int:
+    """Follow rocks from number `begin` on: rock i from x[i], v[i] of the launches into row i of the logbook.
 
     The loop ends at the first rock that the record has no room for; returns the number of that rock, else of all rocks.
     """
+    x, v, finals, counts = launches.x, launches.v, logbook.finals, logbook.counts
     for i in range(begin, len(finals)):
-        motion = Motion(0.0, (x[i][0], x[i][1], x[i][2]), (v[i][0], v[i][1], v[i][2]), ZERO)
-        falling, written = RockContext(rock_of(rocks, i), key_of(keys, i), 0), record_from(record, first, i)
-        physics = Physics(model, ground, effects, facets, materials, settings, caps)
-        method = locator_for(model, locator, falling)
-        end = follow(physics, method, set_down(model, method, facets, motion), falling, written)
-        if not close_rock(record, end.tally, first, i):
+        motion = Motion(t=0.0, x=(x[i][0], x[i][1], x[i][2]), v=(v[i][0], v[i][1], v[i][2]), w=ZERO)
+        rock = RockContext(rock=rock_of(launches.sizes, i), key=key_of(launches.keys, i), impacts=0)
+        written = record_from(logbook.record, logbook.first, i)
+        method = locator_for(physics.rebound, locator, rock)
+        released = set_down(physics.rebound, method, physics.facets, motion)
+        end = follow(physics, method, released, rock, written)
+        if not close_rock(logbook.record, end.tally, logbook.first, i):
             return i
         tally, at = end.tally, end.motion.x
         finals[i, 0], finals[i, 1], finals[i, 2], finals[i, 3] = end.motion.t, at[0], at[1], at[2]

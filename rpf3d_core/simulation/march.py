@@ -6,45 +6,42 @@ from typing import Any
 from rpf3d_core.arc import Arc, advance, arc_length
 from rpf3d_core.detection.contact import Contact, PreviousContact
 from rpf3d_core.detection.search import is_fall
-from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, first_obstacle, in_ground, still_at
+from rpf3d_core.effects.hooks import Meeting, at_obstacle, breaks, felt_normal, in_ground, still_at
 from rpf3d_core.jit.dispatch import guarded, kernel, model_function
-from rpf3d_core.kinetics.rebound import rebound, rest_of_bounces
+from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.materials.library import Surface, surface_of
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.parabola import next_parabola, out_of_air
-from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.physics import Physics, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece
+from rpf3d_core.simulation.settling import settle, stand
 from rpf3d_core.simulation.state import (
     RockTally,
     State,
     ended,
     past,
     released,
-    with_ground,
     with_impact,
     with_meeting,
     with_piece,
 )
 from rpf3d_core.simulation.sustained import carry_on, held_by
-from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_line, on_plane, stored_normal
+from rpf3d_core.terrain.facet_geometry import NEAR, contains, corner, on_plane, stored_normal
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, Mode, Motion, Outcome, Vec
-from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
-
-SETTLED = 1e-6
-"""Share of smallest_bounce below which bouncing ends anywhere (-): in a corner bounces never fit on one facet."""
+from rpf3d_core.vectors import add, dot, scale, subtract
 
 STRETCHES = 10_000
 """Flight segments, beyond two path segments per contact, that a rock may take however small max_impacts is."""
 
-FLIGHT, SETTLING, END = int(Mode.FLIGHT), int(Mode.SETTLING), int(Mode.END)
+FLIGHT, END = int(Mode.FLIGHT), int(Mode.END)
 LEFT_TERRAIN, MAX_TIME, MAX_IMPACTS = int(Outcome.LEFT_TERRAIN), int(Outcome.MAX_TIME), int(Outcome.MAX_IMPACTS)
 FAILED, FRAGMENTED = int(Outcome.FAILED), int(Outcome.FRAGMENTED)
 FELL_THROUGH = int(Outcome.FELL_THROUGH)
 
 
 @model_function
-def locator_for(model: object, locator: Any, falling: RockContext) -> Any:
+def locator_for(model: object, locator: Any, rock: RockContext) -> Any:
     """Return the locator that finds the contacts of a rock; it depends on the rebound model.
 
     Models of bodies with a size have a rule of their own; for all others it is `locator` itself.
@@ -52,7 +49,7 @@ def locator_for(model: object, locator: Any, falling: RockContext) -> Any:
 
 
 @locator_for.otherwise
-def locator_of_points(model: object, locator: Any, falling: RockContext) -> Any:
+def locator_of_points(model: object, locator: Any, rock: RockContext) -> Any:
     """Return the locator itself: the rock is a point."""
     return locator
 
@@ -69,32 +66,32 @@ def as_told(model: object, locator: Any, facets: Facets, motion: Motion) -> Moti
 
 
 @kernel
-def follow(physics: Physics, locator: Any, motion: Motion, falling: RockContext, record: Record) -> State:
+def follow(physics: Physics, locator: Any, motion: Motion, rock: RockContext, record: Record) -> State:
     """Follow a rock from its release to its outcome; return its last state.
 
-    locator : of either engine; falling : data of the rock that models may need
+    locator : of either engine; rock : its data that models may need
     record : holds the rows for impacts and path segments
     """
     state = checked(released(motion), released(motion))
     while state.outcome == MOVING:
-        state = checked(state, next_event(physics, locator, state, falling, record))
+        state = checked(state, next_event(physics, locator, state, rock, record))
     note_piece(record, state.tally, state.motion, state.motion.v, END)
     return state
 
 
-def no_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
+def no_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the failed state at the rock's position: the Python result of `next_event` if its arithmetic fails."""
     return ended(state, FAILED)
 
 
 @guarded(no_event)
-def next_event(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
+def next_event(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after the next event of a moving rock."""
     if state.tally.contacts >= physics.settings.max_impacts:
         return ended(state, MAX_IMPACTS)
     if state.stands:
-        return carry_on(physics.ground, physics, locator, state, falling, record)  # type: ignore[no-any-return]
-    return fly_on(physics, locator, state, falling, record)
+        return carry_on(physics.ground, physics, locator, state, rock, record)  # type: ignore[no-any-return]
+    return fly_on(physics, locator, state, rock, record)
 
 
 @kernel
@@ -111,28 +108,32 @@ def checked(before: State, after: State) -> State:
 
 
 @kernel
-def fly_on(physics: Physics, locator: Any, state: State, falling: RockContext, record: Record) -> State:
+def fly_on(physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after a flight to the next contact, obstacle, gap or rim of the terrain, or until max_time."""
-    who, gravity = as_it_is(falling, state), physics.settings.gravity
-    flown = next_parabola(physics, locator, state, who)
+    rock_now, gravity = rock_at(rock, state), physics.settings.gravity
+    flown = next_parabola(physics, locator, state, rock_now)
     start, t = flown.start, flown.t
     arrived = advance(start, gravity, t)
     note_piece(record, state.tally, start, arrived.v, FLIGHT)
-    motion = out_of_air(physics, locator, arrived, t, flown.longest, who)
-    tally = with_piece(state.tally, arc_length(Arc(start.x, start.v, gravity), t), motion, physics.facets.tolerance)
-    after = State(motion, state.left, False, tally, MOVING, state.passed)
+    motion = out_of_air(physics, locator, arrived, t, flown.longest, rock_now)
+    tally = with_piece(
+        state.tally, arc_length(Arc(x=start.x, v=start.v, gravity=gravity), t), motion, physics.facets.tolerance
+    )
+    after = State(motion=motion, left=state.left, stands=False, tally=tally, outcome=MOVING, passed=state.passed)
     if t == flown.meeting.t and t < flown.left:
-        return _meet(physics.effects, after, flown.meeting, falling, record)
+        return _meet(physics.effects, after, flown.meeting, rock, record)
     if t == flown.loss.t and t < flown.left:
         return ended(after, flown.loss.outcome)
     lands = flown.contact.t <= t and t < flown.left
     if t == flown.longest and t < flown.left and not lands:
-        on = State(motion, _mid_air(state.left), False, tally, MOVING, state.passed)
+        on = State(
+            motion=motion, left=_mid_air(state.left), stands=False, tally=tally, outcome=MOVING, passed=state.passed
+        )
         return ended(on, MAX_IMPACTS) if _hovers(physics.settings.max_impacts, tally) else on
     if is_fall(flown.contact) and t < flown.left:
         return ended(state, FELL_THROUGH)
     if lands:
-        return land(flown.contact, physics, after, falling, record)  # type: ignore[no-any-return]
+        return land(flown.contact, physics, after, rock, record)  # type: ignore[no-any-return]
     return ended(after, MAX_TIME if t == flown.left else LEFT_TERRAIN)
 
 
@@ -149,26 +150,33 @@ def _hovers(max_impacts: int, tally: RockTally) -> bool:
 @kernel
 def _mid_air(left: PreviousContact) -> PreviousContact:
     """Return the previous contact of a rock that goes on in mid-air: no facet, on the same side of the ground."""
-    return PreviousContact(-1, -1, left.side, False, -1)
+    return PreviousContact(facet=-1, other=-1, side=left.side, resting=False, before=-1)
 
 
 @kernel
-def _meet(effects: Any, state: State, meeting: Meeting, falling: RockContext, record: Record) -> State:
+def _meet(effects: Any, state: State, meeting: Meeting, rock: RockContext, record: Record) -> State:
     """Return the state after an obstacle, which changes the motion or ends it."""
     before = state.motion
-    met = at_obstacle(effects, before, meeting.number, state.tally.meetings, as_it_is(falling, state))
+    met = at_obstacle(effects, before, meeting.number, state.tally.meetings, rock_at(rock, state))
     note_impact(record, state.tally, before, met.motion, FIRST_OBSTACLE - meeting.number, against(before.v))
     tally = with_meeting(state.tally, met.facet)
-    return State(met.motion, _mid_air(state.left), False, tally, met.outcome, past(met.motion, meeting.number))
+    return State(
+        motion=met.motion,
+        left=_mid_air(state.left),
+        stands=False,
+        tally=tally,
+        outcome=met.outcome,
+        passed=past(met.motion, meeting.number),
+    )
 
 
 @model_function
-def land(contact: object, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
+def land(contact: object, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after a contact; one rule per class of contacts, which the locator determines."""
 
 
 @land.rule(Contact)
-def land_point(contact: Contact, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
+def land_point(contact: Contact, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
     """Return the state of a lumped mass after a contact: it slides on if the contact is slight, else it rebounds."""
     facets = physics.facets
     n = scale(contact.side, stored_normal(facets, contact.facet))
@@ -176,17 +184,17 @@ def land_point(contact: Contact, physics: Physics, state: State, falling: RockCo
     if state.left.resting or released_on_ground:
         held = held_by(facets, physics.settings, state, contact, n)
         if held.left.facet >= 0:
-            return _stand(facets, state, held.left, held.v)
-    who, before = as_it_is(falling, state), _raised(facets, contact.facet, n, state.motion)
-    after = rebounded(physics, before, contact.facet, n, who)
+            return stand(facets, state, held.left, held.v)
+    rock_now, before = rock_at(rock, state), _raised(facets, contact.facet, n, state.motion)
+    after = rebounded(physics, before, contact.facet, n, rock_now)
     note_impact(record, state.tally, before, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    left = PreviousContact(contact.facet, -1, contact.side, False, -1)
-    passed = still_at(physics.effects, after, state.passed, who)
-    bounced = State(after, left, False, tally, MOVING, passed)
-    if breaks(physics.effects, before, after, n, who):
+    left = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=False, before=-1)
+    passed = still_at(physics.effects, after, state.passed, rock_now)
+    bounced = State(motion=after, left=left, stands=False, tally=tally, outcome=MOVING, passed=passed)
+    if breaks(physics.effects, before, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
-    return _settle(physics, bounced, n, falling, record)
+    return settle(physics, bounced, n, rock, record)
 
 
 @kernel
@@ -201,11 +209,11 @@ def _raised(facets: Facets, f: int, n: Vec, motion: Motion) -> Motion:
     depth = -dot(n, subtract(motion.x, corner(facets, f, 0)))
     if not NEAR * facets.tolerance < depth <= NEAR * facets.crack:
         return motion
-    return Motion(motion.t, on_plane(facets, f, motion.x), motion.v, motion.w)
+    return Motion(t=motion.t, x=on_plane(facets, f, motion.x), v=motion.v, w=motion.w)
 
 
 @kernel
-def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: RockContext) -> Motion:
+def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact on a facet whose normal, turned towards the rock, is n (3,).
 
     An effect may change the normal that the rock feels. The facet's own normal counts instead if the rock would not hit
@@ -215,88 +223,24 @@ def rebounded(physics: Physics, motion: Motion, facet: int, n: Vec, falling: Roc
     if dot(motion.v, n) > 0.0:
         return motion
     zone = physics.facets.zone[facet]
-    surface = surface_of(physics.materials, zone, falling)
-    felt = felt_normal(physics.effects, n, motion, falling)
+    surface = surface_of(physics.materials, zone, rock)
+    felt = felt_normal(physics.effects, n, motion, rock)
     if dot(motion.v, felt) >= 0.0:
         felt = n
-    after = _struck(physics, zone, surface, motion, felt, falling)
+    after = _struck(physics, zone, surface, motion, felt, rock)
     if physics.effects is not None and dot(after.v, n) < 0.0:
-        after = _struck(physics, zone, surface, motion, n, falling)
+        after = _struck(physics, zone, surface, motion, n, rock)
     into = dot(after.v, n)
     if into >= 0.0:
         return after
-    return Motion(after.t, after.x, subtract(after.v, scale(into, n)), after.w)
+    return Motion(t=after.t, x=after.x, v=subtract(after.v, scale(into, n)), w=after.w)
 
 
 @kernel
-def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def _struck(physics: Physics, zone: int, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact on a surface of normal n; an effect may let the rock enter the ground first."""
-    entering = in_ground(physics.effects, zone, surface, motion, n, falling)
-    return rebound(physics.rebound, surface, entering, n, falling)  # type: ignore[no-any-return]
-
-
-@kernel
-def _stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
-    """Return the state at the start of sustained contact with velocity v.
-
-    The position is put back on the plane, or the line, that holds the rock.
-    """
-    x = on_plane(facets, held.facet, state.motion.x)
-    if held.other >= 0:
-        x = on_line(facets, held.facet, held.other, x)
-    motion = Motion(state.motion.t, x, v, state.motion.w)
-    tally = with_ground(state.tally, held.facet, norm(motion.v))
-    return State(motion, held, True, tally, state.outcome, state.passed)
-
-
-@kernel
-def _settle(physics: Physics, state: State, n: Vec, falling: RockContext, record: Record) -> State:
-    """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
-
-    Otherwise, or if an obstacle stands on the way, the rock flies on. Gravity must press the rock onto the facet. If
-    each impact draws its ground, all remaining bounces have the ground of the next impact.
-    """
-    facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
-    g_n = settings.gravity * n[2]
-    rise2 = _rising2(physics, state, n, as_it_is(falling, state))
-    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
-        return state
-    surface = ground_of(physics, f, falling, state)
-    rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, as_it_is(falling, state))
-    way = add(rest.along, rest.down)
-    x = add(motion.x, way)
-    in_time = rest.ends and motion.t + rest.t <= settings.max_time
-    clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, as_it_is(falling, state))
-    if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
-        end = Motion(motion.t + rest.t, x, rest.v, motion.w)
-        note_piece(record, state.tally, motion, rest.v, SETTLING)
-        tally = with_piece(state.tally, norm(way), end, facets.tolerance)
-        settled = State(end, state.left, True, tally, MOVING, state.passed)
-        return _stand(facets, settled, state.left, along(rest.v, n))
-    if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
-        return _stand(facets, state, state.left, along(motion.v, n))
-    return state
-
-
-@kernel
-def _rising2(physics: Physics, state: State, n: Vec, falling: RockContext) -> float:
-    """Return the squared speed (m^2/s^2) with which a bounce off a facet of normal n, or a later bounce, may rise.
-
-    This is the speed off the facet, unless the next impact feels a normal other than n. That impact may turn all of the
-    speed upwards, so bounces do not die out as they do on a plane.
-    """
-    v = state.motion.v
-    off = dot(v, n)
-    down = Motion(state.motion.t, state.motion.x, subtract(v, scale(2.0 * off, n)), state.motion.w)
-    felt = felt_normal(physics.effects, n, down, falling)
-    as_a_plane = felt[0] == n[0] and felt[1] == n[1] and felt[2] == n[2]
-    return off * off if as_a_plane else dot(v, v)
-
-
-@kernel
-def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, falling: RockContext) -> bool:
-    """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
-    return first_obstacle(effects, Arc(x, way, 0.0), passed, 1.0, falling).t == math.inf  # type: ignore[no-any-return]
+    entering = in_ground(physics.effects, zone, surface, motion, n, rock)
+    return rebound(physics.rebound, surface, entering, n, rock)  # type: ignore[no-any-return]
 
 
 @kernel

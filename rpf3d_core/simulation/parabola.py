@@ -36,7 +36,7 @@ class FlightSegment(NamedTuple):
 
 
 @kernel
-def next_parabola(physics: Physics, locator: Any, state: State, falling: RockContext) -> FlightSegment:
+def next_parabola(physics: Physics, locator: Any, state: State, rock: RockContext) -> FlightSegment:
     """Return the parabola that a rock flies next.
 
     If the air acts and the flight ends in the first half of a segment, the air has acted for longer than the flight
@@ -44,24 +44,26 @@ def next_parabola(physics: Physics, locator: Any, state: State, falling: RockCon
     flight.
     """
     facets, settings, effects, motion = physics.facets, physics.settings, physics.effects, state.motion
-    longest, height = longest_flight(effects, motion, falling), _height(physics, locator, motion.x)
+    longest, height = longest_flight(effects, motion, rock), _height(physics, locator, motion.x)
     while True:  # a loop, so that the search is compiled once
-        start = into_air(effects, motion, height, longest, falling)
-        arc = Arc(start.x, start.v, settings.gravity)
+        start = into_air(effects, motion, height, longest, rock)
+        arc = Arc(x=start.x, v=start.v, gravity=settings.gravity)
         end, left = flight_end(facets, arc, radius_of(locator)), settings.max_time - start.t
         contact = contact_or_crack(locator, facets, arc, state.left, end, longest)
         t = min(contact.t, end, left, longest)
         loss = loss_on(physics.caps, arc, contact, t)
         t = min(t, loss.t)
-        meeting = first_obstacle(effects, arc, state.passed, t, falling)
+        meeting = first_obstacle(effects, arc, state.passed, t, rock)
         t = min(t, meeting.t)
         if longest == math.inf or not t < 0.5 * longest:  # `checked` handles a time that is NaN
-            return FlightSegment(start, t, longest, left, contact, meeting, loss)
+            return FlightSegment(
+                start=start, t=t, longest=longest, left=left, contact=contact, meeting=meeting, loss=loss
+            )
         longest = AGAIN * t
 
 
 @kernel
-def into_air(effects: Any, motion: Motion, height: float, longest: float, falling: RockContext) -> Motion:
+def into_air(effects: Any, motion: Motion, height: float, longest: float, rock: RockContext) -> Motion:
     """Return the motion at the start of a segment of `longest` seconds, after the air has acted for half of that time.
 
     The air acts before and after a parabola (`effects.air`), so contacts are found as exactly as without air. An
@@ -69,18 +71,18 @@ def into_air(effects: Any, motion: Motion, height: float, longest: float, fallin
     """
     if longest == math.inf:
         return motion
-    return in_air(effects, motion, height, 0.5 * longest, falling)  # type: ignore[no-any-return]
+    return in_air(effects, motion, height, 0.5 * longest, rock)  # type: ignore[no-any-return]
 
 
 @kernel
 def out_of_air(
-    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, falling: RockContext
+    physics: Physics, locator: Any, motion: Motion, t: float, longest: float, rock: RockContext
 ) -> Motion:  # fmt: skip
     """Return the motion at the end of a segment, after t seconds, with the action of the air that is still missing."""
     if longest == math.inf:
         return motion
     height = _height(physics, locator, motion.x)
-    return in_air(physics.effects, motion, height, t - 0.5 * longest, falling)  # type: ignore[no-any-return]
+    return in_air(physics.effects, motion, height, t - 0.5 * longest, rock)  # type: ignore[no-any-return]
 
 
 @kernel
@@ -98,6 +100,6 @@ def ground_below(locator: Any, facets: Facets, x: Vec) -> tuple[float, Contact]:
 
     The search drops a stone from x: the fall of the stone meets the ground below.
     """
-    drop = Arc(x, (0.0, 0.0, 0.0), 1.0)
+    drop = Arc(x=x, v=(0.0, 0.0, 0.0), gravity=1.0)
     contact = contact_or_crack(locator, facets, drop, NOTHING_LEFT, flight_end(facets, drop, 0.0), math.inf)
     return (0.5 * contact.t * contact.t if contact.t < math.inf else 0.0), contact

@@ -28,12 +28,12 @@ class Physics(NamedTuple):
 
 
 @kernel
-def as_it_is(falling: RockContext, state: State) -> RockContext:
-    """Return the data of a falling rock, with the number of its impacts so far."""
-    return RockContext(falling.rock, falling.key, state.tally.impacts)
+def rock_at(rock: RockContext, state: State) -> RockContext:
+    """Return the data of a rock in a state: with the number of its impacts so far."""
+    return RockContext(rock=rock.rock, key=rock.key, impacts=state.tally.impacts)
 
 
 @kernel
-def ground_of(physics: Physics, facet: int, falling: RockContext, state: State) -> Surface:
+def ground_of(physics: Physics, facet: int, rock: RockContext, state: State) -> Surface:
     """Return the surface of a facet as the rock finds it at its present impact."""
-    return surface_of(physics.materials, physics.facets.zone[facet], as_it_is(falling, state))  # type: ignore[no-any-return]
+    return surface_of(physics.materials, physics.facets.zone[facet], rock_at(rock, state))  # type: ignore[no-any-return]

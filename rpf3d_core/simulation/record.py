@@ -42,13 +42,33 @@ class Record(NamedTuple):
     spins: Any = None
 
 
+class Logbook(NamedTuple):
+    """The memory that the flights of R rocks are written into.
+
+    record : rows for impacts and path segments
+    first : (R + 1, 2) first row of each rock in either; the row of the first rock to fly is given, the others are
+        filled in
+    finals : (R, 8), `engines.FINAL_COLUMNS`; counts : (R, 4), `engines.COUNT_COLUMNS`; both are filled in
+    """
+
+    record: Record
+    first: Any
+    finals: Any
+    counts: Any
+
+
 def empty_record(impacts: int, pieces: int, spins: bool = False) -> Record:
     """Return a record with room for a number of impacts and path segments, and for spins if rocks spin."""
     more = SPIN_COLUMNS if spins else 0
     return Record(
-        np.empty((impacts, IMPACT_COLUMNS + more)), np.empty(impacts, dtype=np.int64),
-        np.empty((pieces, PIECE_COLUMNS + more)), np.empty(pieces, dtype=np.int64), 0, 0, True if spins else None,
-    )  # fmt: skip
+        impacts=np.empty((impacts, IMPACT_COLUMNS + more)),
+        facets=np.empty(impacts, dtype=np.int64),
+        pieces=np.empty((pieces, PIECE_COLUMNS + more)),
+        modes=np.empty(pieces, dtype=np.int64),
+        first_impact=0,
+        first_piece=0,
+        spins=True if spins else None,
+    )
 
 
 @kernel
@@ -60,7 +80,15 @@ def writes(record: Record) -> bool:
 @kernel
 def record_from(record: Record, first: Any, i: int) -> Record:
     """Return the record for rock i, which writes from row first[i, 0] of the impacts and first[i, 1] of the pieces."""
-    return Record(record.impacts, record.facets, record.pieces, record.modes, first[i, 0], first[i, 1], record.spins)
+    return Record(
+        impacts=record.impacts,
+        facets=record.facets,
+        pieces=record.pieces,
+        modes=record.modes,
+        first_impact=first[i, 0],
+        first_piece=first[i, 1],
+        spins=record.spins,
+    )
 
 
 @kernel

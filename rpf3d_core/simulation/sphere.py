@@ -11,29 +11,34 @@ from typing import NamedTuple
 
 from rpf3d_core.detection.caps import Loss, loss_on_way
 from rpf3d_core.detection.contact import GRAZING, PreviousContact
-from rpf3d_core.detection.narrow_phase import falling_time
 from rpf3d_core.detection.sphere_contact import (
     NO_TOUCH,
-    RIM,
     Course,
-    Touch,
     course_position,
     course_velocity,
 )
-from rpf3d_core.detection.swept import Swept, box_of, stretch_end
-from rpf3d_core.detection.touching import Sweep, scan
+from rpf3d_core.detection.swept import Swept, box_of
+from rpf3d_core.detection.touching import Against, Sweep, scan
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import kicked, slip_of
 from rpf3d_core.kinetics.ground import shared
 from rpf3d_core.kinetics.rolling_moment import STICKS
 from rpf3d_core.kinetics.sliding import SlideSegment
-from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, Rolls, SphereGround, rolling_piece
+from rpf3d_core.kinetics.sphere_ground import CRAWL, STRAIGHT, RollingSegment, SphereGround, rolling_piece
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.physics import Physics, ground_of
 from rpf3d_core.simulation.record import Record, note_piece, note_piece_spins
 from rpf3d_core.simulation.sphere_hold import Held, held_against, most_against, resultant
-from rpf3d_core.simulation.sphere_impacts import is_slight, nearest_to, strike, wedged
+from rpf3d_core.simulation.sphere_impacts import is_slight, strike, wedged
+from rpf3d_core.simulation.sphere_segments import (
+    length_between,
+    normal_between,
+    put_back,
+    rolling_spin,
+    span_of,
+    turned_to,
+)
 from rpf3d_core.simulation.state import State, ended, with_piece, with_slide
 from rpf3d_core.simulation.sustained import (
     MAX_TIME,
@@ -45,13 +50,11 @@ from rpf3d_core.simulation.sustained import (
     obstacle_on,
     on_piece,
 )
-from rpf3d_core.terrain.facet_geometry import NEAR, REACH, edge_distance, edge_inward
+from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.values import MOVING, ZERO, Motion, Vec
 from rpf3d_core.vectors import add, cross, dot, norm, scale, subtract, without
 
-CURVE = 1.0 / 32.0
-"""Largest length of a segment on an edge or a corner, over R (-): the normal turns by 1.8 degrees."""
 BENDS = 1e-4
 """Length of a segment, over R (-), above which a segment that only bends does not count as a contact."""
 WALL = 0.01
@@ -65,7 +68,7 @@ press the sphere on the wall itself but along the floor, so its bounces off the 
 @kernel
 def _take_off(state: State, motion: Motion) -> State:
     """Return the state of a sphere that flies off the ground."""
-    return State(motion, state.left, False, state.tally, MOVING, state.passed)
+    return State(motion=motion, left=state.left, stands=False, tally=state.tally, outcome=MOVING, passed=state.passed)
 
 
 # --- on the ground ----------------------------------------------------------------------------------------------------
@@ -73,21 +76,22 @@ def _take_off(state: State, motion: Motion) -> State:
 
 @carry_on.rule(SphereGround)
 def roll_on(
-    ground: SphereGround, physics: Physics, locator: Swept, state: State, falling: RockContext, record: Record
+    ground: SphereGround, physics: Physics, locator: Swept, state: State, rock: RockContext, record: Record
 ) -> State:
     """Return the state after the next segment on the ground, or after an impact with new ground, or at take-off."""
     facets, motion = physics.facets, state.motion
     gravity, noise = (0.0, 0.0, -physics.settings.gravity), GRAZING * norm(motion.v)
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
-    met = most_against(locator.locator, facets, motion.x, locator.radius, motion.v, ZERO, gravity, 0.5 * noise)
     v = motion.v
+    onward = Against(x=motion.x, way=v, v=ZERO, down=gravity, radius=locator.radius, noise=0.5 * noise)
+    met = most_against(locator.locator, facets, onward)
     if met.facet >= 0:
         if not is_slight(physics, met.n, -dot(met.n, v), WALL):
-            return strike(physics, state, met, falling, record)
+            return strike(physics, state, met, rock, record)
         v = held_against(locator.locator, facets, motion.x, locator.radius, v, ZERO, gravity).way
     held = held_against(locator.locator, facets, motion.x, locator.radius, gravity, v, gravity)
-    lying = Motion(motion.t, motion.x, v, motion.w)
+    lying = Motion(t=motion.t, x=motion.x, v=v, w=motion.w)
     if held.contacts == 0:
         return _take_off(state, lying)
     if held.contacts == 3:
@@ -96,7 +100,7 @@ def roll_on(
     push -= _lift(held, v, locator.radius)
     if push <= 0.0:
         return _take_off(state, lying)
-    surface = _surface_of(physics, held, falling, state)
+    surface = _surface_of(physics, held, rock, state)
     slip = _slip(held, lying, n, locator.radius)
     if _sticks(slip, held.way, surface.mu * push):
         lying = kicked(lying, n, locator.radius, STICKS * norm(slip), slip)
@@ -104,7 +108,7 @@ def roll_on(
     piece = rolling_piece(lying.v, slip, n, held.way, push, surface, locator.radius)
     if piece.stops:
         return ended(_at_rest(state, lying), STOPPED)
-    return _follow_piece(physics, locator, state, lying, held, n, piece, falling, record)
+    return _follow_piece(physics, locator, state, Lying(motion=lying, held=held, n=n), piece, rock, record)
 
 
 @kernel
@@ -119,7 +123,14 @@ def _sticks(slip: Vec, g_t: Vec, friction: float) -> bool:
 @kernel
 def _at_rest(state: State, motion: Motion) -> State:
     """Return the state of a sphere that has stopped."""
-    return State(Motion(motion.t, motion.x, ZERO, ZERO), state.left, True, state.tally, state.outcome, state.passed)
+    return State(
+        motion=Motion(t=motion.t, x=motion.x, v=ZERO, w=ZERO),
+        left=state.left,
+        stands=True,
+        tally=state.tally,
+        outcome=state.outcome,
+        passed=state.passed,
+    )
 
 
 @kernel
@@ -132,16 +143,19 @@ def _lift(held: Held, v: Vec, radius: float) -> float:
 
 
 @kernel
-def _surface_of(physics: Physics, held: Held, falling: RockContext, state: State) -> Surface:
+def _surface_of(physics: Physics, held: Held, rock: RockContext, state: State) -> Surface:
     """Return the surface under the sphere; two contacts have the mean of their friction, weighted by their pushes."""
-    first = ground_of(physics, held.first.facet, falling, state)
+    first = ground_of(physics, held.first.facet, rock, state)
     if held.contacts == 1:
         return first
-    second, pushes = ground_of(physics, held.second.facet, falling, state), held.pushes
+    second, pushes = ground_of(physics, held.second.facet, rock, state), held.pushes
     return Surface(
-        first.R_n, first.R_t, shared(first.mu, second.mu, pushes), max(first.stop_speed, second.stop_speed),
-        shared(first.mu_r, second.mu_r, pushes),
-    )  # fmt: skip
+        R_n=first.R_n,
+        R_t=first.R_t,
+        mu=shared(first.mu, second.mu, pushes),
+        stop_speed=max(first.stop_speed, second.stop_speed),
+        mu_r=shared(first.mu_r, second.mu_r, pushes),
+    )
 
 
 @kernel
@@ -155,89 +169,65 @@ def _slip(held: Held, motion: Motion, n: Vec, radius: float) -> Vec:
     return scale(dot(slip, line), line)
 
 
-class Span(NamedTuple):
-    """Duration of a segment (s), and whether the sphere moves around an edge or a corner."""
+class Lying(NamedTuple):
+    """A sphere on the ground: its motion, the contacts that hold it, and the direction n (3,) unit of their push."""
 
-    t: float
-    curved: bool
-
-
-@kernel
-def _span(facets: Facets, held: Held, course: Course, t: float) -> Span:
-    """Return the time until the centre comes over the end of a face, but at most t (s).
-
-    Around an edge or a corner the segment also ends after the largest length that one segment may have.
-    """
-    faces = held.first.face and (held.contacts == 1 or held.second.face)
-    if held.first.face:
-        t = min(t, _face_end(facets, held.first, course))
-    if held.contacts == 2 and held.second.face:
-        t = min(t, _face_end(facets, held.second, course))
-    if not faces:
-        t = min(t, stretch_end(course, 0.0, CURVE * course.radius, t))
-    return Span(t, not faces)
-
-
-@kernel
-def _face_end(facets: Facets, touch: Touch, course: Course) -> float:
-    """Return when the centre comes over the end of the face that it touches (s); inf if it never does."""
-    f, end, noise = touch.facet, math.inf, GRAZING * norm(course.v)
-    foot = add(course.x, scale(-course.radius, touch.n))
-    for k in range(3):
-        inward = edge_inward(facets, f, k)
-        squared, c = edge_distance(facets, f, k, foot)
-        b, a, length = dot(inward, course.v), dot(inward, course.a), math.sqrt(squared)
-        if c <= facets.tolerance * length:
-            c = 0.0
-            if abs(b) <= noise * length:
-                b = 0.0
-            if b < 0.0 or (b == 0.0 and a >= -GRAZING * length * course.gravity):
-                continue
-        end = min(end, falling_time(c, b, 0.5 * a))
-    return end
+    motion: Motion
+    held: Held
+    n: Vec
 
 
 @kernel
 def _follow_piece(
-    physics: Physics, locator: Swept, state: State, motion: Motion, held: Held, n: Vec, piece: Rolls,
-    falling: RockContext, record: Record,
-) -> State:  # fmt: skip
+    physics: Physics,
+    locator: Swept,
+    state: State,
+    lying: Lying,
+    piece: RollingSegment,
+    rock: RockContext,
+    record: Record,
+) -> State:
     """Return the state at the end of a segment, or where the sphere meets ground, a gap or an obstacle on it."""
     facets, gravity, radius = physics.facets, physics.settings.gravity, locator.radius
+    motion, held, n = lying.motion, lying.held, lying.n
     left = physics.settings.max_time - motion.t
-    course = Course(motion.x, piece.v, piece.a, radius, gravity)
-    span = _span(facets, held, course, min(piece.t, left))
+    course = Course(x=motion.x, v=piece.v, a=piece.a, radius=radius, gravity=gravity)
+    span = span_of(facets, held, course, min(piece.t, left))
     low, high = box_of(course, 0.0, span.t, REACH * facets.tolerance)
-    touch = scan(locator.locator, facets, low, high, Sweep(course, span.t, span.t), NO_TOUCH)
+    touch = scan(locator.locator, facets, low, high, Sweep(course=course, end=span.t, before=span.t), NO_TOUCH)
     t = min(span.t, touch.t)
     x, v = course_position(course, t), course_velocity(course, t)
     turned = add(motion.w, scale(t, piece.turn))
     whole = touch.t > t and span.t >= piece.t
-    began = Motion(motion.t, motion.x, piece.v, motion.w)
-    length = _length(began.v, v, t)
-    x, n_end = _put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
-    v_end = _turned_to(v, n_end) if span.curved and touch.t > t else v
+    began = Motion(t=motion.t, x=motion.x, v=piece.v, w=motion.w)
+    length = length_between(began.v, v, t)
+    x, n_end = put_back(facets, locator, x, n, length, span.curved or held.contacts == 2)
+    v_end = turned_to(v, n_end) if span.curved and touch.t > t else v
     rolls = piece.rolls and (whole or norm(piece.turn) == 0.0)
-    w = _rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
+    w = rolling_spin(v_end, turned, n_end, radius) if rolls and held.contacts == 1 else turned
     if rolls and held.contacts == 2:
-        w = _rolling_spin(v_end, turned, n, radius)
-    end = Motion(motion.t + t, x, v_end, w if t > 0.0 else ZERO)
+        w = rolling_spin(v_end, turned, n, radius)
+    end = Motion(t=motion.t + t, x=x, v=v_end, w=w if t > 0.0 else ZERO)
     bends = (piece.turns or span.curved) and touch.t > t and length > BENDS * radius
     late = t >= left
-    over = PreviousContact(held.first.facet, -1, 1.0, True, -1)
-    going = State(began, over, True, state.tally, MOVING, state.passed)
-    gone = SlideSegment(end, length, False, late, False, False, bends)
+    over = PreviousContact(facet=held.first.facet, other=-1, side=1.0, resting=True, before=-1)
+    going = State(motion=began, left=over, stands=True, tally=state.tally, outcome=MOVING, passed=state.passed)
+    gone = SlideSegment(
+        motion=end, length=length, stopped=False, late=late, left_first=False, left_second=False, bends=bends
+    )
     loss = loss_on_way(physics.caps, began.x, subtract(end.x, began.x))
     if loss.t <= 1.0:
         return _lost(facets, going, gone, on_piece(began, end, loss.t), loss, record)
-    meeting = obstacle_on(physics.effects, going, gone, falling)
+    meeting = obstacle_on(physics.effects, going, gone, rock)
     if meeting.t < math.inf:
-        lies_on = _between(n, n_end, meeting.t)
-        return at_obstacle_on(physics, going, gone, meeting, lies_on, falling, record)
+        lies_on = normal_between(n, n_end, meeting.t)
+        return at_obstacle_on(physics, going, gone, meeting, lies_on, rock, record)
     note_piece(record, state.tally, began, v, SLIDING)
     note_piece_spins(record, state.tally, began.w, w)
     tally = with_slide(state.tally, length, end, facets.tolerance, bends)
-    return State(end, over, True, tally, MAX_TIME if late else MOVING, state.passed)
+    return State(
+        motion=end, left=over, stands=True, tally=tally, outcome=MAX_TIME if late else MOVING, passed=state.passed
+    )
 
 
 @kernel
@@ -245,50 +235,4 @@ def _lost(facets: Facets, state: State, piece: SlideSegment, at: Motion, loss: L
     """Return the state of a sphere whose centre has passed through a cap on a segment, at the point of passage."""
     note_piece(record, state.tally, state.motion, at.v, SLIDING)
     tally = with_piece(state.tally, loss.t * piece.length, at, facets.tolerance)
-    return State(at, state.left, False, tally, loss.outcome, state.passed)
-
-
-@kernel
-def _between(n: Vec, n_end: Vec, share: float) -> Vec:
-    """Return the normal (3,) unit after a share of a segment that begins with the normal n and ends with n_end."""
-    both = add(scale(1.0 - share, n), scale(share, n_end))
-    return scale(1.0 / norm(both), both)
-
-
-@kernel
-def _length(v: Vec, v_end: Vec, t: float) -> float:
-    """Return the length (m) of a segment between two velocities, by Simpson's rule: exact for a straight segment."""
-    middle = norm(scale(0.5, add(v, v_end)))
-    return t * (norm(v) + 4.0 * middle + norm(v_end)) / 6.0
-
-
-@kernel
-def _put_back(facets: Facets, locator: Swept, x: Vec, n: Vec, length: float, turns: bool) -> tuple[Vec, Vec]:
-    """Return the centre, put back to its distance from the ground, and the normal there.
-
-    Around an edge or a corner, a segment of some length (m) leaves the ground by at most length^2 / 2R; on a face only
-    by rounding.
-    """
-    near = NEAR * facets.tolerance
-    gap = near + length * length / (2.0 * locator.radius)
-    touch = nearest_to(locator.locator, facets, x, locator.radius + gap)
-    if touch.t > locator.radius + gap:
-        return x, n
-    if abs(touch.t - locator.radius) <= 1.5 * RIM * facets.tolerance:
-        return x, touch.n if turns else n
-    back = add(x, scale(locator.radius - touch.t, touch.n))
-    return back, touch.n if turns else n
-
-
-@kernel
-def _turned_to(v: Vec, n: Vec) -> Vec:
-    """Return a velocity turned into the plane of n, with its speed kept."""
-    flat = without(v, n)
-    speed = norm(flat)
-    return scale(norm(v) / speed, flat) if speed > 0.0 else flat
-
-
-@kernel
-def _rolling_spin(v: Vec, w: Vec, n: Vec, radius: float) -> Vec:
-    """Return the spin (3,) rad/s of a sphere that rolls with v over ground of normal n; its spin about n is kept."""
-    return add(scale(1.0 / radius, cross(n, v)), scale(dot(w, n), n))
+    return State(motion=at, left=state.left, stands=False, tally=tally, outcome=loss.outcome, passed=state.passed)

@@ -39,14 +39,12 @@ class Held(NamedTuple):
 
 
 @kernel
-def most_against(
-    locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, v: Vec, down: Vec, noise: float
-) -> Touch:
-    """Return the contact of a sphere around x that stands most against a way; facet -1 if no contact does."""
-    reach = radius + NEAR * facets.tolerance
+def most_against(locator: Any, facets: Facets, against: Against) -> Touch:
+    """Return the contact of a sphere that stands most against its way; facet -1 if no contact does."""
+    x, reach = against.x, against.radius + NEAR * facets.tolerance
     wide = (reach, reach, reach)
     low, high = (x[0] - wide[0], x[1] - wide[1], x[2] - wide[2]), add(x, wide)
-    return scan(locator, facets, low, high, Against(x, way, v, down, radius, noise), NO_TOUCH)  # type: ignore[no-any-return]
+    return scan(locator, facets, low, high, against, NO_TOUCH)  # type: ignore[no-any-return]
 
 
 @kernel
@@ -56,9 +54,10 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
     Contacts that the sphere moves off with velocity v do not count.
     """
     noise = LEADING * norm(way)
-    held = Held(0, NO_TOUCH, NO_TOUCH, (0.0, 0.0), way)
+    held = Held(contacts=0, first=NO_TOUCH, second=NO_TOUCH, pushes=(0.0, 0.0), way=way)
     for _ in range(TRIES):
-        found = most_against(locator, facets, x, radius, held.way, v, down, noise)
+        against = Against(x=x, way=held.way, v=v, down=down, radius=radius, noise=noise)
+        found = most_against(locator, facets, against)
         if found.facet < 0 or held.contacts == 3:
             break
         if held.contacts == 0:
@@ -73,7 +72,7 @@ def held_against(locator: Any, facets: Facets, x: Vec, radius: float, way: Vec, 
 @kernel
 def _by_one(touch: Touch, way: Vec) -> Held:
     """Return the remainder along the plane of one contact."""
-    return Held(1, touch, NO_TOUCH, (-dot(way, touch.n), 0.0), without(way, touch.n))
+    return Held(contacts=1, first=touch, second=NO_TOUCH, pushes=(-dot(way, touch.n), 0.0), way=without(way, touch.n))
 
 
 @kernel
@@ -90,7 +89,7 @@ def _by_two(first: Touch, second: Touch, way: Vec) -> Held:
     if against <= 0.0:
         return _by_one(first, way)
     line = scale(1.0 / sine, line)
-    return Held(2, first, second, (push, against), scale(dot(way, line), line))
+    return Held(contacts=2, first=first, second=second, pushes=(push, against), way=scale(dot(way, line), line))
 
 
 @kernel
@@ -111,7 +110,7 @@ def _by_three(held: Held, third: Touch, way: Vec, noise: float) -> Held:
 @kernel
 def _nothing_left(first: Touch, second: Touch) -> Held:
     """Return three contacts that hold the sphere fast, with a remainder of zero."""
-    return Held(3, first, second, (0.0, 0.0), ZERO)
+    return Held(contacts=3, first=first, second=second, pushes=(0.0, 0.0), way=ZERO)
 
 
 @kernel

@@ -12,7 +12,7 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.kinetics.coulomb_sphere import CoulombSphere
 from rpf3d_core.materials.rock_context import RockContext
 from rpf3d_core.simulation.march import FRAGMENTED, land, locator_for, rebounded, set_down
-from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import Record, note_impact
 from rpf3d_core.simulation.state import State, ended, with_ground, with_impact
 from rpf3d_core.simulation.sustained import STOPPED, UNRESOLVED, WEDGED
@@ -25,9 +25,9 @@ LIFTS = 64
 
 
 @locator_for.rule(CoulombSphere)
-def locator_of_sphere(model: CoulombSphere, locator: Any, falling: RockContext) -> Swept:
+def locator_of_sphere(model: CoulombSphere, locator: Any, rock: RockContext) -> Swept:
     """Return the locator for a sphere of the rock's own radius."""
-    return Swept(locator, falling.rock.radius)  # type: ignore[union-attr]  # the model asks for the rock
+    return Swept(locator, rock.rock.radius)  # type: ignore[union-attr]  # the model asks for the rock
 
 
 @set_down.rule(CoulombSphere)
@@ -43,7 +43,7 @@ def set_down_sphere(model: CoulombSphere, locator: Swept, facets: Facets, motion
         if not touch.t < radius - facets.tolerance:
             break
         x = x[0], x[1], x[2] + _lift_off(touch, radius)
-    return Motion(motion.t, x, motion.v, motion.w)
+    return Motion(t=motion.t, x=x, v=motion.v, w=motion.w)
 
 
 @kernel
@@ -74,7 +74,7 @@ def is_slight(physics: Physics, n: Vec, speed: float, least: float) -> bool:
 
 
 @land.rule(Touch)
-def land_sphere(contact: Touch, physics: Physics, state: State, falling: RockContext, record: Record) -> State:
+def land_sphere(contact: Touch, physics: Physics, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after a contact in flight: a sphere that only grazes lies down, otherwise it has an impact."""
     motion, n = state.motion, contact.n
     into = -dot(motion.v, n)
@@ -82,25 +82,32 @@ def land_sphere(contact: Touch, physics: Physics, state: State, falling: RockCon
     if state.tally.idle >= WEDGED:
         return ended(state, wedged(physics, motion))
     if grazes or (state.left.resting and n[2] > 0.0 and is_slight(physics, n, into, 0.0)):
-        return lie(state, contact.facet, Motion(motion.t, motion.x, along(motion.v, n), motion.w))
-    return strike(physics, state, contact, falling, record)
+        return lie(state, contact.facet, Motion(t=motion.t, x=motion.x, v=along(motion.v, n), w=motion.w))
+    return strike(physics, state, contact, rock, record)
 
 
 @kernel
-def strike(physics: Physics, state: State, contact: Touch, falling: RockContext, record: Record) -> State:
+def strike(physics: Physics, state: State, contact: Touch, rock: RockContext, record: Record) -> State:
     """Return the state after an impact; if the bounce that follows is small, the sphere stays on the ground."""
-    n, who = contact.n, as_it_is(falling, state)
-    after = rebounded(physics, state.motion, contact.facet, n, who)
+    n, rock_now = contact.n, rock_at(rock, state)
+    after = rebounded(physics, state.motion, contact.facet, n, rock_now)
     note_impact(record, state.tally, state.motion, after, contact.facet, n)
     tally = with_impact(state.tally, contact.facet, after)
-    passed = still_at(physics.effects, after, state.passed, who)
-    bounced = State(after, PreviousContact(contact.facet, -1, 1.0, False, -1), False, tally, MOVING, passed)
-    if breaks(physics.effects, state.motion, after, n, who):
+    passed = still_at(physics.effects, after, state.passed, rock_now)
+    bounced = State(
+        motion=after,
+        left=PreviousContact(facet=contact.facet, other=-1, side=1.0, resting=False, before=-1),
+        stands=False,
+        tally=tally,
+        outcome=MOVING,
+        passed=passed,
+    )
+    if breaks(physics.effects, state.motion, after, n, rock_now):
         return ended(bounced, FRAGMENTED)
-    surface = ground_of(physics, contact.facet, falling, bounced)
+    surface = ground_of(physics, contact.facet, rock, bounced)
     dies = surface.R_n < 1.0 and n[2] > 0.0
     if dies and is_slight(physics, n, dot(after.v, n), 0.0):
-        return lie(bounced, contact.facet, Motion(after.t, after.x, along(after.v, n), after.w))
+        return lie(bounced, contact.facet, Motion(t=after.t, x=after.x, v=along(after.v, n), w=after.w))
     return bounced
 
 
@@ -108,7 +115,14 @@ def strike(physics: Physics, state: State, contact: Touch, falling: RockContext,
 def lie(state: State, facet: int, motion: Motion) -> State:
     """Return the state of a sphere that lies on a facet with a motion along the facet."""
     tally = with_ground(state.tally, facet, norm(motion.v))
-    return State(motion, PreviousContact(facet, -1, 1.0, True, -1), True, tally, state.outcome, state.passed)
+    return State(
+        motion=motion,
+        left=PreviousContact(facet=facet, other=-1, side=1.0, resting=True, before=-1),
+        stands=True,
+        tally=tally,
+        outcome=state.outcome,
+        passed=state.passed,
+    )
 
 
 @kernel

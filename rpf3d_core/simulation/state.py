@@ -51,14 +51,31 @@ class State(NamedTuple):
 @kernel
 def released(motion: Motion) -> State:
     """Return the state of a rock at its release."""
-    tally = RockTally(0.0, 0, 0, 0, 0, dot(motion.v, motion.v), math.nan, -1, 0)
-    return State(motion, NOTHING_LEFT, False, tally, MOVING, NONE_PASSED)
+    tally = RockTally(
+        path=0.0,
+        impacts=0,
+        meetings=0,
+        pieces=0,
+        contacts=0,
+        speed2=dot(motion.v, motion.v),
+        ground_speed=math.nan,
+        facet=-1,
+        idle=0,
+    )
+    return State(motion=motion, left=NOTHING_LEFT, stands=False, tally=tally, outcome=MOVING, passed=NONE_PASSED)
 
 
 @kernel
 def ended(state: State, outcome: int) -> State:
     """Return the state of a rock that ends at its position with an outcome."""
-    return State(state.motion, state.left, state.stands, state.tally, outcome, state.passed)
+    return State(
+        motion=state.motion,
+        left=state.left,
+        stands=state.stands,
+        tally=state.tally,
+        outcome=outcome,
+        passed=state.passed,
+    )
 
 
 @kernel
@@ -70,9 +87,16 @@ def with_piece(tally: RockTally, length: float, motion: Motion, tolerance: float
     idle = 0 if length > tolerance else tally.idle + 1
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
-        tally.path + length, tally.impacts, tally.meetings, tally.pieces + 1, tally.contacts, speed2,
-        tally.ground_speed, tally.facet, idle,
-    )  # fmt: skip
+        path=tally.path + length,
+        impacts=tally.impacts,
+        meetings=tally.meetings,
+        pieces=tally.pieces + 1,
+        contacts=tally.contacts,
+        speed2=speed2,
+        ground_speed=tally.ground_speed,
+        facet=tally.facet,
+        idle=idle,
+    )
 
 
 @kernel
@@ -80,9 +104,16 @@ def with_impact(tally: RockTally, facet: int, motion: Motion) -> RockTally:
     """Return the tally after an impact on a facet, after which the rock moves with `motion`."""
     speed2 = max(tally.speed2, dot(motion.v, motion.v))
     return RockTally(
-        tally.path, tally.impacts + 1, tally.meetings, tally.pieces, tally.contacts + 1, speed2, tally.ground_speed,
-        facet, tally.idle,
-    )  # fmt: skip
+        path=tally.path,
+        impacts=tally.impacts + 1,
+        meetings=tally.meetings,
+        pieces=tally.pieces,
+        contacts=tally.contacts + 1,
+        speed2=speed2,
+        ground_speed=tally.ground_speed,
+        facet=facet,
+        idle=tally.idle,
+    )
 
 
 @kernel
@@ -92,9 +123,16 @@ def with_meeting(tally: RockTally, facet: int) -> RockTally:
     facet : that the rock lies on if it ends there, else -1
     """
     return RockTally(
-        tally.path, tally.impacts, tally.meetings + 1, tally.pieces, tally.contacts + 1, tally.speed2,
-        tally.ground_speed, facet if facet >= 0 else tally.facet, tally.idle,
-    )  # fmt: skip
+        path=tally.path,
+        impacts=tally.impacts,
+        meetings=tally.meetings + 1,
+        pieces=tally.pieces,
+        contacts=tally.contacts + 1,
+        speed2=tally.speed2,
+        ground_speed=tally.ground_speed,
+        facet=facet if facet >= 0 else tally.facet,
+        idle=tally.idle,
+    )
 
 
 @kernel
@@ -109,8 +147,16 @@ def with_ground(tally: RockTally, facet: int, speed: float) -> RockTally:
     """Return the tally of a rock that enters sustained contact with a facet at some speed (m/s)."""
     first = speed if math.isnan(tally.ground_speed) else tally.ground_speed
     return RockTally(
-        tally.path, tally.impacts, tally.meetings, tally.pieces, tally.contacts, tally.speed2, first, facet, tally.idle
-    )  # fmt: skip
+        path=tally.path,
+        impacts=tally.impacts,
+        meetings=tally.meetings,
+        pieces=tally.pieces,
+        contacts=tally.contacts,
+        speed2=tally.speed2,
+        ground_speed=first,
+        facet=facet,
+        idle=tally.idle,
+    )
 
 
 @kernel
@@ -124,6 +170,13 @@ def with_slide(tally: RockTally, length: float, motion: Motion, tolerance: float
     if bends:
         contacts, idle = tally.contacts, min(tally.idle, after.idle)
     return RockTally(
-        after.path, after.impacts, after.meetings, after.pieces, contacts, after.speed2, after.ground_speed,
-        after.facet, idle,
-    )  # fmt: skip
+        path=after.path,
+        impacts=after.impacts,
+        meetings=after.meetings,
+        pieces=after.pieces,
+        contacts=contacts,
+        speed2=after.speed2,
+        ground_speed=after.ground_speed,
+        facet=after.facet,
+        idle=idle,
+    )

@@ -8,18 +8,10 @@ from rpf3d_core.detection.contact import NOTHING_LEFT, Contact, PreviousContact
 from rpf3d_core.effects.hooks import Meeting, at_obstacle, first_obstacle, still_at
 from rpf3d_core.jit.dispatch import kernel, model_function
 from rpf3d_core.kinetics.ground import NoGround, law_in_gully, law_on_facet
-from rpf3d_core.kinetics.sliding import (
-    WEAKEST,
-    SlideSegment,
-    excursion,
-    gully,
-    kink,
-    line_between,
-    slide_in_gully,
-    slide_on_facet,
-)
+from rpf3d_core.kinetics.gully import WEAKEST, excursion, gully, kink, line_between
+from rpf3d_core.kinetics.sliding import SlidePlane, SlideSegment, slide_in_gully, slide_on_facet
 from rpf3d_core.materials.rock_context import RockContext
-from rpf3d_core.simulation.physics import Physics, as_it_is, ground_of
+from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
 from rpf3d_core.simulation.record import FIRST_OBSTACLE, Record, against, note_impact, note_piece, note_piece_spins
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.simulation.state import NONE_PASSED, State, ended, past, with_meeting, with_piece, with_slide
@@ -57,9 +49,7 @@ STILL = 1e-12
 
 
 @model_function
-def carry_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
-) -> State:
+def carry_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the next state of a rock in sustained contact; one rule per ground model.
 
     locator : finds what the rock may meet on the way, for models that search for it
@@ -68,54 +58,59 @@ def carry_on(
 
 @carry_on.rule(NoGround)
 def stop_or_give_up(
-    ground: NoGround, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
+    ground: NoGround, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record
 ) -> State:
     """Return the state after the thesis' stop (section 3.5): stopped below stop_speed, else unresolved.
 
     Above stop_speed the thesis has no rule for the motion that follows.
     """
-    surface = ground_of(physics, state.left.facet, falling, state)
+    surface = ground_of(physics, state.left.facet, rock, state)
     return ended(state, STOPPED if norm(state.motion.v) <= surface.stop_speed else UNRESOLVED)
 
 
 @carry_on.otherwise
-def slide_on(
-    ground: object, physics: Physics, locator: Any, state: State, falling: RockContext, record: Record
-) -> State:
+def slide_on(ground: object, physics: Physics, locator: Any, state: State, rock: RockContext, record: Record) -> State:
     """Return the state after one segment of sliding or rolling, on a facet or in a gully.
 
     At its end the rock stops, turns, or flies off the facet that it has left. This is the rule of all ground models
     that have a `Law`.
     """
-    return along_piece(physics, state, _slide(physics, state, falling), falling, record)
+    return along_piece(physics, state, _slide(physics, state, rock), rock, record)
 
 
 @kernel
-def along_piece(physics: Physics, state: State, piece: SlideSegment, falling: RockContext, record: Record) -> State:
+def along_piece(physics: Physics, state: State, piece: SlideSegment, rock: RockContext, record: Record) -> State:
     """Return the state after a path segment on the ground, or at the first obstacle on the segment."""
-    meeting = obstacle_on(physics.effects, state, piece, falling)
+    meeting = obstacle_on(physics.effects, state, piece, rock)
     if meeting.t < math.inf:
         n = scale(state.left.side, stored_normal(physics.facets, state.left.facet))
-        return at_obstacle_on(physics, state, piece, meeting, n, falling, record)
+        return at_obstacle_on(physics, state, piece, meeting, n, rock, record)
     tolerance = physics.facets.tolerance
     note_piece(record, state.tally, state.motion, piece.motion.v, SLIDING)
     tally = with_slide(state.tally, piece.length, piece.motion, tolerance, piece.bends)
     stands = not (piece.left_first or piece.left_second)
     left = state.left if stands else _left_behind(state.left, piece, tolerance)
-    passed = still_at(physics.effects, piece.motion, state.passed, as_it_is(falling, state))
-    return State(piece.motion, left, stands, tally, _outcome(physics.settings, piece, tally.idle), passed)
+    passed = still_at(physics.effects, piece.motion, state.passed, rock_at(rock, state))
+    return State(
+        motion=piece.motion,
+        left=left,
+        stands=stands,
+        tally=tally,
+        outcome=_outcome(physics.settings, piece, tally.idle),
+        passed=passed,
+    )
 
 
 @kernel
-def obstacle_on(effects: Any, state: State, piece: SlideSegment, falling: RockContext) -> Meeting:
+def obstacle_on(effects: Any, state: State, piece: SlideSegment, rock: RockContext) -> Meeting:
     """Return the first obstacle on the chord of a path segment on the ground; its time is a share of the chord (-)."""
     way = subtract(piece.motion.x, state.motion.x)
-    return first_obstacle(effects, Arc(state.motion.x, way, 0.0), state.passed, 1.0, as_it_is(falling, state))  # type: ignore[no-any-return]
+    return first_obstacle(effects, Arc(x=state.motion.x, v=way, gravity=0.0), state.passed, 1.0, rock_at(rock, state))  # type: ignore[no-any-return]
 
 
 @kernel
 def at_obstacle_on(
-    physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, falling: RockContext, record: Record
+    physics: Physics, state: State, piece: SlideSegment, meeting: Meeting, n: Vec, rock: RockContext, record: Record
 ) -> State:
     """Return the state of a rock that meets an obstacle on a path segment: it stands, lies against it, or is caught.
 
@@ -126,15 +121,17 @@ def at_obstacle_on(
     note_piece(record, state.tally, state.motion, before.v, SLIDING)
     note_piece_spins(record, state.tally, state.motion.w, before.w)
     tally = with_piece(state.tally, meeting.t * piece.length, before, physics.facets.tolerance)
-    who = as_it_is(falling, state)
-    met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, who)
+    rock_now = rock_at(rock, state)
+    met = at_obstacle(physics.effects, before, meeting.number, tally.meetings, rock_now)
     v = met.motion.v
     v = along(v, n) if state.left.other < 0 else along_line(v, before.v)
-    after = Motion(before.t, before.x, v, met.motion.w)
+    after = Motion(t=before.t, x=before.x, v=v, w=met.motion.w)
     note_impact(record, tally, before, after, FIRST_OBSTACLE - meeting.number, against(before.v))
     outcome = STOPPED if met.outcome == MOVING and past(after, 0) == NONE_PASSED else met.outcome
     passed = past(after, meeting.number)
-    return State(after, state.left, True, with_meeting(tally, met.facet), outcome, passed)
+    return State(
+        motion=after, left=state.left, stands=True, tally=with_meeting(tally, met.facet), outcome=outcome, passed=passed
+    )
 
 
 @kernel
@@ -154,7 +151,7 @@ def on_piece(start: Motion, end: Motion, share: float) -> Motion:
     v = scale(speed / length, heading) if length > 0.0 else ZERO
     mean, whole = math.sqrt(begin2) + speed, math.sqrt(begin2) + math.sqrt(end2)
     part = share * whole / mean if mean > 0.0 else share
-    return Motion(start.t + min(part, 1.0) * (end.t - start.t), add(start.x, scale(share, way)), v, end.w)
+    return Motion(t=start.t + min(part, 1.0) * (end.t - start.t), x=add(start.x, scale(share, way)), v=v, w=end.w)
 
 
 @kernel
@@ -184,10 +181,10 @@ def _outcome(settings: Settings, piece: SlideSegment, idle: int) -> int:
 
 
 @kernel
-def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment:
+def _slide(physics: Physics, state: State, rock: RockContext) -> SlideSegment:
     """Return one segment of sliding from the position of the rock."""
     facets, settings, left, motion = physics.facets, physics.settings, state.left, state.motion
-    first = ground_of(physics, left.facet, falling, state)
+    first = ground_of(physics, left.facet, rock, state)
     time_left = settings.max_time - motion.t
     n = scale(left.side, stored_normal(facets, left.facet))
     line = line_between(facets, left.facet, left.other, motion.x, motion.v) if left.other >= 0 else ZERO
@@ -195,8 +192,9 @@ def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment
         law = law_on_facet(physics.ground, first, n[2], settings.gravity)
         stuck = left.before == left.facet or state.tally.idle >= STUCK
         slack = facets.crack if stuck and goes_beside(facets, left.facet, motion.x, motion.v) else 0.0
-        return slide_on_facet(facets, left.facet, n, motion, law, settings.gravity, time_left, slack)
-    second = ground_of(physics, left.other, falling, state)
+        plane = SlidePlane(f=left.facet, n=n, slack=slack)
+        return slide_on_facet(facets, plane, motion, law, settings.gravity, time_left)
+    second = ground_of(physics, left.other, rock, state)
     held = gully(n, scale(left.side, stored_normal(facets, left.other)), line, settings.gravity)
     pushes = max(held.first, 0.0), max(held.second, 0.0)
     law = law_in_gully(physics.ground, first, second, pushes, settings.gravity)
@@ -207,7 +205,9 @@ def _slide(physics: Physics, state: State, falling: RockContext) -> SlideSegment
 def _left_behind(left: PreviousContact, piece: SlideSegment, tolerance: float) -> PreviousContact:
     """Return the facet that the rock has just slid off, and the facet before it if the segment had no length."""
     facet = left.facet if piece.left_first else left.other
-    return PreviousContact(facet, -1, left.side, True, left.before if piece.length <= tolerance else -1)
+    return PreviousContact(
+        facet=facet, other=-1, side=left.side, resting=True, before=left.before if piece.length <= tolerance else -1
+    )
 
 
 class Hold(NamedTuple):
@@ -230,12 +230,14 @@ def held_by(facets: Facets, settings: Settings, state: State, contact: Contact, 
     into, g_n = -dot(v, n), settings.gravity * n[2]
     slight = g_n > 0.0 and into * into < 2.0 * g_n * settings.smallest_bounce
     before = last if state.left.resting and state.tally.idle > 0 else -1
-    alone = PreviousContact(contact.facet, -1, contact.side, True, before)
+    alone = PreviousContact(facet=contact.facet, other=-1, side=contact.side, resting=True, before=before)
     line = _held_line(facets, settings, state, contact, n, slight)
     if line[0] != 0.0 or line[1] != 0.0 or line[2] != 0.0:
         x, kept = state.motion.x, scale(dot(v, line), line)
         if leads_on(facets, contact.facet, x, line, ALONG_GULLY) and leads_on(facets, last, x, line, ALONG_GULLY):
-            return Hold(PreviousContact(contact.facet, last, contact.side, True, before), kept)
+            return Hold(
+                PreviousContact(facet=contact.facet, other=last, side=contact.side, resting=True, before=before), kept
+            )
         return Hold(alone, kept) if g_n > 0.0 else Hold(NOTHING_LEFT, v)  # the line ends; undersides carry no rock
     return Hold(alone, along(v, n)) if slight else Hold(NOTHING_LEFT, v)
 

@@ -6,10 +6,10 @@ One thread does all of these, so that a patch never changes the ground under a r
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from rpf3d_core.errors import InputError, TerrainError
-from rpf3d_core.live.answers import Answer, answers
+from rpf3d_core.live.answers import Answer, EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -21,16 +21,6 @@ from rpf3d_ros.messages.refusals import report_error
 
 Change = Callable[[PreparedTerrain], PreparedTerrain]
 """Change the ground of a prepared terrain and return the new one; the old one must not be flown over any more."""
-
-
-class StageSizes(NamedTuple):
-    """How many rocks an answer has.
-
-    first : rocks of the first stage; least : rocks to fly in all, even if the target is met earlier
-    """
-
-    first: int
-    least: int = 0
 
 
 class FlightListener(Protocol):
@@ -68,14 +58,14 @@ class Flyer:
     """Answers triggers over the present ground, on one thread, in the order of `AnswerSchedule`."""
 
     def __init__(
-        self, spread: ReleaseSpread, stages: StageSizes, sources: WaitingSources, results: Iterator[int],
+        self, spread: ReleaseSpread, size: EnsembleSize, sources: WaitingSources, results: Iterator[int],
         listener: FlightListener, answered: AnsweredSources | None = None,
     ) -> None:  # fmt: skip
         """Start the thread; nothing is answered before `activate`.
 
         spread : how rocks are spread around each source; results : numbers of the answers
         """
-        self._spread, self._sizes, self._results, self._listener = spread, stages, results, listener
+        self._spread, self._size, self._results, self._listener = spread, size, results, listener
         answered = answered or AnsweredSources()
         self._schedule, self._published = AnswerSchedule(sources, answered), PublishedAnswers(answered)
         self._handovers: list[Handover] = []
@@ -222,9 +212,8 @@ class Flyer:
             areas = {name: rings for outlines in self._areas.values() for name, rings in outlines.items()}
             if standing is not None:
                 self._stages = answers(
-                    standing, trigger, self._spread, areas, self._sizes.first, self._is_overtaken, self._results,
-                    self._sizes.least,
-                )  # fmt: skip
+                    standing, trigger, self._spread, areas, self._size, self._is_overtaken, self._results
+                )
         if standing is None:
             self._listener.groundless(trigger)
         self._refine()

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from rpf3d_core.alerts.levels import acknowledgement
 from rpf3d_core.errors import InputError
-from rpf3d_core.live.answers import Answer
+from rpf3d_core.live.answers import Answer, EnsembleSize
 from rpf3d_core.live.ground import LiveTerrain
 from rpf3d_core.live.store import Store
 from rpf3d_core.live.triggers import Trigger
@@ -19,7 +19,7 @@ from rpf3d_ros.engine.answered_sources import AnsweredSources
 from rpf3d_ros.engine.builder import Arrival, Builder
 from rpf3d_ros.engine.configuration import StationConfiguration, spread_of
 from rpf3d_ros.engine.decision_reports import DecisionReports
-from rpf3d_ros.engine.flyer import Flyer, StageSizes
+from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.outlets import Outlets
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
@@ -74,8 +74,8 @@ class Station:
         terms = configuration.thresholds.evidence if configuration.thresholds is not None else None
         age, least = (terms.sources_max_age_s, terms.fewest_rocks) if terms is not None else (0.0, 0)
         answered = AnsweredSources(age, REMEMBERED * parameters.waiting_sources)
-        sizes = StageSizes(first=parameters.first_rocks, least=least)
-        self.flyer = Flyer(spread_of(parameters), sizes, self.sources, itertools.count(1), self, answered)
+        size = EnsembleSize(first=parameters.first_rocks, least=least)
+        self.flyer = Flyer(spread_of(parameters), size, self.sources, itertools.count(1), self, answered)
         self.builder = Builder(scene, configuration.workshop, self.terrain, self.flyer, self, configuration.store)
         self.desk: AlertDesk | None = None
         self.decisions = DecisionReports(outlets, parameters.map_frame)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scenes_of_facets import box, engine_over, floor, rough_grid, strip
 
-from rpf3d_core.ensemble.patches import patches_of
+from rpf3d_core.ensemble.release_triangles import release_triangles
 from rpf3d_core.ensemble.releases import Releases, Source, check_above_ground, ranges_of, releases_in, releases_of
 from rpf3d_core.ensemble.sizes import DrawnRock
 from rpf3d_core.ensemble.throws import Throw, axes_of, thrown
@@ -45,7 +45,7 @@ def released(source: Source, terrain: Terrain | None = None, rock=ROCK, seed: in
 
 def test_places_are_even_over_the_true_area_of_a_folded_surface() -> None:
     surface = strip(FOLDED, half_width=5.0, across=3)
-    source = Source("all", np.empty((0, 3)), 60_000, patches=patches_of(corners_of(surface)))
+    source = Source("all", np.empty((0, 3)), 60_000, triangles=release_triangles(corners_of(surface)))
     x = released(source, surface).x
     # Bins of equal length along the profile: in plan the wall would have nothing and the face a fifth of its share.
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(FOLDED, axis=0).T))])
@@ -112,16 +112,18 @@ def test_a_polygon_beside_the_terrain_finds_nothing() -> None:
 @pytest.mark.parametrize("terrain", [box(), strip(FOLDED, 5.0, 3), rough_grid(20, 10.0, 2.0, 0.4)], ids=str)
 @pytest.mark.parametrize("above", [None, 0.25])
 def test_rocks_on_a_surface_are_never_under_it(terrain: Terrain, above: float | None) -> None:
-    source = Source("area", np.empty((0, 3)), 2_000, patches=patches_of(corners_of(terrain)), above_ground=above)
+    source = Source(
+        "area", np.empty((0, 3)), 2_000, triangles=release_triangles(corners_of(terrain)), above_ground=above
+    )
     engine = engine_over("compiled", terrain)
     releases = releases_of([source], ROCK, 1, engine)
     check_above_ground(releases, ["area"], engine, WORLD)
 
 
 def test_above_ground_lifts_rocks_from_their_own_place_and_not_from_the_top_of_a_wall() -> None:
-    patches = patches_of(corners_of(box(half=5.0, height=10.0)))
+    triangles = release_triangles(corners_of(box(half=5.0, height=10.0)))
     low, high = (
-        released(Source("wall", np.empty((0, 3)), 500, patches=patches, above_ground=above), box()).x
+        released(Source("wall", np.empty((0, 3)), 500, triangles=triangles, above_ground=above), box()).x
         for above in (None, 0.5)
     )
     np.testing.assert_allclose(high - low, np.broadcast_to([0.0, 0.0, 0.5], low.shape), atol=ON_THE_GROUND)
@@ -200,7 +202,7 @@ def every_kind_of_source(terrain: Terrain) -> list[Source]:
         Source("points", points, 11, spread=(0.1, 0.0, 0.2), above_ground=1.0),
         Source("none", points, 0),
         Source("line", points, 7, line=True, velocity=(1.0, 0.0, 0.0), velocity_spread=(0.1, 0.2, 0.3)),
-        Source("area", np.empty((0, 3)), 9, patches=patches_of(corners_of(terrain)), throw=throw),
+        Source("area", np.empty((0, 3)), 9, triangles=release_triangles(corners_of(terrain)), throw=throw),
     ]
 
 
@@ -245,7 +247,7 @@ def test_rows_are_numbered_by_source_and_then_by_rock(first: int, count: int | N
 def test_one_more_distribution_leaves_every_other_draw_as_it_was() -> None:
     ground = rough_grid(8, 6.0, 0.3, 0.1)
     engine, area = engine_over("reference", ground), every_kind_of_source(ground)[3]
-    plain = Source("area", area.points, 9, velocity=(1.0, 0.0, 0.0), patches=area.patches)
+    plain = Source("area", area.points, 9, velocity=(1.0, 0.0, 0.0), triangles=area.triangles)
     sized = DrawnRock(2700.0, "mass", uniform_between(1.0, 2.0))
     one, other = releases_of([plain], ROCK, 1, engine), releases_of([area], sized, 1, engine)
     np.testing.assert_array_equal(one.x, other.x)

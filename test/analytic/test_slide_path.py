@@ -23,7 +23,7 @@ from rpf3d_core.kinetics.slide_path import (
     stop_point,
     time_point,
 )
-from rpf3d_core.kinetics.sliding import CREEP, slide_on_facet
+from rpf3d_core.kinetics.sliding import CREEP, SlidePlane, slide_on_facet
 from rpf3d_core.materials.library import Surface
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.values import ZERO, Motion
@@ -237,7 +237,9 @@ MOST_PIECES = 60
 def slide_to_its_end(facets, normal, motion, mu, stop_speed):
     """The last of the pieces of a slide over a facet: a slide that turns is written down bend by bend."""
     for _ in range(MOST_PIECES):
-        piece = slide_on_facet(facets, 0, normal, motion, coulomb(mu, stop_speed, normal), 9.81, math.inf, 0.0)
+        piece = slide_on_facet(
+            facets, SlidePlane(0, normal, 0.0), motion, coulomb(mu, stop_speed, normal), 9.81, math.inf
+        )
         if piece.left_first or piece.stopped:
             return piece
         motion = piece.motion
@@ -295,8 +297,8 @@ def test_a_slide_across_a_facet_ends_no_later_than_one_that_is_stepped():
     v = 3.0 * up + np.array([1.0, 0.0, 0.0])
     start = np.array([0.0, -0.2, -0.1])
     piece = slide_on_facet(
-        facets, 0, n, Motion(0.0, tuple(map(float, start)), tuple(map(float, v)), ZERO),
-        coulomb(0.1, 0.0, n), 9.81, math.inf, 0.0,
+        facets, SlidePlane(0, n, 0.0), Motion(0.0, tuple(map(float, start)), tuple(map(float, v)), ZERO),
+        coulomb(0.1, 0.0, n), 9.81, math.inf,
     )  # fmt: skip
     assert piece.left_first
     assert piece.motion.x[1] == pytest.approx(0.0, abs=1e-12)
@@ -308,7 +310,7 @@ def test_an_uphill_slide_that_friction_does_not_hold_turns_round():
     angle = math.radians(40.0)
     n, up = (math.sin(angle), 0.0, math.cos(angle)), np.array([-math.cos(angle), 0.0, math.sin(angle)])
     motion = Motion(0.0, (4.0, -7.0, -4.0 * math.tan(angle)), tuple(map(float, 2.0 * up)), ZERO)
-    piece = slide_on_facet(facets, 0, n, motion, coulomb(0.2, 0.0, n), 9.81, math.inf, 0.0)
+    piece = slide_on_facet(facets, SlidePlane(0, n, 0.0), motion, coulomb(0.2, 0.0, n), 9.81, math.inf)
     way = 4.0 / (2 * 9.81 * (math.sin(angle) + 0.2 * math.cos(angle)))
     assert not piece.stopped and not piece.left_first
     assert piece.length == pytest.approx(way, rel=1e-12)
@@ -332,7 +334,7 @@ def test_friction_that_only_balances_gravity_leaves_no_number_infinite():
     for across in (1.0, 1e-3, 1e-6, 1e-7, 1e-8):
         v = (-0.8 * 4.0, across, 0.6 * 4.0)
         motion = Motion(0.0, (0.0, -1.0, 0.0), v, ZERO)
-        piece = slide_on_facet(facets, 0, n, motion, coulomb(0.75, 0.0, n), 9.81, math.inf, 0.0)
+        piece = slide_on_facet(facets, SlidePlane(0, n, 0.0), motion, coulomb(0.75, 0.0, n), 9.81, math.inf)
         assert all(math.isfinite(value) for value in (*piece.motion.x, *piece.motion.v, piece.motion.t, piece.length))
 
 

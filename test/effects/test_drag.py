@@ -83,8 +83,8 @@ def test_drag_is_half_rho_c_area_over_mass():
 @pytest.mark.parametrize("t", [0.0, 0.3, 40.0])
 def test_the_air_alone_brakes_as_its_equation_says(t):
     """1/v = 1/v0 + k t, in the direction of the motion."""
-    v, falling = (3.0, -4.0, 12.0), RockContext(STONE, None, 0)
-    after = in_air(drag(), Motion(1.0, (1.0, 2.0, 3.0), v, (0.0, 5.0, 0.0)), 0.0, t, falling)
+    v, rock = (3.0, -4.0, 12.0), RockContext(STONE, None, 0)
+    after = in_air(drag(), Motion(1.0, (1.0, 2.0, 3.0), v, (0.0, 5.0, 0.0)), 0.0, t, rock)
     speed = 1.0 / (1.0 / 13.0 + drag_per_metre(drag(), STONE) * t)
     assert after.v == pytest.approx(tuple(c * speed / 13.0 for c in v), rel=1e-15)
     assert (after.t, after.x, after.w) == (1.0, (1.0, 2.0, 3.0), (0.0, 5.0, 0.0))

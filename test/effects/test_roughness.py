@@ -21,7 +21,7 @@ SIX_SIGMA = 6.0
 def normals(effect, motion=AHEAD, n=UP, radius=0.5):
     """The normals (DRAWS, 3) that as many impacts feel."""
     rocks = (falling_rock(radius=radius, rock=i) for i in range(DRAWS))
-    return np.array([felt_normal(effect, n, motion, falling) for falling in rocks])
+    return np.array([felt_normal(effect, n, motion, rock) for rock in rocks])
 
 
 def tilts(felt):
@@ -52,8 +52,8 @@ def test_crsps_tilt_adds_to_the_angle_of_every_impact(seed):
     n /= np.linalg.norm(n)
     v = draw.normal(size=3) * 5.0
     v -= 2.0 * max(v @ n, 0.0) * n
-    falling = falling_rock(rock=seed)
-    felt = felt_normal(CrspRoughness(0.3, False), tuple(n.tolist()), AHEAD._replace(v=tuple(v.tolist())), falling)
+    rock = falling_rock(rock=seed)
+    felt = felt_normal(CrspRoughness(0.3, False), tuple(n.tolist()), AHEAD._replace(v=tuple(v.tolist())), rock)
     ahead = v - (v @ n) * n
     ahead /= np.linalg.norm(ahead)
     angle, tilt = math.atan2(-(v @ n), v @ ahead), math.atan2(-np.dot(felt, ahead), np.dot(felt, n))

@@ -25,6 +25,7 @@ NARROW, SEARCH = "rpf3d_core/detection/narrow_phase.py", "rpf3d_core/detection/s
 GEOMETRY = "rpf3d_core/terrain/facet_geometry.py"
 TIES, FALLEN = "rpf3d_core/detection/ties.py", "rpf3d_core/detection/fallen.py"
 MARCH, SUSTAINED = "rpf3d_core/simulation/march.py", "rpf3d_core/simulation/sustained.py"
+SETTLING = "rpf3d_core/simulation/settling.py"
 SLIDING, REBOUND = "rpf3d_core/kinetics/sliding.py", "rpf3d_core/kinetics/rebound.py"
 
 
@@ -162,10 +163,10 @@ GUARDS = (
     ),
     Guard(
         "test_zeno.py::test_infinitely_many_bounces_end_when_and_where_their_series_does[0.5-6-none-reference]",
-        MARCH,
+        SETTLING,
         "    in_time = rest.ends and ",
         "    in_time = False and ",
-        "`_settle`: the rest of the bouncing is summed in closed form",
+        "`settle`: the rest of the bouncing is summed in closed form",
         "bouncing is cut off where it is, short of its end",
     ),
     Guard(
@@ -353,7 +354,7 @@ GUARDS = (
     ),
     Guard(
         "test_effects.py::test_rocks_that_skim_a_rough_floor_are_thrown_up_and_those_on_a_smooth_floor_settle[reference]",
-        MARCH,
+        SETTLING,
         "    return off * off if as_a_plane else dot(v, v)\n",
         "    return off * off\n",
         "`_rising2`: bounces of a rock that a tilt may throw up are not summed up as on a plane",

@@ -32,7 +32,7 @@ class Faulty(NamedTuple):
 
 
 @rebound.rule(Faulty)
-def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     back = add(motion.v, scale(-(1.0 + surface.R_n) * dot(motion.v, n), n))
     speed = norm(motion.v)
     if model.divides > 0.0:
@@ -43,7 +43,7 @@ def faulty(model: Faulty, surface: Surface, motion: Motion, n: Vec, falling: Roc
 
 
 @rest_of_bounces.rule(Faulty)
-def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
+def faulty_rest(model: Faulty, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     return Rest(ZERO, ZERO, ZERO, 0.0, True)
 
 

@@ -10,7 +10,7 @@ from hazard_tallied import MASS, flown, over, rough
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, scales_of
 from rpf3d_core.hazard.maps import Raster, reach_probability
 from rpf3d_core.hazard.partial import add_packed, packed_tallies
 from rpf3d_core.hazard.passages import passage_per_metre, reached_over
@@ -33,7 +33,7 @@ def thrown(x, v, cell):
     facets, count = facets_of(terrain), int(2 * HALF / cell)
     scales, fine = (scales_of(60.0, 9.81, 12.0, MASS, MASS, bins) for bins in (PER_OCTAVE, FINE))
     ground = ground_over(facets, bucket_locator(facets), Raster(-HALF, -HALF, cell, count, count))
-    tallies = with_ways(tallies_over(ground, areas_of({}), 1, 9.81, scales, fine, 1e9, False))
+    tallies = with_ways(tallies_over(ground, areas_of({}), 1, 9.81, Binning(scales, fine, 1e9), False))
     physics = made.flight(made.surface(0.0, 0.0, 60.0), "sliding")
     made.fly(made.engine_over("reference", terrain), physics, x, v, watch=tallies)
     return tallies.maps(len(x), ())

@@ -15,7 +15,7 @@ from rpf3d_core.ensemble import batches
 from rpf3d_core.hazard import layers as layers_module
 from rpf3d_core.hazard import tallies as tallies_module
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import bin_edges, bin_of, relative_error, scales_of
+from rpf3d_core.hazard.bins import Binning, bin_edges, bin_of, relative_error, scales_of
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, PERCENTILES, Raster
 from rpf3d_core.hazard.partial import add_packed, packed, packed_tallies, unpacked
 from rpf3d_core.hazard.tallies import tallies_over
@@ -320,7 +320,7 @@ def test_a_symmetric_scene_gives_a_symmetric_map_within_its_intervals():
     raster = Raster(0.0, -size / 2, 2.0, cells, cells)
     scales = scales_of(100.0, 9.81, 12.0, MASS, MASS)
     ground = ground_over(facets, bucket_locator(facets), raster)
-    tallies = tallies_over(ground, areas_of({}), 2, 9.81, scales, scales, MEMORY, True)
+    tallies = tallies_over(ground, areas_of({}), 2, 9.81, Binning(scales, scales, MEMORY), True)
     random = np.random.default_rng(11)
     rocks = 4000
     x = np.stack([random.uniform(1.0, 3.0, rocks), random.uniform(-3.0, 3.0, rocks), np.full(rocks, 3.0)], 1)

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from any_rock import ANY_ROCK
 from rebounds_named import MODELS, ROWS, energy, flight_with, struck, table_of
 from scenes_of_facets import engine_over, floor, fly, incline, surface
 
 from rpf3d_core.kinetics.rebound import rest_of_bounces
 from rpf3d_core.kinetics.rebounds.angle_table import impact_angle
-from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.values import ZERO, Motion, Outcome
 
 UP = (0.0, 0.0, 1.0)

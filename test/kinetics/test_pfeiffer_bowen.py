@@ -29,7 +29,7 @@ IDS = [f"physics-9.2-vn{row[0]}-vt{row[1]}-w{row[2]}" for row in VECTORS]
 def test_the_impact_is_that_of_the_worked_values(row):
     vn, vt, w, R, m, Rn, Rt, f, F, vn_after, vt_after, w_after, ratio = row
     before = Motion(0.0, ZERO, (float(vt), 0.0, -float(vn)), (0.0, float(w), 0.0))
-    after = struck(CRSP, surface(Rn, Rt), before.v, before.w, falling=falling_rock(m, R))
+    after = struck(CRSP, surface(Rn, Rt), before.v, before.w, rock=falling_rock(m, R))
     assert friction(Rt, abs(vt - w * R) / CRSP.A) == pytest.approx(f, abs=PRINTED)
     assert scaling(Rn, Rt, float(vn), CRSP.B) == pytest.approx(F, abs=PRINTED)
     assert after.v == pytest.approx((vt_after, 0.0, vn_after), abs=PRINTED)

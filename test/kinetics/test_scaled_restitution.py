@@ -21,7 +21,7 @@ G = 9.81
 
 def left_of(model, v_n: float, R_n: float = 1.0, mass: float = 1000.0) -> float:
     """The share of the speed into the ground that an impact gives back."""
-    return struck(model, surface(R_n, 0.8), (3.0, 0.0, -v_n), falling=falling_rock(mass)).v[2] / v_n
+    return struck(model, surface(R_n, 0.8), (3.0, 0.0, -v_n), rock=falling_rock(mass)).v[2] / v_n
 
 
 @pytest.mark.parametrize(

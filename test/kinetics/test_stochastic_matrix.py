@@ -19,9 +19,9 @@ STATE = np.array([6.0, 4.0, 2.5])
 """(v_t, v_n, R w) of BEFORE and SPIN at R = 0.5 m."""
 
 
-def state_after(model, falling):
+def state_after(model, rock):
     """(v_t, v_n, R w) after an impact of BEFORE."""
-    after = struck(model, surface(), BEFORE, SPIN, falling=falling)
+    after = struck(model, surface(), BEFORE, SPIN, rock=rock)
     return np.array([after.v[0], after.v[2], 0.5 * after.w[1]])
 
 

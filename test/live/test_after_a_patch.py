@@ -7,7 +7,7 @@ import pytest
 from surveyed_hills import EAST, NORTH, cloud, grid, live_facets
 
 from rpf3d_core.hazard.walks.sheet import UNKNOWN, facet_beyond, is_alone, unknown_sheet
-from rpf3d_core.live.answers import answers
+from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.scene import live_scene
@@ -44,7 +44,9 @@ def told(standing):
     places = np.array([[18.0, 14.0, 80.0], [14.0, 12.0, 80.0], [25.0, 25.0, 80.0]])
     places += EAST, NORTH, 0.0
     trigger = trigger_of(places, np.tile([1.0, 0.5, 0.0], (3, 1)), None, 1)
-    some = answers(standing, trigger, ReleaseSpread(2.0, 0.5, 1.0), {}, 200, lambda stage: False, count(1))
+    some = answers(
+        standing, trigger, ReleaseSpread(2.0, 0.5, 1.0), {}, EnsembleSize(200), lambda stage: False, count(1)
+    )
     return [answer.maps for answer in islice(some, 3)]
 
 

@@ -9,7 +9,7 @@ from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
-from rpf3d_core.live.answers import answers, rounds
+from rpf3d_core.live.answers import EnsembleSize, answers, rounds
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
@@ -24,7 +24,7 @@ def never(stage):
 
 
 def flown(standing, trigger, around=WIDE, areas=NOTHING_LIVE, first=200, stop=never):
-    return list(answers(standing, trigger, around, areas, first, stop, count(1)))
+    return list(answers(standing, trigger, around, areas, EnsembleSize(first), stop, count(1)))
 
 
 def bits(answer):
@@ -82,12 +82,13 @@ def test_the_same_trigger_has_the_same_bits_however_it_was_interrupted(tmp_path,
         over_the_wall(5),
     )
     stages = 3 if engine == "compiled" else 2
-    whole = list(islice(answers(standing, trigger, WIDE, {}, first, never, count(1)), stages))
+    size = EnsembleSize(first)
+    whole = list(islice(answers(standing, trigger, WIDE, {}, size, never, count(1)), stages))
     interrupted = flown(standing, trigger, first=first, stop=lambda stage: stage == 1)
-    other = next(answers(standing, over_the_wall(3, stamp_ns=8), WIDE, {}, first, never, count(1)))
-    again = list(islice(answers(standing, trigger, WIDE, {}, first, never, count(1)), stages))
+    other = next(answers(standing, over_the_wall(3, stamp_ns=8), WIDE, {}, size, never, count(1)))
+    again = list(islice(answers(standing, trigger, WIDE, {}, size, never, count(1)), stages))
     afresh = list(
-        islice(answers(stand_on(standing.ground, standing.scene), trigger, WIDE, {}, first, never, count(1)), stages)
+        islice(answers(stand_on(standing.ground, standing.scene), trigger, WIDE, {}, size, never, count(1)), stages)
     )
     assert len(whole) == len(again) == stages and len(interrupted) == 1
     assert [bits(a) for a in again] == [bits(a) for a in whole] == [bits(a) for a in afresh]
@@ -208,7 +209,7 @@ def test_an_answer_is_complete_only_with_as_many_rocks_as_the_site_wants(tmp_pat
     few, enough = (
         [
             (answer.rocks, answer.complete)
-            for answer in answers(standing, trigger, ReleaseSpread(), {}, 100, lambda stage: False, count(1), least)
+            for answer in answers(standing, trigger, ReleaseSpread(), {}, EnsembleSize(100, least), never, count(1))
         ][-1]
         for least in (0, 1500)
     )

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from any_rock import ANY_ROCK
 from hypothesis import example, given
 from hypothesis import strategies as st
 from property_budget import examples
@@ -24,7 +25,6 @@ from scenes_of_facets import (
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.kinetics.rebound import ConstantRestitution, rebound
 from rpf3d_core.materials.library import Surface
-from rpf3d_core.materials.rock_context import ANY_ROCK
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.values import ZERO, Mode, Motion, Outcome
 

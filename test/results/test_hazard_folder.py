@@ -6,7 +6,7 @@ import numpy as np
 from flights_on_a_floor import SURVEY, floor
 from hazard_layers import lines_of_rocks, maps_of
 
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.scene.hazard import HazardSpec
 
@@ -16,8 +16,8 @@ OUTPUTS = Path(__file__).parents[2] / "docs" / "reference" / "outputs.md"
 def test_everything_is_written_and_named_in_the_documentation(tmp_path):
     terrain = floor(SURVEY)
     maps = maps_of(terrain, lines_of_rocks(terrain), 2.0)
-    place, flown = ("EPSG:31287", np.zeros((1, 3)), {}), RunCounts(300, 300, {})
-    write_hazard(tmp_path / "hazard", "floor", terrain, maps, HazardSpec(), *place, flown)
+    content = MapContent("floor", terrain, {}, RunCounts(300, 300, {}))
+    write_hazard(tmp_path / "hazard", content, maps, HazardSpec(), "EPSG:31287", np.zeros((1, 3)))
     names = {path.name for path in (tmp_path / "hazard").iterdir()}
     assert {Path(name).suffix for name in names} == {".tif", ".geojson", ".csv", ".png"}
     assert len(names) == 8 + 1 + 1 + 3

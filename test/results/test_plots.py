@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from rpf3d_core.ensemble.colours import OUTCOME_COLOURS, zone_colours
 from rpf3d_core.ensemble.paths import sample_paths
 from rpf3d_core.results import plots_hazard, plots_map, plots_profiles
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots_map import rocks_window, write_map
 from rpf3d_core.results.plots_profiles import RESOLUTION, write_profile_plots
 from rpf3d_core.results.plots_sheet import MOST_RELEASES, round_length, starts_of, whole_window
@@ -157,7 +157,9 @@ def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
     flights = thrown(terrain)
     square = np.array([[-5.0, -5.0], [5.0, -5.0], [5.0, 5.0], [-5.0, 5.0]])
     areas = {"ramp": [square]}
-    write_map(tmp_path / "map.png", "floor", terrain, flights.deposits, sample_paths(flights.paths), areas, ALL)
+    write_map(
+        tmp_path / "map.png", MapContent("floor", terrain, areas, ALL), flights.deposits, sample_paths(flights.paths)
+    )
     picture = imread(tmp_path / "map.png")
     for colour in zone_colours(terrain.zones):
         assert pixels_like(picture, colour) > 1000
@@ -169,7 +171,7 @@ def test_the_map_shows_zones_and_deposits_by_outcome(frame, tmp_path):
 def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_partial(figures, tmp_path):
     terrain, flights = floor(), thrown(floor())
     samples = sample_paths(flights.paths, [0, 5])
-    write_map(tmp_path / "map.png", "pit", terrain, flights.deposits, samples, {}, PARTIAL)
+    write_map(tmp_path / "map.png", MapContent("pit", terrain, {}, PARTIAL), flights.deposits, samples)
     main, side = figures["map.png"].axes[:2]
     assert main.get_title(loc="left") == "pit: 6,000 of 8,000 rocks, partial"
     told = texts(side.get_legend())
@@ -182,7 +184,7 @@ def test_pictures_count_all_rocks_and_say_how_many_are_drawn_and_that_a_run_is_p
     assert title == "Paths of 2 of 6,000 rocks, partial"
     (legend,) = figures["sections.png"].legends
     assert legend.get_title().get_text().startswith("Shortest, median and longest runout of 2 of 6,000")
-    write_map(tmp_path / "map.png", "pit", terrain, flights.deposits, sample_paths(flights.paths), {}, ALL)
+    write_map(tmp_path / "map.png", MapContent("pit", terrain, {}, ALL), flights.deposits, sample_paths(flights.paths))
     assert texts(figures["map.png"].axes[1].get_legend())[:4] == ["release", "stopped (5)", "left terrain (1)", "path"]
 
 
@@ -219,7 +221,7 @@ def test_a_map_of_rocks_in_a_corner_shows_that_corner():
 def test_no_rocks_make_empty_pictures(tmp_path):
     terrain, flights = floor(UNMOVED), none_thrown()
     samples = sample_paths(flights.paths)
-    write_map(tmp_path / "map.png", "nothing", terrain, flights.deposits, samples, {}, RunCounts(0, 0, {}))
+    write_map(tmp_path / "map.png", MapContent("nothing", terrain, {}, RunCounts(0, 0, {})), flights.deposits, samples)
     write_profile_plots(tmp_path, SOURCES, terrain, flights, samples, STANDARD_GRAVITY, RunCounts(0, 0, {}))
     assert {path.name for path in tmp_path.iterdir()} == {
         "map.png", "overview.png", "overview.csv", "sections.png", "sections.csv",

@@ -10,7 +10,7 @@ from matplotlib.image import imread
 from rpf3d_core.hazard.maps import FEWEST_ROCKS, reach_probability
 from rpf3d_core.hazard.scales import Scale, colours_at, places
 from rpf3d_core.results import plots_hazard as module
-from rpf3d_core.results.findings import RunCounts
+from rpf3d_core.results.findings import MapContent, RunCounts
 from rpf3d_core.results.plots_hazard import norm_of, themes, write_hazard_pictures
 from rpf3d_core.results.plots_sheet import whole_window
 from rpf3d_core.results.shading import hillshade
@@ -65,7 +65,8 @@ def centres(raster):
 
 
 def test_there_are_three_pictures(tmp_path, terrain):
-    write_hazard_pictures(tmp_path, "floor", terrain, maps_over(terrain), releases(), {"ramp": [SQUARE]}, FLOWN)
+    content = MapContent("floor", terrain, {"ramp": [SQUARE]}, FLOWN)
+    write_hazard_pictures(tmp_path, content, maps_over(terrain), releases())
     assert {path.name for path in tmp_path.iterdir()} == PICTURES
     assert all(imread(path).shape[0] > 800 for path in tmp_path.iterdir())
 
@@ -123,7 +124,7 @@ def test_the_title_tells_how_many_rocks_there_are_and_that_the_run_is_partial(tm
     titles = []
     monkeypatch.setattr(module, "save", lambda figure, _: titles.append(figure.axes[0].get_title(loc="left")))
     terrain = floor()
-    write_hazard_pictures(tmp_path, "pit", terrain, maps_over(terrain), releases(), {}, FLOWN)
+    write_hazard_pictures(tmp_path, MapContent("pit", terrain, {}, FLOWN), maps_over(terrain), releases())
     assert titles[0] == "pit: reach probability, 300 of 400 rocks, partial"
 
 
@@ -187,6 +188,7 @@ def test_a_hillshade_is_grey_and_darker_away_from_the_light():
 
 
 def test_no_rocks_make_pictures_of_bare_ground(tmp_path):
-    terrain, none = floor(), (np.empty((0, 3)), {}, RunCounts(0, 0, {}))
-    write_hazard_pictures(tmp_path, "floor", terrain, maps_of(terrain, nobody(), CELL), *none)
+    terrain = floor()
+    content = MapContent("floor", terrain, {}, RunCounts(0, 0, {}))
+    write_hazard_pictures(tmp_path, content, maps_of(terrain, nobody(), CELL), np.empty((0, 3)))
     assert {path.name for path in tmp_path.iterdir()} == PICTURES

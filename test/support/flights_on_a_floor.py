@@ -13,9 +13,9 @@ from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batch import Batch
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts, Paths
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.ensemble.totals import totals_of
+from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import scales_of
+from rpf3d_core.hazard.bins import Binning, scales_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import tallies_over
@@ -131,8 +131,10 @@ def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | No
     """Return the findings of a run of the scene over the floor with these flights."""
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
+    totals = Totals(position)
+    totals.add(flights.deposits)
     return Findings(
-        named, terrain, faults(terrain), flights, totals_of(flights.deposits, position),
+        named, terrain, faults(terrain), flights, totals,
         maps_of(named, terrain, flights), rocks if planned is None else planned, tuple(steps),
         {"read_s": 0.5, "wall_s": 2.0},
     )  # fmt: skip
@@ -144,7 +146,8 @@ def maps_of(named: Scene, terrain: Terrain, flights: Flights) -> HazardMaps:
     ground = ground_over(facets, bucket_locator(facets), raster_over(terrain, named.hazard.cell))
     outlines = {name: local_outlines(terrain.frame, area) for name, area in read_areas(named).items()}
     scales = scales_of(math.dist(facets.low, facets.high), G, 10.0, MASS, MASS)
-    tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, scales, scales, 1e9, compiled=False)
+    binning = Binning(scales, scales, 1e9)
+    tallies = tallies_over(ground, areas_of(outlines), len(terrain.zones), G, binning, compiled=False)
     deposits = flights.deposits
     moved = np.zeros_like(deposits.x)
     tallies(

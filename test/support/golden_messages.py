@@ -29,7 +29,7 @@ from rpf3d_core.alerts.decide import decide
 from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
 from rpf3d_core.alerts.site_model import Thresholds
-from rpf3d_core.live.answers import Answer, answers
+from rpf3d_core.live.answers import Answer, EnsembleSize, answers
 from rpf3d_core.live.evidence import together
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
@@ -238,9 +238,8 @@ class Session:
         """Answer sources until the answer is complete, and decide on each stage."""
         trigger = trigger_of(sources.positions, sources.velocities, sources.diameters, sources.stamp_ns, topic)
         around = ReleaseSpread(PARAMETERS.position_spread, PARAMETERS.velocity_spread)
-        stages = answers(
-            self._stood, trigger, around, self._areas, PARAMETERS.first_rocks, lambda stage: False, self._results
-        )
+        size = EnsembleSize(PARAMETERS.first_rocks)
+        stages = answers(self._stood, trigger, around, self._areas, size, lambda stage: False, self._results)
         for answer in stages:
             self._now += LATER
             timed = dataclasses.replace(answer, seconds=TOOK)

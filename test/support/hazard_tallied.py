@@ -5,7 +5,7 @@ import scenes_of_facets as made
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.hazard.areas import areas_of
-from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, scales_of
+from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, scales_of
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.tallies import tallies_over
 from rpf3d_core.hazard.walks.ground import ground_over
@@ -24,7 +24,7 @@ def over(terrain, cell=1.3, areas=None, compiled=True, limit=MEMORY):
     raster = Raster(*low, cell, *(int((facets.high[k] + 1.0 - low[k]) / cell) + 1 for k in range(2)))
     scales, fine = (scales_of(30.0, 9.81, 12.0, MASS, MASS, per_octave) for per_octave in (PER_OCTAVE, FINE))
     ground = ground_over(facets, bucket_locator(facets), raster)
-    return tallies_over(ground, areas_of(areas or {}), len(terrain.zones), 9.81, scales, fine, limit, compiled)
+    return tallies_over(ground, areas_of(areas or {}), len(terrain.zones), 9.81, Binning(scales, fine, limit), compiled)
 
 
 def rocks_above(count, size=18.0, seed=3):

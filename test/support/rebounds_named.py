@@ -63,11 +63,9 @@ def falling_rock(mass: float = 1000.0, radius: float = 0.5, impacts: int = 0, ro
     return RockContext(Rock(mass, radius), RockKey(7, 1, rock), impacts)
 
 
-def struck(
-    model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, falling: RockContext | None = None
-) -> Motion:
+def struck(model: Any, ground: Surface, v: Vec, w: Vec = ZERO, n: Vec = UP, rock: RockContext | None = None) -> Motion:
     """Return the motion after an impact."""
-    after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, falling or falling_rock())
+    after: Motion = rebound(model, ground, Motion(0.0, ZERO, v, w), n, rock or falling_rock())
     return after
 
 

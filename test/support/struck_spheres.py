@@ -16,6 +16,6 @@ FULL = 1e9
 def struck(v, w, e, mu, radius=0.5, e_t=0.0, mu_r=0.0, n=UP):
     """Return the velocity v and the angular velocity w after an impact."""
     model, ground = CoulombSphere(mu, e_t), Surface(e, 0.8, 0.3, 0.5, mu_r)
-    falling = RockContext(Rock(1000.0, radius), None, 0)
-    after = rebound(model, ground, Motion(0.0, ZERO, tuple(v), tuple(w)), n, falling)
+    rock = RockContext(Rock(1000.0, radius), None, 0)
+    after = rebound(model, ground, Motion(0.0, ZERO, tuple(v), tuple(w)), n, rock)
     return np.array(after.v), np.array(after.w)

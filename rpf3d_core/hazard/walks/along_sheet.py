@@ -16,8 +16,9 @@ from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.over_facet import above_plane, along_across, crossing, largest_above
 from rpf3d_core.hazard.walks.sheet import NOTHING, facet_beyond, is_alone
-from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.walks.visits import Visits, note_height, note_track_energy, visit_for, visited
+from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at
+from rpf3d_core.hazard.walks.visits import Visits, note_height, visited
+from rpf3d_core.hazard.walks.walk import Walk, visit_facet
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH
 
@@ -25,7 +26,7 @@ NOWHERE = -1
 """No facet: the track cannot be walked from here."""
 
 
-class Way(NamedTuple):
+class FacetCrossing(NamedTuple):
     """Crossing of facet f by the line of a track, which leaves the facet through side k.
 
     al, cl, ar, cr : places along and across the line (`over_facet.along_across`) of the corners to the left and right
@@ -40,7 +41,7 @@ class Way(NamedTuple):
     cr: float
 
 
-NO_WAY = Way(NOWHERE, 0, 0.0, 0.0, 0.0, 0.0)
+NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
 """No crossing of any facet."""
 
 
@@ -55,90 +56,90 @@ class Cursor(NamedTuple):
 
 
 @kernel
-def walk_sheet(
-    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float, at: int
-) -> tuple[int, float]:
+def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
     """Visit every facet that the track passes over, and its zone; record the height above the facets in the squares.
 
     at : the facet over which the track may begin, NOWHERE if unknown
     Returns the facet over which the track ends and its duration (s), or NOWHERE and the time to which it was walked.
     """
+    ground, track = walk.ground, walk.track
     arc = track.arc
     speed2, walked = arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1], 0.0
-    way = _way_from(ground, arc, at) if speed2 >= SLOWEST else NO_WAY
-    if way.f == NOWHERE:
+    passed = _crossing_from(ground, arc, at) if speed2 >= SLOWEST else NO_CROSSING
+    if passed.f == NOWHERE:
         return NOWHERE, walked
-    cursor = _cursor_at(ground.raster, squares, track)
+    cursor = _cursor_at(ground.raster, walk.scratch.squares, track)
     for _ in range(len(ground.facets.zone)):  # a line crosses a facet once
-        leave = crossing(way.al, way.cl, way.ar, way.cr) / speed2
+        leave = crossing(passed.al, passed.cl, passed.ar, passed.cr) / speed2
         until = min(leave, track.duration)
         if until > walked:
-            cursor = _pass_over(ground, squares, facets, zones, track, mass, way.f, walked, until, cursor)
+            cursor = _pass_over(walk, passed.f, walked, until, cursor)
             walked = until
         if leave >= track.duration:
-            return way.f, walked
-        way = _way_beyond(ground, arc, way)
-        if way.f == NOWHERE:
+            return passed.f, walked
+        passed = _crossing_beyond(ground, arc, passed)
+        if passed.f == NOWHERE:
             return NOWHERE, walked
     return NOWHERE, walked
 
 
 @kernel
-def _way_from(ground: WalkedTerrain, arc: Arc, at: int) -> Way:
+def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
     """Return the crossing of the facet over which an arc begins: `at`, or else a facet in the bucket of its start."""
-    way = _way_over(ground, arc, at) if at != NOWHERE else NO_WAY
+    passed = _crossing_over(ground, arc, at) if at != NOWHERE else NO_CROSSING
     locator = ground.locator
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
     j = cell_index(arc.x[1], locator.y, locator.cell, locator.ny)
     entry, stop = locator.starts[j * locator.nx + i], locator.starts[j * locator.nx + i + 1]
-    while way.f == NOWHERE and entry < stop:
+    while passed.f == NOWHERE and entry < stop:
         f: Any = np.int64(locator.ids[np.uintp(entry)])
-        way = _way_over(ground, arc, f)
+        passed = _crossing_over(ground, arc, f)
         entry += 1
-    return way
+    return passed
 
 
 @kernel
-def _way_over(ground: WalkedTerrain, arc: Arc, f: int) -> Way:
-    """Return the crossing of facet f by the line of an arc; NO_WAY unless the line enters f by the start of the arc.
+def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
+    """Return the crossing of facet f by the line of an arc; NO_CROSSING unless it enters f by the start of the arc.
 
-    Returns NO_WAY also if other facets lie above or below f. If the line has left f by the start of the arc, the walk
-    goes on over the facets beyond.
+    Returns NO_CROSSING also if other facets lie above or below f. If the line has left f by the start of the arc, the
+    walk goes on over the facets beyond.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)
     a1, c1 = along_across(facets, f, 1, arc)
     a2, c2 = along_across(facets, f, 2, arc)
-    way, entry = NO_WAY, np.inf
+    passed, entry = NO_CROSSING, np.inf
     if c0 < 0.0 <= c1:
-        way, entry = Way(f, 0, a1, c1, a0, c0), crossing(a2, c2, a0, c0) if c2 >= 0.0 else crossing(a1, c1, a2, c2)
+        passed = FacetCrossing(f=f, k=0, al=a1, cl=c1, ar=a0, cr=c0)
+        entry = crossing(a2, c2, a0, c0) if c2 >= 0.0 else crossing(a1, c1, a2, c2)
     elif c1 < 0.0 <= c2:
-        way, entry = Way(f, 1, a2, c2, a1, c1), crossing(a0, c0, a1, c1) if c0 >= 0.0 else crossing(a2, c2, a0, c0)
+        passed = FacetCrossing(f=f, k=1, al=a2, cl=c2, ar=a1, cr=c1)
+        entry = crossing(a0, c0, a1, c1) if c0 >= 0.0 else crossing(a2, c2, a0, c0)
     elif c2 < 0.0 <= c0:
-        way, entry = Way(f, 2, a0, c0, a2, c2), crossing(a1, c1, a2, c2) if c1 >= 0.0 else crossing(a0, c0, a1, c1)
+        passed = FacetCrossing(f=f, k=2, al=a0, cl=c0, ar=a2, cr=c2)
+        entry = crossing(a1, c1, a2, c2) if c1 >= 0.0 else crossing(a0, c0, a1, c1)
     begun = entry <= 0.0 and is_alone(ground.sheet, ground.locator, facets, f)
-    return way if begun else NO_WAY
+    return passed if begun else NO_CROSSING
 
 
 @kernel
-def _way_beyond(ground: WalkedTerrain, arc: Arc, way: Way) -> Way:
+def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
     """Return the crossing of the facet beyond the exit. The facet's side m runs from the left corner to the right."""
-    f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, way.f, way.k)
+    f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
-        return NO_WAY
+        return NO_CROSSING
     third = m - 1 if m > 0 else 2
     a, c = along_across(ground.facets, f, third, arc)
     if c >= 0.0:
-        return Way(f, m + 1 if m < 2 else 0, a, c, way.ar, way.cr)
-    return Way(f, third, way.al, way.cl, a, c)
+        return FacetCrossing(f=f, k=m + 1 if m < 2 else 0, al=a, cl=c, ar=passed.ar, cr=passed.cr)
+    return FacetCrossing(f=f, k=third, al=passed.al, cl=passed.cl, ar=a, cr=c)
 
 
 @kernel
-def _pass_over(
-    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
-    f: int, low: float, high: float, cursor: Cursor,
-) -> Cursor:  # fmt: skip
-    """Visit facet f and its zone between two times of a track (s), and record the height above f in the squares."""
+def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> Cursor:
+    """Visit facet f and its zone between two times of the track (s), and record the height above f in the squares."""
+    ground, squares, track = walk.ground, walk.scratch.squares, walk.track
     c, b = above_plane(ground.facets, f, track.arc)
     gravity, begin, most = track.arc.gravity, low, -np.inf
     while True:
@@ -152,11 +153,7 @@ def _pass_over(
             break
         cursor = _next_cursor(ground.raster, squares, track, cursor)
     if most >= -REACH * ground.facets.tolerance:
-        speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-        k = visit_for(facets, f, t, until, speed2, most, mass)
-        note_track_energy(facets.energy2, k, track, low, high)
-        k = visit_for(zones, ground.facets.zone[f], t, until, speed2, most, mass)
-        note_track_energy(zones.energy2, k, track, low, high)
+        visit_facet(walk, f, low, high, most)
     return cursor
 
 
@@ -182,4 +179,4 @@ def _cursor(raster: Raster, squares: Visits, track: Track, i: int, j: int, pace_
     x = track.arc.x
     leave_i = leaving_time(i, raster.nx, raster.x, raster.cell, x[0], pace_x)
     leave_j = leaving_time(j, raster.ny, raster.y, raster.cell, x[1], pace_y)
-    return Cursor(i, j, leave_i, leave_j, visited(squares, j * raster.nx + i))
+    return Cursor(i=i, j=j, leave_i=leave_i, leave_j=leave_j, visit=visited(squares, j * raster.nx + i))

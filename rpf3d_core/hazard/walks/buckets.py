@@ -4,7 +4,7 @@ The facet under a rock is the facet straight below it in plan. On a bench face a
 little; the facets show where the rock flew. A vertical facet has no area in plan: only an impact is a visit to it.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,41 +14,21 @@ from rpf3d_core.detection.plan_boxes import overlap
 from rpf3d_core.detection.stretch import probe_of
 from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.over_facet import VERTICAL, largest_height, under
-from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
-from rpf3d_core.hazard.walks.visits import Visits, note_height, note_track_energy, visit_for, visited
+from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at
+from rpf3d_core.hazard.walks.visits import Visits, note_height, visited
+from rpf3d_core.hazard.walks.walk import Spans, Walk, visit_facet
 from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.simulation.parabola import ground_below
 from rpf3d_core.terrain.facet_geometry import REACH, stored_normal
 
 OVERLAP = 1e-9
 """Share of the duration of a part of a track by which two facets may seem to overlap because of rounding."""
-ROOM = 4096
-"""Most facets under a part of a track over one bucket: a bucket of survey terrain has a dozen."""
-
-
-class Spans(NamedTuple):
-    """Scratch: the facets under a part of a track.
-
-    facet : (M,); times : (M, 3) begin and end over each facet (s into the track), and largest height above it (m)
-    cuts : (2 M,) begins and ends in order
-    """
-
-    facet: Any
-    times: Any
-    cuts: Any
-
-
-def empty_spans() -> Spans:
-    """Return room for the facets under a part of a track."""
-    return Spans(np.empty(ROOM, dtype=np.int64), np.empty((ROOM, 3)), np.empty(2 * ROOM))
 
 
 @kernel
-def walk_buckets(
-    ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
-    begin: float,
-) -> None:  # fmt: skip
+def walk_buckets(walk: Walk, begin: float) -> None:
     """Visit every facet that the track passes over from `begin` (s) on, and its zone; record heights in the squares."""
+    ground, track = walk.ground, walk.track
     locator, x, v = ground.locator, track.arc.x, track.arc.v
     i = square_at(x[0] + v[0] * begin, locator.x, locator.cell, locator.nx)
     j = square_at(x[1] + v[1] * begin, locator.y, locator.cell, locator.ny)
@@ -58,7 +38,7 @@ def walk_buckets(
         leave_j = leaving_time(j, locator.ny, locator.y, locator.cell, x[1], pace_y)
         leave = min(leave_i, leave_j, track.duration)
         if leave > begin:
-            _visit_bucket(ground, spans, squares, facets, zones, track, mass, i, j, begin, leave)
+            _visit_bucket(walk, i, j, begin, leave)
         if leave >= track.duration:
             return
         begin = max(begin, leave)
@@ -66,35 +46,25 @@ def walk_buckets(
 
 
 @kernel
-def _visit_bucket(
-    ground: WalkedTerrain, spans: Spans, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
-    i: int, j: int, begin: float, leave: float,
-) -> None:  # fmt: skip
+def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> None:
     """Visit the facets under the part of the track that lies over the bucket in column i and row j."""
-    used = _spans_over(ground, spans, track, i, j, begin, leave)
+    spans = walk.scratch.spans
+    used = _spans_over(walk.ground, spans, walk.track, i, j, begin, leave)
     if _overlapping(spans, used, OVERLAP * (leave - begin)):
-        _visit_what_is_below(ground, spans, used, squares, facets, zones, track, mass)
+        _visit_what_is_below(walk, used)
         return
     for s in range(used):
         low, high, height = spans.times[s, 0], spans.times[s, 1], spans.times[s, 2]
-        _visit_span(ground, squares, facets, zones, track, mass, spans.facet[s], low, high, height)
+        _visit_span(walk, spans.facet[s], low, high, height)
 
 
 @kernel
-def _visit_what_is_below(
-    ground: WalkedTerrain,
-    spans: Spans,
-    used: int,
-    squares: Visits,
-    facets: Visits,
-    zones: Visits,
-    track: Track,
-    mass: float,
-) -> None:
+def _visit_what_is_below(walk: Walk, used: int) -> None:
     """Visit only the facets straight below, where facets overlap in plan: overhang, two terrains, track on an edge.
 
     The facet straight below changes only where a facet begins or ends: between these times one query is enough.
     """
+    ground, track, spans = walk.ground, walk.track, walk.scratch.spans
     cuts = _sorted_cuts(spans, used)
     for c in range(cuts - 1):
         low, high = spans.cuts[c], spans.cuts[c + 1]
@@ -102,7 +72,7 @@ def _visit_what_is_below(
             f = ground_below(ground.locator, ground.facets, position(track.arc, 0.5 * (low + high)))[1].facet
             if f >= 0 and abs(stored_normal(ground.facets, f)[2]) > VERTICAL:
                 height = largest_height(ground.facets, f, track.arc, low, high)
-                _visit_span(ground, squares, facets, zones, track, mass, f, low, high, height)
+                _visit_span(walk, f, low, high, height)
 
 
 @kernel
@@ -128,17 +98,13 @@ def _overlapping(spans: Spans, used: int, slack: float) -> bool:
 
 
 @kernel
-def _visit_span(
-    ground: WalkedTerrain, squares: Visits, facets: Visits, zones: Visits, track: Track, mass: float,
-    f: int, low: float, high: float, height: float,
-) -> None:  # fmt: skip
-    """Visit facet f and its zone between two times of a track (s), during which it is at most `height` (m) above f."""
-    speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
-    k = visit_for(facets, f, t, until, speed2, height, mass)
-    note_track_energy(facets.energy2, k, track, low, high)
-    k = visit_for(zones, ground.facets.zone[f], t, until, speed2, height, mass)
-    note_track_energy(zones.energy2, k, track, low, high)
-    _note_heights(ground, squares, track, f, low, high, height)
+def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> None:
+    """Visit facet f and its zone between two times of a track (s), and record the height in the squares.
+
+    height : m above f, the largest between the two times
+    """
+    visit_facet(walk, f, low, high, height)
+    _note_heights(walk.ground, walk.scratch.squares, walk.track, f, low, high, height)
 
 
 @kernel

@@ -54,7 +54,7 @@ def empty_lines(room: int) -> CacheLines:
     memory = np.zeros((room + 1) * words, dtype=np.int64)
     ahead = -memory.ctypes.data % LINE // 8  # so that each line fills exactly one line of the cache
     long = memory[ahead : ahead + room * words].reshape(room, words)
-    return CacheLines(long, long.view(np.uint32), long.view(np.float32))
+    return CacheLines(long=long, short=long.view(np.uint32), single=long.view(np.float32))
 
 
 def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
@@ -62,10 +62,15 @@ def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
     return Found(
-        cell, short[:, LINE_ROCKS].astype(np.int64), long[:, LINE_PASSAGES], long[:, LINE_IMPACTS],
-        short[:, LINE_DEPOSITS].astype(np.int64), long[:, LINE_SUMS : LINE_SUMS + 3],
-        single[:, LINE_MOST : LINE_MOST + 3], single[:, LINE_FIRST],
-    )  # fmt: skip
+        cell=cell,
+        rocks=short[:, LINE_ROCKS].astype(np.int64),
+        passages=long[:, LINE_PASSAGES],
+        impacts=long[:, LINE_IMPACTS],
+        deposits=short[:, LINE_DEPOSITS].astype(np.int64),
+        sums=long[:, LINE_SUMS : LINE_SUMS + 3],
+        most=single[:, LINE_MOST : LINE_MOST + 3],
+        first=single[:, LINE_FIRST],
+    )
 
 
 def add_found(lines: CacheLines, place: IntArray, found: Found) -> None:

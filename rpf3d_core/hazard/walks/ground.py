@@ -20,7 +20,7 @@ class WalkedTerrain(NamedTuple):
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
     """Return a walked terrain whose sheet is still unknown."""
-    return WalkedTerrain(facets, locator, unknown_sheet(facets, locator), raster)
+    return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 
 def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: Block) -> WalkedTerrain:
@@ -28,7 +28,9 @@ def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, 
 
     The result reuses the memory of `before`.
     """
-    return WalkedTerrain(facets, locator, sheet_after(before.sheet, facets, locator, changed), before.raster)
+    return WalkedTerrain(
+        facets=facets, locator=locator, sheet=sheet_after(before.sheet, facets, locator, changed), raster=before.raster
+    )
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:

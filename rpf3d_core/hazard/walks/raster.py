@@ -3,7 +3,7 @@
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.tracks import Track, leaving_time, next_square, pace_of, square_at, time_at, top_speed2
 from rpf3d_core.hazard.walks.visits import Visits, note_stay, note_track_energy, visit
-from rpf3d_core.hazard.walks.ways import note_way
+from rpf3d_core.hazard.walks.ways import note_length, square_of
 from rpf3d_core.jit.dispatch import kernel
 
 
@@ -23,7 +23,7 @@ def walk_raster(raster: Raster, visits: Visits, track: Track, mass: float) -> No
             k = visit(visits, j * raster.nx + i, t, mass)
             note_stay(visits, k, t, time_at(track, max(begin, leave)), top_speed2(track, begin, leave))
             note_track_energy(visits.energy2, k, track, begin, leave)
-            note_way(visits.way, k, raster, i, j, track, begin, leave)
+            note_length(visits.way, k, square_of(raster, i, j), track, begin, leave)
         if leave >= track.duration:
             return
         begin, here = max(begin, leave), False

@@ -51,9 +51,9 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
     """Return a sheet in which everything is unknown."""
     count = len(facets.zone)
     return Sheet(
-        np.zeros(3 * count, dtype=np.int32),
-        np.zeros(count, dtype=np.int8),
-        np.zeros(locator.nx * locator.ny, dtype=np.int8),
+        beyond=np.zeros(3 * count, dtype=np.int32),
+        alone=np.zeros(count, dtype=np.int8),
+        clear=np.zeros(locator.nx * locator.ny, dtype=np.int8),
     )
 
 
@@ -70,7 +70,7 @@ def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: B
     alone[near] = UNKNOWN
     rows, columns = slice(reached.bottom, reached.top), slice(reached.left, reached.right)
     sheet.clear.reshape(locator.ny, locator.nx)[rows, columns] = UNKNOWN
-    return Sheet(beyond, alone, sheet.clear)
+    return Sheet(beyond=beyond, alone=alone, clear=sheet.clear)
 
 
 @kernel

@@ -74,8 +74,16 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
     v = (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if modes[p] == FLIGHT:
-        arc, speed = Arc((pieces[p, 1], pieces[p, 2], pieces[p, 3]), v, gravity), norm(v)
-        return Track(arc, t, pieces[p + 1, 0], duration, speed, speed, spin_of(spins, p, 0.0, 1.0))
+        arc, speed = Arc(x=(pieces[p, 1], pieces[p, 2], pieces[p, 3]), v=v, gravity=gravity), norm(v)
+        return Track(
+            arc=arc,
+            begin=t,
+            until=pieces[p + 1, 0],
+            duration=duration,
+            start=speed,
+            end=speed,
+            spin=spin_of(spins, p, 0.0, 1.0),
+        )
     a, b = slide_point(pieces, p, k / count), slide_point(pieces, p, (k + 1) / count)
     step = duration / count
     chord = ((b[0] - a[0]) / step, (b[1] - a[1]) / step, (b[2] - a[2]) / step)
@@ -83,7 +91,15 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
     start, end = before + (after - before) * k / count, before + (after - before) * (k + 1) / count
     until = t + (k + 1) * step if k + 1 < count else pieces[p + 1, 0]
     spin = spin_of(spins, p, k / count, (k + 1) / count)
-    return Track(Arc(a, chord, 0.0), t + k * step, until, step, start, end, spin)
+    return Track(
+        arc=Arc(x=a, v=chord, gravity=0.0),
+        begin=t + k * step,
+        until=until,
+        duration=step,
+        start=start,
+        end=end,
+        spin=spin,
+    )
 
 
 @kernel

@@ -1,15 +1,16 @@
 """Gather the visits of rock after rock to each cell: squares, facets, zones and areas of interest."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 from rpf3d_core.hazard.areas import Areas, contains_point, walk_areas
+from rpf3d_core.hazard.flown import FlownRocks
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.walks.along_sheet import NOWHERE, walk_sheet
-from rpf3d_core.hazard.walks.buckets import Spans, walk_buckets
+from rpf3d_core.hazard.walks.buckets import walk_buckets
 from rpf3d_core.hazard.walks.ground import WalkedTerrain
 from rpf3d_core.hazard.walks.raster import walk_raster
-from rpf3d_core.hazard.walks.tracks import Track, square_at, track_of, tracks_of
+from rpf3d_core.hazard.walks.tracks import square_at, track_of, tracks_of
 from rpf3d_core.hazard.walks.visits import (
     DEPOSITS,
     FULL,
@@ -18,7 +19,6 @@ from rpf3d_core.hazard.walks.visits import (
     OF_ROCK,
     USED,
     Visits,
-    empty_visits,
     next_rock,
     note_count,
     note_energy2,
@@ -26,41 +26,23 @@ from rpf3d_core.hazard.walks.visits import (
     take_back,
     visit,
 )
+from rpf3d_core.hazard.walks.walk import Scratch, Walk
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.values import Outcome
 
 STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome.FAILED)
 
 
-class Scratch(NamedTuple):
-    """Scratch of one thread that examines rocks: visits to squares, facets, zones and areas, and spans."""
-
-    squares: Visits
-    facets: Visits
-    zones: Visits
-    areas: Visits
-    spans: Spans
-
-
-def with_more_room(scratch: Scratch) -> Scratch:
-    """Return scratch with twice the room, for a rock that comes to more cells than there was room for."""
-    squares, facets, zones, areas = (
-        empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
-        for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
-    )
-    return Scratch(squares, facets, zones, areas, scratch.spans)
-
-
 @loop
 def visit_all(
-    ground: WalkedTerrain, areas: Areas, scratch: Scratch, gravity: float, counts: Any, finals: Any, impacts: Any,
-    facets: Any, pieces: Any, modes: Any, first: Any, mass: Any, spins: Any, begin: int, heights: Any,
-) -> int:  # fmt: skip
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, begin: int, heights: Any
+) -> int:
     """Gather the visits of rock after rock from number `begin` on; return the number of the first without room.
 
-    The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1]. spins : as in
-    `ensemble.spin.spins_squared`; None if rocks do not spin. heights : (N,) m, filled in
+    The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1].
+    heights : (N,) m, filled in
     """
+    counts, impacts, first = flown.counts, flown.impacts, flown.first
     for r in range(begin, len(heights)):
         _next_rock(scratch)
         if counts[r, 0] == FAILED:
@@ -68,12 +50,12 @@ def visit_all(
             continue
         q, at = first[r, 0], NOWHERE
         for p in range(first[r, 1], first[r + 1, 1] - 1):
-            at = _walk_piece(ground, areas, scratch, pieces, modes, _of_pieces(spins), p, gravity, mass[r], at)
-            while q < first[r + 1, 0] and impacts[q, 0] <= pieces[p + 1, 0]:
-                if facets[q] >= 0:  # obstacles are skipped: the flights before and after count
-                    _note_impact(ground, areas, scratch, impacts, spins, q, facets[q], mass[r])
+            at = _walk_piece(ground, areas, scratch, flown, r, p, at)
+            while q < first[r + 1, 0] and impacts[q, 0] <= flown.pieces[p + 1, 0]:
+                if flown.facets[q] >= 0:  # obstacles are skipped: the flights before and after count
+                    _note_impact(ground, areas, scratch, flown, r, q)
                 q += 1
-        _come_to_rest(ground, areas, scratch, counts[r, 0], counts[r, 1], finals[r], mass[r])
+        _come_to_rest(ground, areas, scratch, flown, r)
         if not _fits(scratch):
             return r
         heights[r] = _largest_height(scratch.zones)
@@ -120,29 +102,28 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
 
 @kernel
 def _walk_piece(
-    ground: WalkedTerrain, areas: Areas, scratch: Scratch, pieces: Any, modes: Any, spins: Any, p: int, gravity: float,
-    mass: float, at: int,
-) -> int:  # fmt: skip
-    """Visit all cells that a path segment passes over; return the facet over which it ends.
+    ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, p: int, at: int
+) -> int:
+    """Visit all cells that segment p of the path of rock r passes over; return the facet over which it ends.
 
     at : the facet over which the segment may begin, NOWHERE if unknown; the result may be NOWHERE, too
     """
+    pieces, modes, spins, mass = flown.pieces, flown.modes, _of_pieces(flown.spins), flown.mass[r]
     count = tracks_of(pieces, modes, p)
     for k in range(count):
-        track = track_of(pieces, modes, spins, p, k, count, gravity)
+        track = track_of(pieces, modes, spins, p, k, count, flown.gravity)
         walk_raster(ground.raster, scratch.squares, track, mass)
-        at = _walk_facets(ground, scratch, track, mass, at)
+        at = _walk_facets(Walk(ground=ground, scratch=scratch, track=track, mass=mass), at)
         walk_areas(areas, scratch.areas, track, mass)
     return at
 
 
 @kernel
-def _walk_facets(ground: WalkedTerrain, scratch: Scratch, track: Track, mass: float, at: int) -> int:
+def _walk_facets(walk: Walk, at: int) -> int:
     """Visit all facets that a track passes over: along the sheet as far as possible, then bucket by bucket."""
-    squares, facets, zones = scratch.squares, scratch.facets, scratch.zones
-    at, walked = walk_sheet(ground, squares, facets, zones, track, mass, at)
+    at, walked = walk_sheet(walk, at)
     if at == NOWHERE:
-        walk_buckets(ground, scratch.spans, squares, facets, zones, track, mass, walked)
+        walk_buckets(walk, walked)
     return at
 
 
@@ -154,11 +135,9 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 
 @kernel
-def _note_impact(
-    ground: WalkedTerrain, areas: Areas, scratch: Scratch, impacts: Any, spins: Any, q: int, facet: int,
-    mass: float,
-) -> None:  # fmt: skip
-    """Count an impact at its place; only an impact visits a vertical facet."""
+def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, q: int) -> None:
+    """Count impact q, of rock r, at its place; only an impact visits a vertical facet."""
+    impacts, spins, facet, mass = flown.impacts, flown.spins, flown.facets[q], flown.mass[r]
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
@@ -182,10 +161,9 @@ def _note_impact(
 
 
 @kernel
-def _come_to_rest(
-    ground: WalkedTerrain, areas: Areas, scratch: Scratch, outcome: int, facet: int, final: Any, mass: float
-) -> None:
+def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
     """Count a rock that has stopped at its place, and a rock that never moved at its release."""
+    outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)
     note_stay(scratch.squares, k, t, t, 0.0)

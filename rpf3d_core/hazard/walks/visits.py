@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rpf3d_core.hazard.walks.tracks import Track, top_energy2
-from rpf3d_core.hazard.walks.ways import begin_way
+from rpf3d_core.hazard.walks.ways import begin_length
 from rpf3d_core.jit.dispatch import kernel
 
 FIRST, UNTIL = 0, 1
@@ -57,10 +57,16 @@ def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False)
     ways : whether the lengths of tracks are gathered; spins : whether energies include rotation
     """
     return Visits(
-        np.zeros(cells, dtype=np.int32), np.empty(room, dtype=np.int32), np.empty((room, 2)), np.empty((room, 2)),
-        np.empty((room, 3), dtype=np.int32), np.empty(room), np.zeros(3, dtype=np.int64),
-        np.empty(room) if ways else None, np.empty(room) if spins else None,
-    )  # fmt: skip
+        mark=np.zeros(cells, dtype=np.int32),
+        cell=np.empty(room, dtype=np.int32),
+        times=np.empty((room, 2)),
+        most=np.empty((room, 2)),
+        counts=np.empty((room, 3), dtype=np.int32),
+        mass=np.empty(room),
+        state=np.zeros(3, dtype=np.int64),
+        way=np.empty(room) if ways else None,
+        energy2=np.empty(room) if spins else None,
+    )
 
 
 @kernel
@@ -99,7 +105,7 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
     visits.times[k, FIRST], visits.times[k, UNTIL] = t, -math.inf
     visits.most[k, SPEED2], visits.most[k, HEIGHT], visits.mass[k] = 0.0, 0.0, mass
     visits.counts[k, PASSAGES], visits.counts[k, IMPACTS], visits.counts[k, DEPOSITS] = 0, 0, 0
-    begin_way(visits.way, k)
+    begin_length(visits.way, k)
     _begin_energy(visits.energy2, k)
     return k
 

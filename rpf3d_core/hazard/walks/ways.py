@@ -10,7 +10,7 @@ the densities of its parts: its expectation at a place depends on the cell only 
 Sums are of whole numbers, so they have the same bits in any order.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,8 +27,22 @@ WAY_BYTES = 16
 """Bytes that a cell which rocks came to needs for both sums."""
 
 
+class Square(NamedTuple):
+    """A square of a raster in plan: its corner with the smallest x and y, and its side (m)."""
+
+    x: float
+    y: float
+    side: float
+
+
 @kernel
-def begin_way(way: Any, k: int) -> None:
+def square_of(raster: Raster, i: int, j: int) -> Square:
+    """Return the square in column i and row j of a raster."""
+    return Square(x=raster.x + i * raster.cell, y=raster.y + j * raster.cell, side=raster.cell)
+
+
+@kernel
+def begin_length(way: Any, k: int) -> None:
     """Set the track length of visit k to 0; do nothing if no track lengths are gathered (None)."""
     if way is None:
         return
@@ -36,8 +50,8 @@ def begin_way(way: Any, k: int) -> None:
 
 
 @kernel
-def note_way(way: Any, k: int, raster: Raster, i: int, j: int, track: Track, begin: float, leave: float) -> None:
-    """Add the length of a track between two times (s) inside square (i, j) to visit k, in widths of the square.
+def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
+    """Add the length of a track between two times (s) inside a square to visit k, in widths of the square.
 
     For `walk_raster` the outermost squares have no outer end, but track outside the raster is not counted: it has no
     area.
@@ -46,10 +60,10 @@ def note_way(way: Any, k: int, raster: Raster, i: int, j: int, track: Track, beg
         return
     if k >= 0:
         x, v = track.arc.x, track.arc.v
-        first, last = _inside(begin, leave, raster.x + i * raster.cell, raster.cell, x[0], v[0])
-        first, last = _inside(first, last, raster.y + j * raster.cell, raster.cell, x[1], v[1])
+        first, last = _inside(begin, leave, square.x, square.side, x[0], v[0])
+        first, last = _inside(first, last, square.y, square.side, x[1], v[1])
         if last > first:
-            way[k] += (last - first) * np.sqrt(v[0] * v[0] + v[1] * v[1]) / raster.cell
+            way[k] += (last - first) * np.sqrt(v[0] * v[0] + v[1] * v[1]) / square.side
 
 
 @kernel
@@ -63,7 +77,7 @@ def _inside(begin: float, leave: float, low: float, side: float, x: float, v: fl
 
 
 @kernel
-def add_way(ways: Any, way: Any, s: int, k: int) -> None:
+def add_length(ways: Any, way: Any, s: int, k: int) -> None:
     """Add the track length of visit k, and its square, to slot s of the tally; do nothing without lengths (None)."""
     if way is None:
         return

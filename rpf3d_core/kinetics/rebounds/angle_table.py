@@ -32,7 +32,7 @@ class AngleTable(NamedTuple):
 
 
 @rebound.rule(AngleTable)
-def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def by_angle(model: AngleTable, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass with R_n and R_t of the table; R_n and R_t of the material are not used."""
     R_n, R_t = restitution_at(model, impact_angle(motion, n))
     return no_faster(R_n, R_t, motion, n)
@@ -75,12 +75,12 @@ def no_faster(R_n: float, R_t: float, motion: Motion, n: Vec) -> Motion:
     away = R_n * v_n
     if R_n > 1.0:
         away = min(away, math.sqrt(v_n * v_n + (1.0 - R_t * R_t) * dot(v_t, v_t)))
-    return Motion(motion.t, motion.x, add(scale(away, n), scale(R_t, v_t)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=add(scale(away, n), scale(R_t, v_t)), w=motion.w)
 
 
 @rest_of_bounces.rule(AngleTable)
 def by_angle_rest(
-    model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: AngleTable, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that is not summed: every bounce changes the angle of the next, and flat bounces may grow again."""
     return endless(motion)

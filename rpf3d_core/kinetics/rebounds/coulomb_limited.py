@@ -82,7 +82,7 @@ class Plane(NamedTuple):
 
 
 @rebound.rule(CoulombLimited)
-def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def coulomb_limited(model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass: its loss along the ground is that of R_t or of friction, if smaller."""
     most = surface.mu * (1.0 + surface.R_n) * -dot(motion.v, n)
     return lumped(surface.R_n, share_kept(surface.R_t, norm(without(motion.v, n)), most), motion, n)
@@ -99,7 +99,7 @@ def share_kept(R_t: float, speed: float, most: float) -> float:
 
 @rest_of_bounces.rule(CoulombLimited)
 def coulomb_limited_rest(
-    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: CoulombLimited, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the sum of the bounces on a plane, as at the top of this file.
 
@@ -115,12 +115,12 @@ def coulomb_limited_rest(
     if T == 0.0:
         return at_once(motion, n)
     c = 0.5 * surface.mu * (1.0 + r) * g_n if q < 1.0 else 0.0
-    plane = Plane(r, q, without(motion.v, n), g_t, norm(g_t), c)
-    before = one_by_one(plane, SummedBounces(1.0, 0.0, 0.0, 0.0, T))
+    plane = Plane(r=r, q=q, u=without(motion.v, n), g_t=g_t, pull=norm(g_t), c=c)
+    before = one_by_one(plane, SummedBounces(a=1.0, b=0.0, A=0.0, B=0.0, T=T))
     if not (_settled(plane, before) or before.T <= SPENT * T):
         return endless(motion)
     end = _summed(plane, before)
-    return Rest(scale(end.A, plane.u), scale(end.B, g_t), _speed(plane, end), T / (1.0 - r), True)
+    return Rest(along=scale(end.A, plane.u), down=scale(end.B, g_t), v=_speed(plane, end), t=T / (1.0 - r), ends=True)
 
 
 @kernel
@@ -151,9 +151,11 @@ def _speed(plane: Plane, state: SummedBounces) -> Vec:
 def _next(plane: Plane, state: SummedBounces) -> SummedBounces:
     """Return the sum with one more bounce, and the impact after that bounce."""
     T = state.T
-    flown = SummedBounces(state.a, state.b + T, state.A + state.a * T, state.B + (state.b + 0.5 * T) * T, plane.r * T)
+    flown = SummedBounces(
+        a=state.a, b=state.b + T, A=state.A + state.a * T, B=state.B + (state.b + 0.5 * T) * T, T=plane.r * T
+    )
     kept = share_kept(plane.q, norm(_speed(plane, flown)), plane.c * T)
-    return SummedBounces(kept * flown.a, kept * flown.b, flown.A, flown.B, flown.T)
+    return SummedBounces(a=kept * flown.a, b=kept * flown.b, A=flown.A, B=flown.B, T=flown.T)
 
 
 @kernel
@@ -189,18 +191,21 @@ def _summed(plane: Plane, state: SummedBounces) -> SummedBounces:
     if _limited_for_good(plane, speed, T):
         slowing = plane.c / speed if speed > 0.0 else 0.0
         lost = slowing * T * T * r / ((1.0 - r) * (1.0 - r * r))
-        return _joined(state, SummedBounces(1.0 - slowing * t, t, t - lost, 0.5 * t * t, 0.0))
+        return _joined(state, SummedBounces(a=1.0 - slowing * t, b=t, A=t - lost, B=0.5 * t * t, T=0.0))
     if not _constant_for_good(plane, speed, T):
         return state
     q = plane.q
     weight = (r * q / (1.0 - r * q) + 0.5) / (1.0 - r * r)
-    return _joined(state, SummedBounces(0.0, 0.0, T / (1.0 - r * q), weight * T * T, 0.0))
+    return _joined(state, SummedBounces(a=0.0, b=0.0, A=T / (1.0 - r * q), B=weight * T * T, T=0.0))
 
 
 @kernel
 def _joined(first: SummedBounces, then: SummedBounces) -> SummedBounces:
     """Return the sum of two series of bounces: `then` starts with the velocity at the end of `first`."""
     return SummedBounces(
-        then.a * first.a, then.a * first.b + then.b, first.A + then.A * first.a, first.B + then.A * first.b + then.B,
-        then.T,
-    )  # fmt: skip
+        a=then.a * first.a,
+        b=then.a * first.b + then.b,
+        A=first.A + then.A * first.a,
+        B=first.B + then.A * first.b + then.B,
+        T=then.T,
+    )

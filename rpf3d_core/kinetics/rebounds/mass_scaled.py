@@ -28,16 +28,16 @@ class MassScaled(NamedTuple):
 
 
 @rebound.rule(MassScaled)
-def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def mass_scaled(model: MassScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass with R_t, and with R_n scaled by mass and speed. Energy never rises."""
-    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
+    R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return lumped(R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(MassScaled)
 def mass_scaled_rest(
-    model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: MassScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the series with R_n scaled by mass; off by as much as `velocity_scaled_rest`."""
-    R_n = surface.R_n * halved(falling.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
+    R_n = surface.R_n * halved(rock.rock.mass / model.C)  # type: ignore[union-attr]  # asks_rock
     return sum_of_bounces(R_n, surface.R_t, motion, n, gravity)

@@ -46,9 +46,9 @@ class PfeifferBowen(NamedTuple):
 
 
 @rebound.rule(PfeifferBowen)
-def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound by the equations at the top of this file; n is the normal that the rock feels, v . n <= 0."""
-    radius = falling.rock.radius  # type: ignore[union-attr]  # asks_rock
+    radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_n, v_t = -dot(motion.v, n), along(motion.v, n)
     w_n = scale(dot(motion.w, n), n)
     w_t = subtract(motion.w, w_n)
@@ -59,7 +59,7 @@ def pfeiffer_bowen(model: PfeifferBowen, surface: Surface, motion: Motion, n: Ve
     speed = math.sqrt(energy * share / (SPHERE_INERTIA_RATIO + 1.0))
     away = surface.R_n * halved(v_n / model.K) * v_n
     kept = scale(speed, heading(v_t, rolling))
-    return Motion(motion.t, motion.x, add(scale(away, n), kept), add(w_n, scale(1.0 / radius, cross(n, kept))))
+    return Motion(t=motion.t, x=motion.x, v=add(scale(away, n), kept), w=add(w_n, scale(1.0 / radius, cross(n, kept))))
 
 
 @kernel
@@ -78,7 +78,7 @@ def scaling(R_n: float, R_t: float, v_n: float, B: float) -> float:
 
 @rest_of_bounces.rule(PfeifferBowen)
 def pfeiffer_bowen_rest(
-    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: PfeifferBowen, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the series with the limits of the coefficients for slow bounces of a rock that rolls from one to the next.
 

@@ -45,21 +45,21 @@ class StochasticMatrix(NamedTuple):
 
 
 @rebound.rule(StochasticMatrix)
-def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def drawn_rebound(model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion after an impact with a drawn matrix; coefficients of the material are not used."""
-    radius = falling.rock.radius  # type: ignore[union-attr]  # asks_rock
+    radius = rock.rock.radius  # type: ignore[union-attr]  # asks_rock
     v_t = along(motion.v, n)
     t = heading(v_t, cross(motion.w, n))
     axis = cross(n, t)
     spin = dot(motion.w, axis)
     before = (norm(v_t), -dot(motion.v, n), radius * spin)
-    z = _nine_normals(falling.key, falling.impacts + 1)  # type: ignore[arg-type]  # draws
+    z = _nine_normals(rock.key, rock.impacts + 1)  # type: ignore[arg-type]  # draws
     off = _row(model, 1, z, before)
     if off < 0.0:
         off = max(_mean_row(model, 1, before), 0.0)
     after = _no_faster(before, (_row(model, 0, z, before), off, _row(model, 2, z, before)))
     v = add(scale(after[0], t), scale(after[1], n))
-    return Motion(motion.t, motion.x, v, add(motion.w, scale(after[2] / radius - spin, axis)))
+    return Motion(t=motion.t, x=motion.x, v=v, w=add(motion.w, scale(after[2] / radius - spin, axis)))
 
 
 @kernel
@@ -114,7 +114,7 @@ def _energy(state: Vec) -> float:
 
 @rest_of_bounces.rule(StochasticMatrix)
 def drawn_rest(
-    model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: StochasticMatrix, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that is not summed: every bounce is drawn."""
     return endless(motion)

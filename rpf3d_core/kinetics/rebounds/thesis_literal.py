@@ -15,7 +15,7 @@ class ThesisLiteral(NamedTuple):
 
 
 @rebound.rule(ThesisLiteral)
-def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the motion by equations 2-3 to 2-8 of the thesis exactly as printed, with 3-1 to 3-3 in between.
 
     theta and phi are the slopes of the ground along x and y, positive where the ground rises: only in this reading is
@@ -30,12 +30,12 @@ def thesis_literal(model: ThesisLiteral, surface: Surface, motion: Motion, n: Ve
     v_tx = surface.R_t * (vz * st * cp + vx * ct)
     v_ty = surface.R_t * (vz * sp * ct + vy * cp)
     v = (v_tx * ct + v_n * sp * ct, v_ty * cp + v_n * st * cp, v_tx * st + v_ty * sp - v_n * ct * cp)
-    return Motion(motion.t, motion.x, add(v, scale(max(-dot(v, n), 0.0), n)), motion.w)
+    return Motion(t=motion.t, x=motion.x, v=add(v, scale(max(-dot(v, n), 0.0), n)), w=motion.w)
 
 
 @rest_of_bounces.rule(ThesisLiteral)
 def thesis_rest(
-    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: ThesisLiteral, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return a rest that ends at once, below `smallest_bounce`: no closed form is known for the printed transform."""
     return at_once(motion, n)

@@ -24,13 +24,13 @@ class VHalf(NamedTuple):
 
 
 @rebound.rule(VHalf)
-def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def half_at_v_half(model: VHalf, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass with the material's R_t. Energy never rises."""
     return lumped(model.speed / (abs(dot(motion.v, n)) + model.speed), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VHalf)
-def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
+def v_half_rest(model: VHalf, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return a rest that ends at once: with this model bounces have no end, because R_n tends to 1.
 
     1 / v_k = 1 / v_0 + k / v_half, so the times of all bounces have no finite sum. A rise of 1 mm is reached after

@@ -31,14 +31,14 @@ def halved(x: float) -> float:
 
 
 @rebound.rule(VelocityScaled)
-def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def velocity_scaled(model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass with R_t and with R_n scaled by speed into the ground. Energy never rises."""
     return lumped(surface.R_n * halved(dot(motion.v, n) / model.K), surface.R_t, motion, n)
 
 
 @rest_of_bounces.rule(VelocityScaled)
 def velocity_scaled_rest(
-    model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext
+    model: VelocityScaled, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext
 ) -> Rest:
     """Return the series with the material's R_n, which is the limit for slow bounces.
 

@@ -27,7 +27,7 @@ class Wyllie(NamedTuple):
 
 
 @rebound.rule(Wyllie)
-def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, falling: RockContext) -> Motion:
+def wyllie(model: Wyllie, surface: Surface, motion: Motion, n: Vec, rock: RockContext) -> Motion:
     """Return the rebound of a lumped mass with R_n of Wyllie's law; R_n of the material is not used."""
     return no_faster(wyllie_R_n(impact_angle(motion, n)), surface.R_t, motion, n)
 
@@ -39,6 +39,6 @@ def wyllie_R_n(angle: float) -> float:
 
 
 @rest_of_bounces.rule(Wyllie)
-def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, falling: RockContext) -> Rest:
+def wyllie_rest(model: Wyllie, surface: Surface, motion: Motion, n: Vec, gravity: float, rock: RockContext) -> Rest:
     """Return a rest that is not summed, for the reason given in `by_angle_rest`."""
     return endless(motion)

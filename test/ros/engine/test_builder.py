@@ -11,11 +11,12 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import pit_scene
 
 from rpf3d_core.errors import TerrainError
+from rpf3d_core.live.answers import EnsembleSize
 from rpf3d_core.live.ground import Workshop
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.survey import CloudSurvey, GridSurvey
 from rpf3d_ros.engine.builder import Arrival, Builder
-from rpf3d_ros.engine.flyer import Flyer, StageSizes
+from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 from rpf3d_ros.engine.waiting_terrain import WaitingTerrain
 
@@ -71,7 +72,7 @@ def made(tmp_path):
     def make(store=None):
         scene, reports, waiting = pit_scene(tmp_path), BuilderReports(), WaitingTerrain(8)
         scene = scene.model_copy(update={"areas_of_interest": ()})
-        flyer = Flyer(ReleaseSpread(), StageSizes(100), WaitingSources(50.0, 10), itertools.count(1), reports)
+        flyer = Flyer(ReleaseSpread(), EnsembleSize(100), WaitingSources(50.0, 10), itertools.count(1), reports)
         builder = Builder(scene, Workshop(reference=True), waiting, flyer, reports, store)
         threads.extend((builder, flyer))
         return waiting, flyer, reports

@@ -11,12 +11,12 @@ pytest.importorskip("rclpy", reason="ROS 2 (rclpy) is not installed; install the
 from live_ground import over_the_wall, pit_ground, pit_scene
 
 from rpf3d_core.errors import TerrainError
-from rpf3d_core.live.answers import answers
+from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
 from rpf3d_ros.engine.answered_sources import AnsweredSources
-from rpf3d_ros.engine.flyer import Flyer, StageSizes
+from rpf3d_ros.engine.flyer import Flyer
 from rpf3d_ros.engine.waiting_sources import WaitingSources
 
 PATIENCE = 120.0
@@ -62,7 +62,7 @@ def made(tmp_path):
         scene, reports = pit_scene(tmp_path, more), FlyerReports()
         sources, spread = WaitingSources(50.0, 10), ReleaseSpread(above_ground=2.0)
         answered = AnsweredSources(age_s, 40)
-        flyer = Flyer(spread, StageSizes(100), sources, itertools.count(1), reports, answered)
+        flyer = Flyer(spread, EnsembleSize(100), sources, itertools.count(1), reports, answered)
         flyers.append(flyer)
         return flyer, reports, stand_on(pit_ground(scene), scene)
 

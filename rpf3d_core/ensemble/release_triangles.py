@@ -13,7 +13,7 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
-class Patches:
+class ReleaseTriangles:
     """Triangles that rocks may fall from.
 
     corners : (P, 3, 3) m, local frame; reached : (P,) m^2, the running sum of the triangles' areas
@@ -23,19 +23,19 @@ class Patches:
     reached: FloatArray
 
 
-def patches_of(corners: FloatArray) -> Patches:
+def release_triangles(corners: FloatArray) -> ReleaseTriangles:
     """Return release triangles with the running sum of their areas, from corners (P, 3, 3) m, P >= 1."""
-    return Patches(corners, np.cumsum(areas_of(corners)))
+    return ReleaseTriangles(corners, np.cumsum(areas_of(corners)))
 
 
-def places_on(patches: Patches, which: FloatArray, across: FloatArray, along: FloatArray) -> FloatArray:
+def places_on(triangles: ReleaseTriangles, which: FloatArray, across: FloatArray, along: FloatArray) -> FloatArray:
     """Return places (R, 3) m, spread evenly over the triangles, from uniform numbers (R,) in [0, 1).
 
     which : selects the triangle; across, along : select the place within the triangle
     """
-    area = patches.reached[-1]
-    patch = np.searchsorted(patches.reached, which * area, side="right")
-    a, b, c = (patches.corners[np.minimum(patch, len(patches.reached) - 1), k] for k in range(3))
+    area = triangles.reached[-1]
+    row = np.searchsorted(triangles.reached, which * area, side="right")
+    a, b, c = (triangles.corners[np.minimum(row, len(triangles.reached) - 1), k] for k in range(3))
     width, height = np.sqrt(across)[:, None], along[:, None]
     places: FloatArray = a + width * ((b - a) + height * (c - b))
     return places

@@ -12,6 +12,7 @@ import numpy as np
 from rpf3d_core.arc import Arc, velocity
 from rpf3d_core.effects.barriers import BELOW, CORNER, Barriers, crossing_of
 from rpf3d_core.effects.obstacle_cells import index_of, leaves_at
+from rpf3d_core.hazard.flown import FlownRocks
 from rpf3d_core.jit.dispatch import kernel, loop
 from rpf3d_core.simulation.record import FIRST_OBSTACLE
 from rpf3d_core.values import Mode, Outcome
@@ -22,7 +23,7 @@ NEVER, OVER, THROUGH, HELD = range(4)
 FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAILED)
 
 
-class Passages(NamedTuple):
+class BarrierArrivals(NamedTuple):
     """What a batch of N rocks did at B barriers.
 
     did, t, energy, height : (N, B) at the first arrival: NEVER ... HELD, s, J, m above the ground
@@ -52,53 +53,70 @@ class Crossed(NamedTuple):
     last: Any
 
 
-class Passing(NamedTuple):
-    """A rock in flight: its row in the batch, mass (kg) and radius (m)."""
+class PassingRock(NamedTuple):
+    """A rock that may pass barriers: its row in the batch, mass (kg) and radius (m)."""
 
     row: int
     mass: float
     radius: float
 
 
-def empty_passages(rocks: int, barriers: int) -> Passages:
-    """Return passages of N rocks that have not arrived at any of B barriers."""
+class PathSegment(NamedTuple):
+    """Segment p of the recorded paths, and the arc that it follows.
+
+    pieces : (S, 10) as in `simulation.record.Record`; flies : whether it is a flight
+    until : the time of the arc at its end: s in flight; a chord is covered in one unit of time
+    """
+
+    pieces: Any
+    p: int
+    flies: bool
+    arc: Arc
+    until: float
+
+
+def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
+    """Return arrivals of N rocks that have not arrived at any of B barriers."""
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
-    return Passages(
-        did, np.full(shape, np.inf), np.zeros(shape), np.zeros(shape), held, np.zeros((barriers, 4), np.int64)
+    return BarrierArrivals(
+        did=did,
+        t=np.full(shape, np.inf),
+        energy=np.zeros(shape),
+        height=np.zeros(shape),
+        held=held,
+        events=np.zeros((barriers, 4), np.int64),
     )
 
 
 def empty_crossed(panels: int, barriers: int) -> Crossed:
     """Return scratch for crossings of K panel pieces at B barriers."""
     number = np.full(panels, -1, dtype=np.int64)
-    return Crossed(number, np.empty(panels), number.copy(), np.full(barriers, -np.inf))
+    return Crossed(piece=number, t=np.empty(panels), barrier=number.copy(), last=np.full(barriers, -np.inf))
 
 
 @loop
-def find_passages(
-    barriers: Barriers, gravity: float, written: Any, mass: Any, radius: Any, crossed: Crossed, found: Passages
-) -> None:
-    """Fill in what each of N rocks did at the barriers.
-
-    written : counts, impacts, facets, pieces, modes and first of a `Batch`; mass : (N,) kg; radius : (N,) m
-    """
-    counts, impacts, facets, pieces, modes, first = written
-    for r in range(len(mass)):
+def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
+    """Fill in what each of N rocks did at the barriers."""
+    counts, first = flown.counts, flown.first
+    for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
             continue
-        rock = Passing(r, mass[r], radius[r])
+        rock = PassingRock(row=r, mass=flown.mass[r], radius=flown.radius[r])
         for q in range(first[r, 0], first[r + 1, 0]):
             last = counts[r, 0] == CAUGHT and q + 1 == first[r + 1, 0]
-            _contact(barriers, impacts, facets, q, HELD if last else THROUGH, rock, found)
+            _contact(barriers, flown.impacts, flown.facets, q, HELD if last else THROUGH, rock, found)
         for b in range(len(crossed.last)):
             crossed.last[b] = -math.inf
         for p in range(first[r, 1], first[r + 1, 1] - 1):
-            _cross(barriers, gravity, pieces, modes[p] == FLIGHT, p, rock, crossed, found)
+            if flown.pieces[p + 1, 0] > flown.pieces[p, 0]:
+                _cross(barriers, _segment(flown, p), rock, crossed, found)
 
 
 @kernel
-def _contact(barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: Passing, found: Passages) -> None:
+def _contact(
+    barriers: Barriers, impacts: Any, facets: Any, q: int, did: int, rock: PassingRock, found: BarrierArrivals
+) -> None:
     """Record row q of the impacts if the row is a contact with a barrier."""
     panel = barriers.panel
     k = FIRST_OBSTACLE - facets[q] - barriers.first
@@ -120,7 +138,7 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 
 
 @kernel
-def _note(found: Passages, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
+def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
     """Count what rock r did at barrier b at t (s), and keep it if nothing that it did at this barrier was earlier."""
     found.events[b, did] += 1
     if did == HELD:
@@ -130,20 +148,24 @@ def _note(found: Passages, r: int, b: int, did: int, t: float, energy: float, he
 
 
 @kernel
-def _cross(
-    barriers: Barriers, gravity: float, pieces: Any, flies: bool, p: int, rock: Passing, crossed: Crossed,
-    found: Passages,
-) -> None:  # fmt: skip
-    """Record where segment p of a path passes barriers without a contact: above them, or where they hold nothing."""
-    duration = pieces[p + 1, 0] - pieces[p, 0]
-    if not duration > 0.0:
-        return
+def _segment(flown: FlownRocks, p: int) -> PathSegment:
+    """Return segment p of the paths."""
+    pieces, flies = flown.pieces, flown.modes[p] == FLIGHT
     x, v = (pieces[p, 1], pieces[p, 2], pieces[p, 3]), (pieces[p, 4], pieces[p, 5], pieces[p, 6])
     if flies:
-        arc, until = Arc(x, v, gravity), duration
-    else:  # a chord, covered in one unit of time
-        arc = Arc(x, (pieces[p + 1, 1] - x[0], pieces[p + 1, 2] - x[1], pieces[p + 1, 3] - x[2]), 0.0)
-        until = 1.0
+        arc, until = Arc(x=x, v=v, gravity=flown.gravity), pieces[p + 1, 0] - pieces[p, 0]
+    else:
+        chord = (pieces[p + 1, 1] - x[0], pieces[p + 1, 2] - x[1], pieces[p + 1, 3] - x[2])
+        arc, until = Arc(x=x, v=chord, gravity=0.0), 1.0
+    return PathSegment(pieces=pieces, p=p, flies=flies, arc=arc, until=until)
+
+
+@kernel
+def _cross(
+    barriers: Barriers, segment: PathSegment, rock: PassingRock, crossed: Crossed, found: BarrierArrivals
+) -> None:
+    """Record where a path segment passes barriers without a contact: above them, or where they hold nothing."""
+    p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
     i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
     while True:
@@ -153,7 +175,7 @@ def _cross(
             k = cells.ids[entry]
             if crossed.piece[k] != p:
                 crossed.piece[k] = p
-                number = _pass(barriers, k, arc, until, (pieces, p, flies), rock, number, crossed, found)
+                number = _pass(barriers, k, segment, rock, number, crossed, found)
         if min(leave_i, leave_j) >= until:
             break
         if leave_i <= leave_j:
@@ -166,27 +188,32 @@ def _cross(
 
 @kernel
 def _pass(
-    barriers: Barriers, k: int, arc: Arc, until: float, path: Any, rock: Passing, number: int, crossed: Crossed,
-    found: Passages,
-) -> int:  # fmt: skip
-    """Record that an arc passes panel piece k without a contact; return the number of crossings so far.
+    barriers: Barriers,
+    k: int,
+    segment: PathSegment,
+    rock: PassingRock,
+    number: int,
+    crossed: Crossed,
+    found: BarrierArrivals,
+) -> int:
+    """Record that a path segment passes panel piece k without a contact; return the number of crossings so far.
 
-    path : the path segments, the number of the arc's segment, and whether it is a flight; number : of crossings before
+    number : of crossings before
     """
+    pieces, p, arc, until = segment.pieces, segment.p, segment.arc, segment.until
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
     if crossing.t == math.inf:
         return number
     b = barriers.panel.barrier[k]
     high = crossing.height + barriers.panel.top[b] * rock.radius
     did = _passes_as(barriers, b, crossing.height, high)
-    pieces, p, flies = path
     duration = pieces[p + 1, 0] - pieces[p, 0]
     t = pieces[p, 0] + crossing.t / until * duration
     way = math.sqrt(arc.v[0] * arc.v[0] + arc.v[1] * arc.v[1]) * until
     if did == NEVER or _is_known(crossed, number, b, t, CORNER * duration / way):
         return number
     crossed.t[number], crossed.barrier[number] = t, b
-    if flies:
+    if segment.flies:
         going = velocity(arc, crossing.t)
         speed2 = dot(going, going)
     else:

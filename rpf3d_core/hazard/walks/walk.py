@@ -1,0 +1,72 @@
+"""The walk of one track: the terrain that it passes over, and the scratch that gathers the rock's visits."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rpf3d_core.hazard.walks.ground import WalkedTerrain
+from rpf3d_core.hazard.walks.tracks import Track, time_at, top_speed2
+from rpf3d_core.hazard.walks.visits import Visits, empty_visits, note_track_energy, visit_for
+from rpf3d_core.jit.dispatch import kernel
+
+ROOM = 4096
+"""Most facets under a part of a track over one bucket: a bucket of survey terrain has a dozen."""
+
+
+class Spans(NamedTuple):
+    """Scratch: the facets under a part of a track.
+
+    facet : (M,); times : (M, 3) begin and end over each facet (s into the track), and largest height above it (m)
+    cuts : (2 M,) begins and ends in order
+    """
+
+    facet: Any
+    times: Any
+    cuts: Any
+
+
+class Scratch(NamedTuple):
+    """Scratch of one thread that examines rocks: visits to squares, facets, zones and areas, and spans."""
+
+    squares: Visits
+    facets: Visits
+    zones: Visits
+    areas: Visits
+    spans: Spans
+
+
+class Walk(NamedTuple):
+    """The walk of a track of a rock over a terrain, which gathers visits in the scratch.
+
+    mass : of the rock (kg)
+    """
+
+    ground: WalkedTerrain
+    scratch: Scratch
+    track: Track
+    mass: float
+
+
+def empty_spans() -> Spans:
+    """Return room for the facets under a part of a track."""
+    return Spans(facet=np.empty(ROOM, dtype=np.int64), times=np.empty((ROOM, 3)), cuts=np.empty(2 * ROOM))
+
+
+def with_more_room(scratch: Scratch) -> Scratch:
+    """Return scratch with twice the room, for a rock that comes to more cells than there was room for."""
+    squares, facets, zones, areas = (
+        empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
+        for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)
+    )
+    return Scratch(squares=squares, facets=facets, zones=zones, areas=areas, spans=scratch.spans)
+
+
+@kernel
+def visit_facet(walk: Walk, f: int, low: float, high: float, height: float) -> None:
+    """Visit facet f and its zone between two times of the track (s), at most `height` (m) above the facet."""
+    track, facets, zones = walk.track, walk.scratch.facets, walk.scratch.zones
+    speed2, t, until = top_speed2(track, low, high), time_at(track, low), time_at(track, high)
+    k = visit_for(facets, f, t, until, speed2, height, walk.mass)
+    note_track_energy(facets.energy2, k, track, low, high)
+    k = visit_for(zones, walk.ground.facets.zone[f], t, until, speed2, height, walk.mass)
+    note_track_energy(zones.energy2, k, track, low, high)

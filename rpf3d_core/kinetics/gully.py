@@ -1,0 +1,104 @@
+"""Gullies: the line on which two facets hold a rock, how they push it, and how far the rock climbs them."""
+
+import math
+from typing import NamedTuple
+
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.terrain.facet_geometry import (
+    ALONG_GULLY,
+    NEAR,
+    PARALLEL,
+    corner,
+    edge_distance,
+    leads_on,
+    stored_normal,
+)
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import Vec
+from rpf3d_core.vectors import cross, dot, norm, scale, subtract
+
+WEAKEST = 1e-9
+"""Share of gravity below which a facet counts as level across a gully (-): it pulls the rock neither back nor away."""
+
+
+class Gully(NamedTuple):
+    """Two facets that hold a rock between them.
+
+    direction : (3,) unit, along both facets; pull : gravity along the direction (m/s^2)
+    first, second : push of each facet (m/s^2), which its friction is proportional to
+    """
+
+    direction: Vec
+    pull: float
+    first: float
+    second: float
+
+
+@kernel
+def gully(n_first: Vec, n_second: Vec, direction: Vec, gravity: float) -> Gully:
+    """Return the action of two facets of unit normals n on a rock on the line between them, of a direction (3,) unit.
+
+    The pushes balance gravity across the line: N_1 n_1 + N_2 n_2 + g_perp = 0. Facets that are almost one plane share
+    the push equally. Between the two answers only friction differs, by the difference of mu.
+    """
+    c, sine = dot(n_first, n_second), kink(n_first, n_second)
+    g_first, g_second = gravity * n_first[2], gravity * n_second[2]
+    if sine <= PARALLEL:
+        return Gully(direction=direction, pull=-gravity * direction[2], first=0.5 * g_first, second=0.5 * g_second)
+    first, second = (g_first - c * g_second) / (sine * sine), (g_second - c * g_first) / (sine * sine)
+    return Gully(direction=direction, pull=-gravity * direction[2], first=first, second=second)
+
+
+@kernel
+def line_between(facets: Facets, first: int, second: int, x: Vec, v: Vec) -> Vec:
+    """Return the direction (3,) unit of the line between two facets at x, in the sense of v (at rest: downwards).
+
+    The direction is the cross product of the normals. For facets that are almost one plane it is the edge of the first
+    facet that x lies on and that also runs along the second facet; zero if there is no such edge.
+    """
+    n, m = stored_normal(facets, first), stored_normal(facets, second)
+    if kink(n, m) > PARALLEL:
+        line = cross(n, m)
+        return _in_sense(scale(1.0 / norm(line), line), v)
+    for k in range(3):
+        squared, distance = edge_distance(facets, first, k, x)
+        if distance * distance <= NEAR * NEAR * facets.tolerance * facets.tolerance * squared:
+            edge = subtract(corner(facets, first, (k + 1) % 3), corner(facets, first, k))
+            direction = _in_sense(scale(1.0 / math.sqrt(squared), edge), v)
+            if leads_on(facets, first, x, direction, ALONG_GULLY) and leads_on(
+                facets, second, x, direction, ALONG_GULLY
+            ):
+                return direction
+    return 0.0, 0.0, 0.0
+
+
+@kernel
+def _in_sense(direction: Vec, v: Vec) -> Vec:
+    """Return the direction or its reverse, whichever goes with v; downwards if v has no part along the direction."""
+    along = dot(v, direction)
+    reverse = along < 0.0 or (along == 0.0 and direction[2] > 0.0)
+    return scale(-1.0, direction) if reverse else direction
+
+
+@kernel
+def kink(n_first: Vec, n_second: Vec) -> float:
+    """Return the sine of the angle between two facets (-)."""
+    return norm(cross(n_first, n_second))
+
+
+@kernel
+def excursion(n_over: Vec, n_from: Vec, v: Vec, gravity: float) -> float:
+    """Return how far (m) a rock with velocity v climbs facet `over`, away from the line that it shares with `from`.
+
+    Only gravity brings the rock back; a pull of less than `WEAKEST` of gravity counts as that much. The result is inf
+    if gravity pulls the rock away.
+    """
+    across = cross(cross(n_over, n_from), n_over)
+    if dot(across, n_from) < 0.0:
+        across = scale(-1.0, across)
+    across = scale(1.0 / norm(across), across)
+    speed = max(dot(v, across), 0.0)
+    pull = gravity * across[2]
+    if pull < -WEAKEST * gravity:
+        return math.inf
+    return speed * speed / (2.0 * max(pull, WEAKEST * gravity))

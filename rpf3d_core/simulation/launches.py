@@ -1,0 +1,51 @@
+"""Rocks at their release, as the columns that an engine reads."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rpf3d_core.materials.library import Materials
+from rpf3d_core.materials.rock_context import RockColumns, RockKeys
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Starts(NamedTuple):
+    """R rocks at their release: x (R, 3) m, v (R, 3) m/s; source, rock (R,), the numbers that their draws depend on.
+
+    mass : (R,) kg; radius : (R,) m
+    """
+
+    x: Floats
+    v: Floats
+    source: Integers
+    rock: Integers
+    mass: Floats
+    radius: Floats
+
+
+class Launches(NamedTuple):
+    """R rocks at their release, with only those columns that a model or a material of the scene asks for.
+
+    x : (R, 3) m; v : (R, 3) m/s; sizes : mass and radius, or None; keys : for draws, or None
+    """
+
+    x: Any
+    v: Any
+    sizes: RockColumns | None
+    keys: RockKeys | None
+
+
+def launches_of(parts: Sequence[Any], materials: Any, seed: int, starts: Starts) -> Launches:
+    """Return R rocks at their release; sizes and keys are None if no model and no material of the scene asks.
+
+    parts : the models and effects of the scene; seed : of all random draws
+    """
+    asked = any(getattr(part, "asks_rock", False) for part in parts)
+    drawn = not isinstance(materials, Materials) or any(getattr(part, "draws", False) for part in parts)
+    sizes = RockColumns(starts.mass, starts.radius) if asked else None
+    keys = RockKeys(seed=seed, source=starts.source, rock=starts.rock) if drawn else None
+    return Launches(x=starts.x, v=starts.v, sizes=sizes, keys=keys)

@@ -1,0 +1,101 @@
+"""The end of bouncing: small bounces are summed up, and the rock begins sustained contact with the ground."""
+
+import math
+from typing import Any
+
+from rpf3d_core.arc import Arc
+from rpf3d_core.detection.contact import PreviousContact
+from rpf3d_core.effects.hooks import felt_normal, first_obstacle
+from rpf3d_core.jit.dispatch import kernel
+from rpf3d_core.kinetics.rebound import rest_of_bounces
+from rpf3d_core.materials.rock_context import RockContext
+from rpf3d_core.simulation.physics import Physics, ground_of, rock_at
+from rpf3d_core.simulation.record import Record, note_piece
+from rpf3d_core.simulation.state import State, with_ground, with_piece
+from rpf3d_core.terrain.facet_geometry import contains, on_line, on_plane
+from rpf3d_core.terrain.facets import Facets
+from rpf3d_core.values import MOVING, Mode, Motion, Vec
+from rpf3d_core.vectors import add, along, dot, norm, scale, subtract
+
+SETTLED = 1e-6
+"""Share of smallest_bounce below which bouncing ends anywhere (-): in a corner bounces never fit on one facet."""
+
+SETTLING = int(Mode.SETTLING)
+
+
+@kernel
+def stand(facets: Facets, state: State, held: PreviousContact, v: Vec) -> State:
+    """Return the state at the start of sustained contact with velocity v.
+
+    The position is put back on the plane, or the line, that holds the rock.
+    """
+    x = on_plane(facets, held.facet, state.motion.x)
+    if held.other >= 0:
+        x = on_line(facets, held.facet, held.other, x)
+    motion = Motion(t=state.motion.t, x=x, v=v, w=state.motion.w)
+    tally = with_ground(state.tally, held.facet, norm(motion.v))
+    return State(motion=motion, left=held, stands=True, tally=tally, outcome=state.outcome, passed=state.passed)
+
+
+@kernel
+def settle(physics: Physics, state: State, n: Vec, rock: RockContext, record: Record) -> State:
+    """Return the state after an impact, with the remaining bounces summed up if they are small and stay on the facet.
+
+    Otherwise, or if an obstacle stands on the way, the rock flies on. Gravity must press the rock onto the facet. If
+    each impact draws its ground, all remaining bounces have the ground of the next impact.
+    """
+    facets, settings, f, motion = physics.facets, physics.settings, state.left.facet, state.motion
+    g_n = settings.gravity * n[2]
+    rise2 = _rising2(physics, state, n, rock_at(rock, state))
+    if g_n <= 0.0 or not rise2 < 2.0 * g_n * settings.smallest_bounce:  # `checked` handles a rise that is NaN
+        return state
+    surface = ground_of(physics, f, rock, state)
+    rest = rest_of_bounces(physics.rebound, surface, motion, n, settings.gravity, rock_at(rock, state))
+    way = add(rest.along, rest.down)
+    x = add(motion.x, way)
+    in_time = rest.ends and motion.t + rest.t <= settings.max_time
+    clear = no_obstacle_on(physics.effects, motion.x, way, state.passed, rock_at(rock, state))
+    if in_time and clear and _stays_on(facets, f, motion.x, rest.along, rest.down):
+        end = Motion(t=motion.t + rest.t, x=x, v=rest.v, w=motion.w)
+        note_piece(record, state.tally, motion, rest.v, SETTLING)
+        tally = with_piece(state.tally, norm(way), end, facets.tolerance)
+        settled = State(motion=end, left=state.left, stands=True, tally=tally, outcome=MOVING, passed=state.passed)
+        return stand(facets, settled, state.left, along(rest.v, n))
+    if rise2 < 2.0 * g_n * settings.smallest_bounce * SETTLED:
+        return stand(facets, state, state.left, along(motion.v, n))
+    return state
+
+
+@kernel
+def _rising2(physics: Physics, state: State, n: Vec, rock: RockContext) -> float:
+    """Return the squared speed (m^2/s^2) with which a bounce off a facet of normal n, or a later bounce, may rise.
+
+    This is the speed off the facet, unless the next impact feels a normal other than n. That impact may turn all of the
+    speed upwards, so bounces do not die out as they do on a plane.
+    """
+    v = state.motion.v
+    off = dot(v, n)
+    down = Motion(t=state.motion.t, x=state.motion.x, v=subtract(v, scale(2.0 * off, n)), w=state.motion.w)
+    felt = felt_normal(physics.effects, n, down, rock)
+    as_a_plane = felt[0] == n[0] and felt[1] == n[1] and felt[2] == n[2]
+    return off * off if as_a_plane else dot(v, v)
+
+
+@kernel
+def no_obstacle_on(effects: Any, x: Vec, way: Vec, passed: int, rock: RockContext) -> bool:
+    """True if no obstacle stands on a straight way from x (3,) m along which a rock moves in small bounces."""
+    return first_obstacle(effects, Arc(x=x, v=way, gravity=0.0), passed, 1.0, rock).t == math.inf  # type: ignore[no-any-return]
+
+
+@kernel
+def _stays_on(facets: Facets, f: int, x: Vec, along: Vec, down: Vec) -> bool:
+    """True if bounces that add up to two displacements (m) stay within facet f.
+
+    Partial sums grow monotonically in both displacements, so every bounce lies in their parallelogram; a facet is
+    convex.
+    """
+    corners = (add(x, along), add(x, down), add(x, add(along, down)))
+    inside = True
+    for each in corners:
+        inside = inside and contains(facets, f, each, False, facets.tolerance)
+    return inside
