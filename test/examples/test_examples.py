@@ -28,8 +28,8 @@ def run(name: str, folder: Path, *options: str, **changes: str) -> list[str]:
 
 
 def numbers(line: str) -> list[float]:
-    """Return the numbers in a line."""
-    return [float(word.replace(",", "")) for word in re.findall(r"-?\d[\d,]*\.?\d*", line)]
+    """Return the numbers in a line; the 2 of m2 is none."""
+    return [float(word.replace(",", "")) for word in re.findall(r"(?<![A-Za-z\d.])[-+]?\d[\d,]*\.?\d*", line)]
 
 
 def test_every_script_has_a_test_here_and_is_short() -> None:
@@ -83,7 +83,7 @@ def test_a_hazard_map_is_a_geotiff_in_which_fewer_cells_have_larger_shares(tmp_p
 def test_the_chosen_barrier_keeps_rocks_off_the_road(tmp_path: Path) -> None:
     before, figures, chosen, after, caught = run("05_barrier_design", tmp_path)
     assert numbers(before)[0] > 50 and numbers(after)[0] < 5, "shares of the rocks that reach the road (%)"
-    energy, height = numbers(figures)[1:]
+    energy, height = numbers(figures)
     capacity, high = numbers(chosen)
     assert energy <= capacity and height < high, "the fence is chosen from the figures"
     assert numbers(caught)[0] > 95
@@ -129,7 +129,7 @@ def test_the_live_node_raises_the_level_and_ends_with_the_script(tmp_path: Path)
     assert 20 < numbers(hazard)[0] <= 100, "the largest share of the rocks that reach a cell (%)"
     assert end == "the simulator has ended with exit code 0"
     log = "".join(path.read_text() for path in (tmp_path / "out/live_node/decisions").rglob("*") if path.is_file())
-    assert '"evacuate"' in log
+    assert "evacuate" in log
 
 
 def test_a_replay_says_how_to_open_its_recording_and_opens_nothing(tmp_path: Path) -> None:
