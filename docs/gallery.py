@@ -1,4 +1,4 @@
-"""Write docs/tutorial/examples.md: the scripts in examples/, with their first sentences and their pictures.
+"""Write docs/examples.md: the scripts in examples/, with their first sentences and their pictures.
 
 python docs/gallery.py
 """
@@ -7,10 +7,11 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "tutorial" / "examples.md"
+PAGE = ROOT / "docs" / "examples.md"
 HEAD = """# Examples
 
-For engineers who call rpf3d from Python: short scripts, each complete, to run and to change.
+For engineers who call rpf3d from Python: a gallery of short scripts, each complete, to run and to change.
+Each writes into `out/` of the folder that it runs in. The pictures are made from the results of the scripts.
 """
 NONE_YET = "The folder `examples/` has no scripts yet.\n"
 COMMAND = """
@@ -27,17 +28,17 @@ def gallery(root: Path) -> str:
 
 
 def section(script: Path) -> str:
-    """Return the section of a script: the docstring's first line as heading, its text, command, picture and link."""
+    """Return the section of a script: the docstring's first line as heading, picture, its text, command and link."""
     title, _, text = (ast.get_docstring(ast.parse(script.read_text(encoding="utf-8"))) or script.stem).partition("\n")
-    parts = [f"## {title.rstrip('.')}", text.strip(), COMMAND.format(name=script.stem).strip(), *picture(script)]
-    return "\n\n".join(filter(None, [*parts, f"[examples/{script.name}](../../examples/{script.name})"])) + "\n"
+    parts = [f"## {title.rstrip('.')}", *picture(script), text.strip(), COMMAND.format(name=script.stem).strip()]
+    return "\n\n".join(filter(None, [*parts, f"[examples/{script.name}](../examples/{script.name})"])) + "\n"
 
 
 def picture(script: Path) -> list[str]:
-    """Return the image of a script's picture in docs/pictures/examples; nothing if there is none."""
-    name = f"pictures/examples/{script.stem}.png"
+    """Return the image of a script's picture in docs/images/examples; nothing if there is none."""
+    name = f"images/examples/{script.stem}.png"
     there = (script.parents[1] / "docs" / name).is_file()
-    return [f"![What {script.name} draws](../{name})"] if there else []
+    return [f"![The result of {script.name}]({name})"] if there else []
 
 
 if __name__ == "__main__":

@@ -68,11 +68,11 @@ def test_the_page_of_examples_is_as_the_scripts_say() -> None:
 
 
 def test_the_page_of_examples_shows_title_text_picture_and_script(tmp_path: Path) -> None:
-    for place in ("examples", "docs/pictures/examples"):
+    for place in ("examples", "docs/images/examples"):
         (tmp_path / place).mkdir(parents=True)
     (tmp_path / "examples" / "fly.py").write_text('"""Fly a rock.\n\nOne rock.\n"""\n')
     (tmp_path / "examples" / "_shared.py").write_text('"""Not an example."""\n')
-    (tmp_path / "docs" / "pictures" / "examples" / "fly.png").touch()
+    (tmp_path / "docs" / "images" / "examples" / "fly.png").touch()
     page = gallery.gallery(tmp_path)
     assert [line for line in page.splitlines() if line.startswith("#")] == ["# Examples", "## Fly a rock"]
-    assert "\nOne rock.\n" in page and "(../pictures/examples/fly.png)" in page and "(../../examples/fly.py)" in page
+    assert "\nOne rock.\n" in page and "(images/examples/fly.png)" in page and "(../examples/fly.py)" in page
