@@ -134,7 +134,7 @@ def has_spare_core() -> bool:
 
 def _are_missing(loops: Sequence[Any]) -> bool:
     """True if all loops are missing from the cache, and the cache would keep them."""
-    return all(hasattr(loop, "typeof_pyval") and not is_cached(loop.__name__) for loop in loops) and keeps_compiled()
+    return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
 
 
 def _address(part: Any) -> tuple[str, str]:

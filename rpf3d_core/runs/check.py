@@ -20,7 +20,6 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
-from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
@@ -30,7 +29,7 @@ from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
 from rpf3d_core.setup.sources import source_outline
 from rpf3d_core.setup.warnings import warnings_of
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference, is_precompiled
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
@@ -44,8 +43,6 @@ LOOKED_AT = 50_000
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
 docs/explanation/performance.md."""
-FOLLOW_LOOP = "_follow_all"
-"""Loop of `simulation.engines` that takes nearly all of the time to compile."""
 COMPILE_S = 12.0
 """Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
 
@@ -270,4 +267,4 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
 
 def _compile_s(models: Models) -> float:
     """Return the seconds to compile; 0 if the loop is in the cache."""
-    return 0.0 if is_cached(FOLLOW_LOOP, type(models.rebound), type(models.ground)) else COMPILE_S
+    return 0.0 if is_precompiled(models) else COMPILE_S

@@ -12,6 +12,7 @@ from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
+from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
 from rpf3d_core.materials.library import Materials
 from rpf3d_core.materials.rock_context import RockColumns, RockContext, RockKeys, key_of, rock_of
@@ -236,6 +237,11 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
         starts = Starts(nothing, nothing, numbers, numbers, sizes, sizes)
         engine.follow(models, materials, settings, starts, empty_record(0, 0, spins_of(models)), first, 0, finals, none)
     return time.perf_counter() - began
+
+
+def is_precompiled(models: Models) -> bool:
+    """True if the loop over flights is in the disk cache for the rebound model and the ground model."""
+    return is_cached(_follow_all, type(models.rebound), type(models.ground))
 
 
 def precompile_index() -> Compiled:
