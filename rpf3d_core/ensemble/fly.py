@@ -10,7 +10,7 @@ from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
 from rpf3d_core.ensemble.batches import Flight, Keep, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, warm
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, precompile_flights
 from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
@@ -64,8 +64,9 @@ def fly_ensemble(
     Flights
         The same bits whatever the engine, the number of threads and the size of batches.
     """
-    compile_s = warm(engine, flight.models, flight.materials, flight.settings)
-    rocks = len(releases.x)
+    began = time.perf_counter()
+    precompile_flights(engine, flight.models, flight.materials, flight.settings)
+    compile_s, rocks = time.perf_counter() - began, len(releases.x)
     keep = Keep(spread_over(rocks, paths), np.full(rocks, record), record)
     began = time.perf_counter()
     advance = progress(rocks) if progress else None

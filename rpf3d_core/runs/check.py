@@ -23,14 +23,12 @@ from rpf3d_core.hazard.tally import BYTES_PER_CELL
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
-from rpf3d_core.setup.areas import read_areas
-from rpf3d_core.setup.choices import rounds_of
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
+from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.sources import source_outline
 from rpf3d_core.setup.warnings import warnings_of
 from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference, is_precompiled
-from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
@@ -174,14 +172,14 @@ def check_scene(scene: Scene) -> Check:
     check_engine(scene)
     prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the pilot then needs no compiling
     engine, sources = prepared.engine, prepared.sources
-    _, rocks = next(rounds_of(scene, places_of(prepared)))
+    rocks = rounds_of(scene, places_of(prepared))[0].last
     every = -(-sum(rocks) // LOOKED_AT)
     releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
     below = engine.ground_below(releases.x)
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
     maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
-    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
+    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_partly_off(prepared)]
     assumed = without_friction(scene, prepared.terrain.zones)
     report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None, assumed)
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
@@ -216,14 +214,14 @@ def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
             yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
 
 
-def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
+def _partly_off(prepared: Prepared) -> Iterator[str]:
     """Yield a sentence for each outline (source or area of interest) that reaches beyond the terrain or over a hole."""
-    outlines = {f"the area of interest {name!r}": area for name, area in read_areas(scene).items()}
-    for number, source in enumerate(scene.sources):
+    outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
+    for number, source in enumerate(prepared.scene.sources):
         if source.polygon is not None:
-            outlines[f"the polygon of source {source.name!r}"] = source_outline(scene, number)
+            outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
     for name, polygons in outlines.items():
-        share = covered_share(terrain, polygons)
+        share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:
             yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
 
