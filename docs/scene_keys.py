@@ -41,6 +41,9 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Paths are relative to the scene file.
 - An unknown key, or a value out of bounds, is refused. The message names the file, the line, the key and what would be
   right.
+- YAML anchors and aliases: `*name` stands for a copy of the value with the anchor `&name`. A message about the copy
+  names its key, and the line where the value is written. All aliases of a file together may repeat 100,000 values. An
+  alias inside its own anchor is refused, and so are merge keys (`<<`).
 - In the tables, a value without a kind is a number; (-) is a number without a unit.
 """
 SOURCES = """\

@@ -64,7 +64,7 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
     try:
         return Scene.model_validate({**values, "path": path})
     except ValidationError as error:
-        sentences = {fault.sentence for fault in faults_of(error.errors(), Document(values, {}, []))}
+        sentences = {fault.sentence for fault in faults_of(error.errors(), Document(values=values, lines={}, faults=[]))}
         raise SceneError("\n".join(f"parameter {sentence}" for sentence in sorted(sentences))) from None
 
 
