@@ -11,7 +11,6 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
-from rpf3d_core.scene import berms as scene_berms
 from rpf3d_core.scene import hazard as scene_hazard
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
@@ -189,7 +188,7 @@ def document() -> str:
             SCENE,
             table("terrain", scene_terrain.TerrainSpec, TERRAIN),
             table("terrain.files[]", scene_terrain.TerrainFile),
-            table("terrain.berms[]", scene_berms.BermSpec, BERMS),
+            table("terrain.berms[]", scene_terrain.BermSpec, BERMS),
             pit_table(),
             table("zones[]", scene_terrain.ZoneSpec),
             table("materials.NAME", scene_model.Material, MATERIALS),

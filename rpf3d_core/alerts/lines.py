@@ -90,11 +90,11 @@ def decision_of(content: dict[str, Any]) -> Decision:
     try:
         previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]
         return Decision(
-            None if previous is None else _alert(previous),
-            None if evidence is None else _evidence(evidence),
-            None if given is None else Acknowledgement(**given),
-            content["now_ns"],
-            _alert(content["alert"]),
+            previous=None if previous is None else _alert(previous),
+            evidence=None if evidence is None else _evidence(evidence),
+            acknowledgement=None if given is None else Acknowledgement(**given),
+            now_ns=content["now_ns"],
+            alert=_alert(content["alert"]),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise Unreadable(f"this version does not understand the decision: {error}") from None

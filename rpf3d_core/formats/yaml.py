@@ -51,7 +51,7 @@ class _Alias(yaml.Node):
     """An alias, at its own place in the file; value : the node with the anchor."""
 
     def __init__(self, name: str, value: yaml.Node, mark: yaml.Mark) -> None:
-        super().__init__(value.tag, value, mark, mark)  # type: ignore[no-untyped-call]
+        super().__init__(value.tag, value, mark, mark)
         self.name = name
 
 
@@ -66,9 +66,9 @@ class _Composer(yaml.BaseLoader):
     """A YAML composer that keeps nodes and aliases with their lines, and creates no objects."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        event = self.peek_event()  # type: ignore[no-untyped-call]
-        node = super().compose_node(parent, index)
-        return _Alias(event.anchor, node, event.start_mark) if isinstance(event, yaml.AliasEvent) else node
+        is_alias, event = self.check_event(yaml.AliasEvent), self.peek_event()  # type: ignore[no-untyped-call]
+        node: Any = super().compose_node(parent, index)
+        return _Alias(event.anchor, node, event.start_mark) if is_alias else node
 
 
 class _Reading:

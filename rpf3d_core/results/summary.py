@@ -114,11 +114,11 @@ def _settings(scene: Scene) -> dict[str, Any]:
     return {
         "seed": scene.seed,
         "rebound": scene.rebound.name,
-        "rebound_parameters": scene.rebound.offer.model_dump(mode="json"),
+        "rebound_parameters": scene.rebound.model_spec.model_dump(mode="json"),
         "ground": scene.ground.name,
-        "ground_parameters": scene.ground.offer.model_dump(mode="json"),
+        "ground_parameters": scene.ground.model_spec.model_dump(mode="json"),
         **{name: getattr(scene, name) for name in names},
-        "effects": {name: offer.model_dump(mode="json") for name, offer in scene.effects.named.items()},
+        "effects": {name: model_spec.model_dump(mode="json") for name, model_spec in scene.effects.named.items()},
         "method": scene.method.describe(),
     }
 

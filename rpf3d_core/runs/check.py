@@ -36,7 +36,7 @@ PILOT_ROCKS = 20
 """Rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
 """Share (-) of an outline on the terrain that counts as all of it: no one draws along the rim to the metre."""
-LOOKED_AT = 50_000
+MOST_CHECKED = 50_000
 """Most rocks whose start is checked, evenly spread over each source: this takes some seconds in plain Python."""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
@@ -49,14 +49,14 @@ COMPILE_S = 12.0
 class SourceHeight:
     """Heights of a source's rocks above the terrain at their start.
 
-    rocks : number of rocks; looked_at : number of rocks checked, to which all further values apply
+    rocks : number of rocks; checked : number of rocks checked, to which all further values apply
     lowest, highest : m above the terrain; under_ground : rocks below the terrain
     off_terrain : rocks with no terrain below or above them
     """
 
     name: str
     rocks: int
-    looked_at: int
+    checked: int
     lowest: float
     highest: float
     under_ground: int
@@ -65,8 +65,8 @@ class SourceHeight:
     def describe(self) -> str:
         """Return the report on this source as one line of text."""
         found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
-        if self.looked_at < self.rocks:
-            found += f" ({self.looked_at:,} looked at)"
+        if self.checked < self.rocks:
+            found += f" ({self.checked:,} looked at)"
         if self.lowest <= self.highest:
             low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
             found += f", {low if low == high else f'{low} to {high}'} m above the ground"
@@ -173,15 +173,24 @@ def check_scene(scene: Scene) -> Check:
     prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the pilot then needs no compiling
     engine, sources = prepared.engine, prepared.sources
     rocks = rounds_of(scene, places_of(prepared))[0].last
-    every = -(-sum(rocks) // LOOKED_AT)
+    every = -(-sum(rocks) // MOST_CHECKED)
     releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
     below = engine.ground_below(releases.x)
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
-    maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
+    maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
     warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_partly_off(prepared)]
     assumed = without_friction(scene, prepared.terrain.zones)
-    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None, assumed)
+    report = Check(
+        scene=scene,
+        faults=prepared.faults,
+        rocks=_sizes(prepared),
+        maps=maps,
+        sources=heights,
+        warnings=warnings,
+        cost=None,
+        assumed_friction=assumed,
+    )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 
 
@@ -198,8 +207,9 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
 
 def _sizes(prepared: Prepared) -> Sizes:
     """Return the range of masses, and of diameters of spheres of the scene's density."""
-    masses = mass_range(prepared.rock)
-    return Sizes(*masses, *(diameter_of(mass, prepared.scene.rock.density) for mass in masses))
+    lightest, heaviest = mass_range(prepared.rock)
+    smallest, largest = (diameter_of(mass, prepared.scene.rock.density) for mass in (lightest, heaviest))
+    return Sizes(lightest=lightest, heaviest=heaviest, smallest=smallest, largest=largest)
 
 
 def _span(low: float, high: float) -> str:
@@ -234,7 +244,15 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
     lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
-    return SourceHeight(name, rocks, len(below), float(lowest), float(highest), int((~good).sum()), 0)
+    return SourceHeight(
+        name=name,
+        rocks=rocks,
+        checked=len(below),
+        lowest=float(lowest),
+        highest=float(highest),
+        under_ground=int((~good).sum()),
+        off_terrain=0,
+    )
 
 
 def _told_apart(
@@ -260,7 +278,16 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
     name = engine_for(scene, rocks)
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
-    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(deposits.t), unresolved)
+    return Cost(
+        rocks=rocks,
+        auto=auto,
+        engine=name,
+        fly_s=fly_s / gain,
+        compile_s=compile_s,
+        impacts=float(deposits.impacts.mean()),
+        pilot=len(deposits.t),
+        unresolved=unresolved,
+    )
 
 
 def _compile_s(models: Models) -> float:

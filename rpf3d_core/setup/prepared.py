@@ -171,7 +171,7 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
         gravity=scene.gravity, smallest_bounce=scene.smallest_bounce, max_time=scene.max_time,
         max_impacts=scene.max_impacts, seed=scene.seed,
     )  # fmt: skip
-    return Flight(drawn_materials(surfaces), settings, models_of(scene, terrain))
+    return Flight(materials=drawn_materials(surfaces), settings=settings, models=models_of(scene, terrain))
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
@@ -288,7 +288,7 @@ def _fastest(source: Source) -> float:
 
 def empty_totals(prepared: Prepared) -> Totals:
     """Return empty totals over a scene's rocks."""
-    return Totals(position_of_stops(prepared), spins=spins_of(prepared.flight.models))
+    return Totals(position=position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:

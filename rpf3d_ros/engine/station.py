@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
-from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
+from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Alert, Level, acknowledgement
 from rpf3d_core.errors import InputError
 from rpf3d_core.live.answers import Answer
@@ -318,8 +318,8 @@ class Station:
         )
         if not answer.sources:
             return found
-        told = found._replace(sources=answer.sources, unfinished=unfinished_of(answer.outcomes))._asdict()
-        return evidence_of(answer.maps, **{name: value for name, value in told.items() if name != "areas"})
+        unfinished = unfinished_of(answer.outcomes)
+        return found._replace(sources=answer.sources, unfinished=unfinished, areas=areas_of(answer.maps))
 
     def _no_evidence(self, trigger: Trigger, why: str) -> Evidence:
         standing = self.flyer.standing
