@@ -15,14 +15,14 @@ from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
 FORMAT = 1
 """Version of the format of the lines; a reader of another version reports the difference."""
 
-BEGINNING = "0" * 64
+HASH_DIGITS = 64
+BEGINNING = "0" * HASH_DIGITS
 """Replaces the hash of the previous line in the first line."""
 
 LEVELS = ("level", "held", "evident")
 """Fields of an alert and of an area that hold a level."""
 
 OWN_HASH = b',"sha256":"'
-HASH_DIGITS = 64
 
 
 class Unreadable(ValueError):

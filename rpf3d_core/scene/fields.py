@@ -14,7 +14,6 @@ from rpf3d_core.scene.model_spec import ModelSpec
 from rpf3d_core.scene.models import EffectsSpec, OneOf
 from rpf3d_core.scene.own import OWN
 
-Scalar = bool | int | float | str
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")
 ANY_ZONE = "default"

@@ -7,7 +7,6 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.model_spec import ModelSpec, loaded
-from rpf3d_core.scene.models import GroundSpec, ReboundSpec
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import Obstacles, all_of
@@ -32,12 +31,6 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
                              f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
                              f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
     return Models(rebound=model, ground=ground, effects=chain_of(effects))
-
-
-def models_called(rebound: str, ground: str) -> Models:
-    """Return models by name, with default parameters and no effects, for models that need no scene."""
-    bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
-    return Models(rebound=bouncing.model_spec.made(), ground=resting.model_spec.made())
 
 
 def numbered(effects: list[Any]) -> list[Any]:

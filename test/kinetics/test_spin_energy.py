@@ -7,6 +7,7 @@ import pyarrow.parquet as parquet
 import pytest
 import scenes_of_facets as made
 from hazard_tallied import MASS, over, rocks_above, rough
+from models_by_name import models_called
 from rolling_spheres import spheres
 
 from rpf3d_core.ensemble.fly import fly_ensemble
@@ -16,7 +17,6 @@ from rpf3d_core.materials.library import Surface
 from rpf3d_core.results.tables import impacts_table, with_energies, with_spins
 from rpf3d_core.runs.run import run_scene
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.named import models_called
 from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Mode
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from models_by_name import models_called
 
 from rpf3d_core.errors import SceneError
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.named import models_called, models_of
+from rpf3d_core.setup.named import models_of
 
 SMALL = """\
 terrain: {pit: {}}

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 from matplotlib.tri import Triangulation
+from models_by_name import models_called
 from scenes_of_facets import terrain_of
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.materials.library import Surface, materials_of
-from rpf3d_core.setup.named import models_called
 from rpf3d_core.simulation.settings import Settings
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import Frame

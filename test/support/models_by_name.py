@@ -1,0 +1,10 @@
+"""Rebound and ground models by name, for tests that need no scene."""
+
+from rpf3d_core.scene.models import GroundSpec, ReboundSpec
+from rpf3d_core.simulation.engines import Models
+
+
+def models_called(rebound: str, ground: str) -> Models:
+    """Return models by name, with default parameters and no effects."""
+    bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
+    return Models(rebound=bouncing.model_spec.made(), ground=resting.model_spec.made(), effects=None)
