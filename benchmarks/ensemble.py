@@ -208,7 +208,7 @@ def main(rocks: int) -> None:
         end_to_end(Path(name), more=False)
         end_to_end(Path(name), more=True)
     short, long = (Mapped(Case(falls, TRIANGLES, n)) for falls, n in ((BENCH, rocks), (CONE, rocks // LONG)))
-    short.tallies().warm()
+    short.tallies().precompile()
     links = chain(BYTES_A_FACET * TRIANGLES)
     half = len(links) // LINE * (LINE // 2)  # start of a cache line in the middle
     controls = {

@@ -136,13 +136,13 @@ def told_apart(rows: IntArray, deposits: Deposits, other: CppFlights) -> str:
 
 FIRST_CALL = """
 import sys, time
-from rpf3d_core.simulation.engines import engine_of, warm
+from rpf3d_core.simulation.engines import engine_of, precompile_flights
 from rpf3d_core.terrain.facets import facets_of
 from rpf3d_core.terrain.pit.synthetic import Pit, pit_terrain
 from flight import BENCH, flight_of
 facets, flight = facets_of(pit_terrain(Pit(triangles=2000))), flight_of(BENCH, sys.argv[1])
 began = time.process_time()
-warm(engine_of("compiled", facets), flight.models, flight.materials, flight.settings)
+precompile_flights(engine_of("compiled", facets), flight.models, flight.materials, flight.settings)
 print(time.process_time() - began)
 """
 

@@ -18,8 +18,8 @@ from pydantic import BaseModel
 
 from rpf3d_core.ensemble.flights import Deposits
 from rpf3d_core.ensemble.stream import Shown, Stream
-from rpf3d_core.scene.catalogue import COSTS, KINDS, Offered, offers
-from rpf3d_core.scene.offers import Offer
+from rpf3d_core.scene.catalogue import COSTS, KINDS, CatalogueEntry, entries
+from rpf3d_core.scene.model_spec import ModelSpec
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.choices import chosen_scene
 from rpf3d_core.setup.prepared import Prepared, prepare, releases_in_ranges
@@ -129,51 +129,51 @@ effects:
 """What the page says of some of them beside their summary."""
 
 
-def document(listed: list[Offered]) -> str:
+def document(listed: list[CatalogueEntry]) -> str:
     """The whole page."""
     head = HEAD.replace("{passes}", str(PASSES)).replace("{rocks:,}", f"{ROCKS:,}")
     sections = [part for kind, title in TITLES.items() for part in _section(kind, title, listed)]
     return "\n".join([head + _costs(listed), *sections])
 
 
-def _costs(listed: list[Offered]) -> str:
+def _costs(listed: list[CatalogueEntry]) -> str:
     """The table of what each costs."""
     rows = [
-        f"| `{offer.kind}:` [`{offer.name}`](#{offer.name}) | {offer.confirmed} | "
-        + (" | ".join(_cost(offer)) if offer.cost else "not measured |")
+        f"| `{entry.kind}:` [`{entry.name}`](#{entry.name}) | {entry.confirmed} | "
+        + (" | ".join(_cost(entry)) if entry.cost else "not measured |")
         + " |"
-        for offer in listed
+        for entry in listed
     ]
     return "\n".join(["| named in the scene | confirmed | time | runout |", "|---|---|---|---|", *rows, ""])
 
 
-def _section(kind: str, title: str, listed: list[Offered]) -> list[str]:
-    ours = [offer for offer in listed if offer.kind == kind]
-    return [f"## {title} (`{kind}:`)", *(_described(offer) for offer in ours)]
+def _section(kind: str, title: str, listed: list[CatalogueEntry]) -> list[str]:
+    ours = [entry for entry in listed if entry.kind == kind]
+    return [f"## {title} (`{kind}:`)", *(_described(entry) for entry in ours)]
 
 
-def _described(offer: Offered) -> str:
+def _described(entry: CatalogueEntry) -> str:
     """One of them: what it does, where it is from, its parameters."""
-    key, spec = f"{offer.kind}.{offer.name}", _spec(offer)
-    lines = [f"### `{offer.name}`", _wrapped(offer.summary), ""]
+    key, spec = f"{entry.kind}.{entry.name}", _spec(entry)
+    lines = [f"### `{entry.name}`", _wrapped(entry.summary), ""]
     lines += [f"Every material must have `{each}`.\n" for each in spec.MATERIAL_KEYS]
-    lines += [_wrapped(f"Source: {offer.source} ({offer.confirmed}).")]
+    lines += [_wrapped(f"Source: {entry.source} ({entry.confirmed}).")]
     lines += [f"Measured with {' and '.join(_measured_with(key))}."] if _measured_with(key) else []
     lines += ["", TEXTS[key].rstrip()] if key in TEXTS else []
-    if offer.parameters:
+    if entry.parameters:
         lines += ["", "| parameter | value | default | source |", "|---|---|---|---|"]
         lines += [
             f"| `{p.name}` | {_short(p.meaning)} | {_default(p.default, p.required)} | "
-            f"{_source(p.source, p.confirmed, offer.source)} |"
-            for p in offer.parameters
+            f"{_source(p.source, p.confirmed, entry.source)} |"
+            for p in entry.parameters
         ]
     return "\n".join([*lines, "", *(line for name, part in _parts(spec) for line in _part(name, part))])
 
 
-def _spec(offer: Offered) -> type[Offer]:
+def _spec(entry: CatalogueEntry) -> type[ModelSpec]:
     """The class of its parameters."""
-    annotation = KINDS[offer.kind].model_fields[offer.name].annotation  # type: ignore[attr-defined]
-    return next(kind for kind in get_args(annotation) if issubclass(kind, Offer))
+    annotation = KINDS[entry.kind].model_fields[entry.name].annotation  # type: ignore[attr-defined]
+    return next(kind for kind in get_args(annotation) if issubclass(kind, ModelSpec))
 
 
 def _wrapped(text: str) -> str:
@@ -190,7 +190,7 @@ def _measured_with(key: str) -> list[str]:
     return named + ([f"`rolling_friction: {ROLLING_FRICTION:g}` of all materials"] if key in ROLLING else [])
 
 
-def _parts(spec: type[Offer]) -> list[tuple[str, type[BaseModel]]]:
+def _parts(spec: type[ModelSpec]) -> list[tuple[str, type[BaseModel]]]:
     """Names and models of parameters that are mappings, or lists of mappings, with keys of their own."""
     found = []
     for name, field in spec.model_fields.items():
@@ -233,10 +233,10 @@ def _default(value: Any, required: bool) -> str:
     return "none" if value in (None, (), {}) else f"`{plain}`"
 
 
-def _cost(offer: Offered) -> tuple[str, str]:
+def _cost(entry: CatalogueEntry) -> tuple[str, str]:
     """Time and runout in words, of one that has been measured."""
-    assert offer.cost is not None
-    return f"{offer.cost['time']:.2f}", f"{100 * offer.cost['runout']:+.0f} %"
+    assert entry.cost is not None
+    return f"{entry.cost['time']:.2f}", f"{100 * entry.cost['runout']:+.0f} %"
 
 
 class Flown:
@@ -276,13 +276,13 @@ class Flown:
         return float(np.mean(np.linalg.norm(np.concatenate(ways), axis=1)))
 
 
-def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
+def measured(listed: list[CatalogueEntry]) -> dict[str, dict[str, float]]:
     """Time and runout of each, against the same wall with the defaults of a scene."""
     base, costs = Flown(""), {}
-    for offer in listed:
-        key = f"{offer.kind}.{offer.name}"
+    for entry in listed:
+        key = f"{entry.kind}.{entry.name}"
         value = EXAMPLES.get(key, "{}")
-        one = Flown("\n".join([f"{offer.kind}: {{{offer.name}: {value}}}", *filter(None, [BESIDE.get(key)])]))
+        one = Flown("\n".join([f"{entry.kind}: {{{entry.name}: {value}}}", *filter(None, [BESIDE.get(key)])]))
         base.seconds.clear()
         for _ in range(PASSES):
             base.fly()
@@ -295,11 +295,11 @@ def measured(listed: list[Offered]) -> dict[str, dict[str, float]]:
 
 def main(arguments: list[str]) -> None:
     """Measure, and write the page."""
-    listed = offers()
+    listed = entries()
     if "--as-is" not in arguments:
         costs = measured(listed)
         MEASURED.write_text(json.dumps(costs, indent=1) + "\n")
-        listed = [replace(offer, cost=costs.get(f"{offer.kind}.{offer.name}")) for offer in listed]
+        listed = [replace(entry, cost=costs.get(f"{entry.kind}.{entry.name}")) for entry in listed]
     (DOCS / "reference" / "effects.md").write_text(document(listed))
 
 

@@ -11,7 +11,6 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from rpf3d_core.ensemble.fly import REFERENCE_ROCKS, REFERENCE_SPHERES
-from rpf3d_core.scene import berms as scene_berms
 from rpf3d_core.scene import hazard as scene_hazard
 from rpf3d_core.scene import method as scene_method
 from rpf3d_core.scene import model as scene_model
@@ -41,6 +40,9 @@ sources: [{name: west, line: [[-570, -10, 0], [-570, 40, 0]], above_ground: 1, v
 - Paths are relative to the scene file.
 - An unknown key, or a value out of bounds, is refused. The message names the file, the line, the key and what would be
   right.
+- YAML anchors and aliases: `*name` stands for a copy of the value with the anchor `&name`. A message about the copy
+  names its key, and the line where the value is written. All aliases of a file together may repeat 100,000 values. An
+  alias inside its own anchor is refused, and so are merge keys (`<<`).
 - In the tables, a value without a kind is a number; (-) is a number without a unit.
 """
 SOURCES = """\
@@ -186,7 +188,7 @@ def document() -> str:
             SCENE,
             table("terrain", scene_terrain.TerrainSpec, TERRAIN),
             table("terrain.files[]", scene_terrain.TerrainFile),
-            table("terrain.berms[]", scene_berms.BermSpec, BERMS),
+            table("terrain.berms[]", scene_terrain.BermSpec, BERMS),
             pit_table(),
             table("zones[]", scene_terrain.ZoneSpec),
             table("materials.NAME", scene_model.Material, MATERIALS),

@@ -5,7 +5,7 @@
 >>> rpf3d.write_run(run, "out")  # doctest: +SKIP
 
 The public names, each with the module that defines it: `runs.run.simulate`, `runs.run.write_run`, `runs.run.replay`,
-`runs.run.Run`, `scene.reading.read_scene`, `setup.terrain.read_terrain`, `errors.InputError`.
+`results.findings.Run`, `scene.reading.read_scene`, `setup.terrain.read_terrain`, `errors.InputError`.
 """
 
 from typing import Any
@@ -14,7 +14,7 @@ __all__ = ["InputError", "Run", "read_scene", "read_terrain", "replay", "simulat
 
 _HOMES = {
     "InputError": "rpf3d_core.errors",
-    "Run": "rpf3d_core.runs.run",
+    "Run": "rpf3d_core.results.findings",
     "read_scene": "rpf3d_core.scene.reading",
     "read_terrain": "rpf3d_core.setup.terrain",
     "replay": "rpf3d_core.runs.run",

@@ -12,8 +12,9 @@ from rpf3d_core.ensemble.releases import Releases, share_out
 from rpf3d_core.ensemble.stream import taken
 from rpf3d_core.hazard.convergence import Step, step_of
 from rpf3d_core.hazard.tallies import Tallies
+from rpf3d_core.setup.precompiler import Precompiler
 from rpf3d_core.setup.prepared import Prepared, check_releases, empty_tallies, releases_in_ranges
-from rpf3d_core.simulation.engines import Engine, warm
+from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import Mode
 
 PILOT = 40
@@ -82,7 +83,7 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
     paths : True to keep the paths in addition to the impacts
     """
-    _warm(prepared)
+    Precompiler().compile(prepared, empty_tallies(prepared))  # the price of rocks does not include compilation
     rows = np.arange(len(releases.x))
     if budget < math.inf and len(rows) > PILOT:
         pilot = _fly_rows(prepared, releases, spread(rows, PILOT), paths)
@@ -105,13 +106,6 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 def spread(rows: IntArray, some: int) -> IntArray:
     """Return at most `some` of rows (N,), evenly spread over the rows."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
-
-
-def _warm(prepared: Prepared) -> None:
-    """Compile the functions for flying and counting, because the price of rocks does not include compilation."""
-    flight = prepared.flight
-    warm(prepared.engine, flight.models, flight.materials, flight.settings)
-    empty_tallies(prepared).warm()
 
 
 def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: bool) -> FlownSample:

@@ -25,8 +25,9 @@ from rpf3d_core.jit.dispatch import HAS_NUMBA
 from rpf3d_core.scene.method import MethodSpec
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene, scene_digest
-from rpf3d_core.setup.choices import rounds_of, with_choices
+from rpf3d_core.setup.choices import with_choices
 from rpf3d_core.setup.prepared import Prepared, places_of, prepare
+from rpf3d_core.setup.rounds import rounds_of
 
 PAIRED = 2000
 """Rocks that are flown by events and in steps: enough to resolve a hundredth of a share, few enough for small steps."""
@@ -72,7 +73,7 @@ def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceL
 
 def rocks_of(scene: Scene, prepared: Prepared) -> int:
     """Return the number of rocks that a run of the scene flies; for `rocks: auto`, of the first round."""
-    _, numbers = next(rounds_of(with_choices(scene, None, None, None), places_of(prepared)))
+    numbers = rounds_of(with_choices(scene, None, None, None), places_of(prepared))[0].last
     return sum(numbers)
 
 

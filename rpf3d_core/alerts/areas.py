@@ -43,10 +43,12 @@ def area_alerts(
     left = [name for name, held in before.items() if is_faulty or (held > Level.NORMAL and not steps_down)]
     alerts = []
     for name in dict.fromkeys([*found, *thresholds.named_in_full, *left]):
-        finding = found.get(name) or LimitFinding(name, Level.NORMAL, _why_untold(name, worst is not None, thresholds))
+        finding = found.get(name) or LimitFinding(
+            name=name, level=Level.NORMAL, why=_why_untold(name, worst is not None, thresholds)
+        )
         held = finding.level if steps_down else max(before.get(name, unknown), finding.level)
         level = Level.FAULT if is_faulty and held != Level.EVACUATE else held
-        alerts.append(AreaAlert(name, level, held, finding.level, finding.why))
+        alerts.append(AreaAlert(name=name, level=level, held=held, evident=finding.level, why=finding.why))
     return tuple(alerts)
 
 

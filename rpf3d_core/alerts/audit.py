@@ -211,7 +211,9 @@ class _Reading:
         else:
             self.blame(f"{place}: {_difference(content['alert'], again)}")
         if _is_change(decision):
-            self.audit.changes.append(LevelChange(content["n"], decision.alert, decision.previous, version))
+            self.audit.changes.append(
+                LevelChange(line=content["n"], alert=decision.alert, before=decision.previous, version=version)
+            )
 
     def _without_areas(self, place: str) -> None:
         """Note, once, that the log comes from a version in which areas had no levels of their own."""

@@ -127,10 +127,10 @@ def _held(
     before = Level.NORMAL if previous is None else previous.held
     void = "" if acknowledgement is None else _why_void(previous, acknowledgement, evident, trusted, is_worse, now_ns)
     if evident > before or previous is None:
-        return _Held(evident, said, now_ns, void)
+        return _Held(level=evident, by=said, since_ns=now_ns, void=void)
     if acknowledgement is not None and not void:
-        return _Held(evident, said, now_ns)
-    return _Held(before, previous.held_by, min(previous.held_since_ns, now_ns), void)
+        return _Held(level=evident, by=said, since_ns=now_ns)
+    return _Held(level=before, by=previous.held_by, since_ns=min(previous.held_since_ns, now_ns), void=void)
 
 
 def _why_void(

@@ -65,21 +65,6 @@ class Evidence(NamedTuple):
     unfinished: int = 0
 
 
-def evidence_of(
-    maps: HazardMaps, *, result: int, stage: int, at_ns: int, trigger_stamp_ns: int, terrain_stamp_ns: int,
-    terrain_digest: str, sources_digest: str, sources: int, seed: int, version: str, unfinished: int = 0,
-    faults: tuple[str, ...] = (),
-) -> Evidence:  # fmt: skip
-    """Return the evidence of an answer with at least one source, from its maps.
-
-    The other parameters are the fields of `Evidence`.
-    """
-    return Evidence(
-        result, stage, at_ns, trigger_stamp_ns, terrain_stamp_ns, terrain_digest, sources_digest, sources, seed,
-        version, areas_of(maps), faults, unfinished,
-    )  # fmt: skip
-
-
 def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
     """Return what the rocks did in each area of interest of the maps, in their order, areas without a rock included."""
     row_of = {int(cell): row for row, cell in enumerate(maps.areas.cell)}
@@ -91,7 +76,12 @@ def areas_of(maps: HazardMaps) -> tuple[AreaEvidence, ...]:
 
 def untouched(names: Iterable[str]) -> tuple[AreaEvidence, ...]:
     """Return the areas of an answer to a message without sources: no rock flew, so no rock reached an area."""
-    return tuple(AreaEvidence(name, 0, 0, 0.0, 0.0, None, None, None) for name in names)
+    return tuple(
+        AreaEvidence(
+            name=name, flown=0, reached=0, low=0.0, high=0.0, p95_energy=None, largest_energy=None, first_arrival_s=None
+        )
+        for name in names
+    )
 
 
 def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
@@ -100,7 +90,12 @@ def unfinished_of(outcomes: Mapping[Outcome, int]) -> int:
 
 
 def _missed(name: str, flown: int) -> AreaEvidence:
-    return AreaEvidence(name, int(flown), 0, *wilson_interval(0, max(int(flown), 1)), None, None, None)
+    """Return the evidence of an area that no rock reached."""
+    low, high = wilson_interval(0, max(int(flown), 1))
+    return AreaEvidence(
+        name=name, flown=int(flown), reached=0, low=low, high=high, p95_energy=None, largest_energy=None,
+        first_arrival_s=None,
+    )  # fmt: skip
 
 
 def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
@@ -111,9 +106,17 @@ def _reached(name: str, maps: HazardMaps, row: int) -> AreaEvidence:
     layers, flown = maps.areas, int(maps.flown)
     reached = int(layers.rocks[row])
     largest, p95 = float(layers.energy.largest[row]), _known(layers.energy.p95[row])
-    told = None if p95 is None else min(p95 * (1.0 + layers.percentiles_within), largest)
-    share = wilson_interval(reached, max(flown, 1, reached))
-    return AreaEvidence(name, flown, reached, *share, told, largest, _known(layers.first_arrival[row]))
+    low, high = wilson_interval(reached, max(flown, 1, reached))
+    return AreaEvidence(
+        name=name,
+        flown=flown,
+        reached=reached,
+        low=low,
+        high=high,
+        p95_energy=None if p95 is None else min(p95 * (1.0 + layers.percentiles_within), largest),
+        largest_energy=largest,
+        first_arrival_s=_known(layers.first_arrival[row]),
+    )
 
 
 def _known(value: np.floating[Any]) -> float | None:

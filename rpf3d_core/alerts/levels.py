@@ -101,4 +101,4 @@ def acknowledgement(by: str, why: str, at_ns: int) -> Acknowledgement:
         raise InputError("an acknowledgement needs the name of the person who gives it")
     if not why.strip():
         raise InputError(f"an acknowledgement needs a reason; {by.strip()} gives none")
-    return Acknowledgement(by.strip(), why.strip(), at_ns)
+    return Acknowledgement(by=by.strip(), why=why.strip(), at_ns=at_ns)

@@ -57,8 +57,8 @@ def _finding(area: AreaEvidence, spec: AreaLimitsSpec, terms: EvidenceSpec) -> L
         limits: LimitsSpec | None = getattr(spec, level.word)
         reached = list(_reached(area, limits, terms)) if limits is not None else []
         if reached:
-            return LimitFinding(area.name, level, f"{level.word}, for {'; '.join(reached)}")
-    return LimitFinding(area.name, Level.NORMAL, f"no limit is reached; {_share(area)}")
+            return LimitFinding(name=area.name, level=level, why=f"{level.word}, for {'; '.join(reached)}")
+    return LimitFinding(name=area.name, level=Level.NORMAL, why=f"no limit is reached; {_share(area)}")
 
 
 def _reached(area: AreaEvidence, limits: LimitsSpec, terms: EvidenceSpec) -> Iterator[str]:

@@ -15,14 +15,14 @@ from rpf3d_core.alerts.levels import Acknowledgement, Alert, AreaAlert, Level
 FORMAT = 1
 """Version of the format of the lines; a reader of another version reports the difference."""
 
-BEGINNING = "0" * 64
+HASH_DIGITS = 64
+BEGINNING = "0" * HASH_DIGITS
 """Replaces the hash of the previous line in the first line."""
 
 LEVELS = ("level", "held", "evident")
 """Fields of an alert and of an area that hold a level."""
 
 OWN_HASH = b',"sha256":"'
-HASH_DIGITS = 64
 
 
 class Unreadable(ValueError):
@@ -90,11 +90,11 @@ def decision_of(content: dict[str, Any]) -> Decision:
     try:
         previous, evidence, given = content["previous"], content["evidence"], content["acknowledgement"]
         return Decision(
-            None if previous is None else _alert(previous),
-            None if evidence is None else _evidence(evidence),
-            None if given is None else Acknowledgement(**given),
-            content["now_ns"],
-            _alert(content["alert"]),
+            previous=None if previous is None else _alert(previous),
+            evidence=None if evidence is None else _evidence(evidence),
+            acknowledgement=None if given is None else Acknowledgement(**given),
+            now_ns=content["now_ns"],
+            alert=_alert(content["alert"]),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise Unreadable(f"this version does not understand the decision: {error}") from None

@@ -35,7 +35,7 @@ class DecisionLog:
 
     head : hash (64 hex digits) of the last line; once it is noted elsewhere, removing lines from the end is noticed
     last_alert : the last decision in the log, from which a restarted node must continue; None if there is none
-    said : sentences about problems found on opening, such as a torn line; empty if there were none
+    problems : sentences about problems found on opening, such as a torn line; empty if there were none
     """
 
     def __init__(self, folder: str | Path, version: str, largest_bytes: int = LARGEST_BYTES) -> None:
@@ -49,7 +49,7 @@ class DecisionLog:
         self.folder, self.version, self.largest_bytes = Path(folder), version, largest_bytes
         self.head = BEGINNING
         self.last_alert: Alert | None = None
-        self.said: tuple[str, ...] = ()
+        self.problems: tuple[str, ...] = ()
         self._next, self._lost, self._site = 0, 0, ""
         self._file, self._number, self._size, self._lock = -1, 0, 0, -1
         try:
@@ -155,8 +155,8 @@ class DecisionLog:
             return
         path, tail = tails[0]
         if tail.broken:
-            self.said = (f"{path}: lines in it are not as they were written; it stays as it is, and the log goes on "
-                         "in a new file",)  # fmt: skip
+            why = "lines in it are not as they were written; it stays as it is, and the log goes on in a new file"
+            self.problems = (f"{path}: {why}",)
             return
         self._resume(path, tail)
 
@@ -169,7 +169,7 @@ class DecisionLog:
         try:
             self.last_alert = None if decision is None else decision_of(decision).alert
         except Unreadable as error:
-            self.said = (*self.said, f"{self.folder}: the last decision is not known: {error}")
+            self.problems = (*self.problems, f"{self.folder}: the last decision is not known: {error}")
 
     def _resume(self, path: Path, tail: Tail) -> None:
         """Continue in the last file, without a torn line at its end."""
@@ -186,7 +186,7 @@ class DecisionLog:
                 write_whole(self._file, b"\n", self._size)
                 self._size += 1
         if torn:
-            self.said = (*self.said, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
+            self.problems = (*self.problems, f"{path}: the last line is torn, {len(torn)} bytes, kept as {aside.name}")
             facts = {"bytes": len(torn), "of": hashlib.sha256(torn).hexdigest(), "kept_as": aside.name}
             self._append([("torn", facts)], None)
 

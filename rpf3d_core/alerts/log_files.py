@@ -53,7 +53,7 @@ def tail_of(path: Path) -> Tail:
             last, end = content, seen
             decision = content if content["kind"] == "decision" else decision
             site = content.get("digest") if content["kind"] == "site" else site
-    return Tail(end, seen, last, decision, site, broken)
+    return Tail(end=end, size=seen, last=last, decision=decision, site=site, broken=broken)
 
 
 def write_whole(descriptor: int, data: bytes, size: int) -> None:

@@ -12,7 +12,7 @@ from rpf3d_core.commands.screen import GAP, screen
 from rpf3d_core.errors import InputError
 
 if TYPE_CHECKING:
-    from rpf3d_core.scene.catalogue import Offered
+    from rpf3d_core.scene.catalogue import CatalogueEntry
 
 
 def effects(
@@ -20,25 +20,25 @@ def effects(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, with all parameters.")] = False,
 ) -> None:
     """List the rebound models, ground models and effects that a scene may name, with parameters, sources and cost."""
-    from rpf3d_core.scene.catalogue import offers
+    from rpf3d_core.scene.catalogue import entries
 
-    listed = [offer for offer in offers() if name in (None, offer.name, f"{offer.kind}.{offer.name}")]
+    listed = [entry for entry in entries() if name in (None, entry.name, f"{entry.kind}.{entry.name}")]
     if not listed:
         raise InputError(f"there is no model or effect {name!r}; `rpf3d effects` lists them")
     if as_json:
-        print(json.dumps([asdict(offer) for offer in listed], indent=2, allow_nan=False, default=str))
+        print(json.dumps([asdict(entry) for entry in listed], indent=2, allow_nan=False, default=str))
     elif name is None:
         _print_list(listed)
     else:
-        for offer in listed:
-            _print_one(offer)
+        for entry in listed:
+            _print_one(entry)
 
 
-def _print_list(listed: "list[Offered]") -> None:
+def _print_list(listed: "list[CatalogueEntry]") -> None:
     """Print a line for each model and effect: name, summary, confirmation and cost."""
     table = Table("named", "what it is", "confirmed", "time", "runout", box=None, padding=GAP, pad_edge=False)
-    for offer in listed:
-        table.add_row(f"{offer.kind}: {offer.name}", escape(offer.summary), offer.confirmed, *_cost(offer))
+    for entry in listed:
+        table.add_row(f"{entry.kind}: {entry.name}", escape(entry.summary), entry.confirmed, *_cost(entry))
     screen.print(table)
     screen.print(
         "time and runout: against constant rebound and sliding alone, on the demo pit; `rpf3d effects NAME` tells the "
@@ -47,23 +47,23 @@ def _print_list(listed: "list[Offered]") -> None:
     )
 
 
-def _print_one(offer: "Offered") -> None:
+def _print_one(entry: "CatalogueEntry") -> None:
     """Print a model or effect with its source, cost and parameters."""
-    screen.print(f"{offer.kind}: {offer.name}", style="bold")
-    screen.print(offer.summary, soft_wrap=True, markup=False)
-    time, runout = _cost(offer)
+    screen.print(f"{entry.kind}: {entry.name}", style="bold")
+    screen.print(entry.summary, soft_wrap=True, markup=False)
+    time, runout = _cost(entry)
     told = f"; on the demo pit time {time}, runout {runout}" if time else ""
-    screen.print(f"Source: {offer.source} ({offer.confirmed}){told}", soft_wrap=True, markup=False)
+    screen.print(f"Source: {entry.source} ({entry.confirmed}){told}", soft_wrap=True, markup=False)
     table = Table("parameter", "value", "default", "source", "confirmed", box=None, padding=GAP, pad_edge=False)
-    for each in offer.parameters:
+    for each in entry.parameters:
         default = "must be given" if each.required else "none" if each.default in (None, ()) else str(each.default)
         table.add_row(*map(escape, (each.name, each.meaning, default, each.source, each.confirmed)))
-    if offer.parameters:
+    if entry.parameters:
         screen.print(table)
 
 
-def _cost(offer: "Offered") -> tuple[str, str]:
+def _cost(entry: "CatalogueEntry") -> tuple[str, str]:
     """Return as text the ratio of times with and without the effect, and the change of runout; "" if not measured."""
-    if offer.cost is None:
+    if entry.cost is None:
         return "", ""
-    return f"{offer.cost['time']:.2f}", f"{100.0 * offer.cost['runout']:+.0f} %"
+    return f"{entry.cost['time']:.2f}", f"{100.0 * entry.cost['runout']:+.0f} %"

@@ -16,7 +16,7 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.values import Outcome
 
 if TYPE_CHECKING:
-    from rpf3d_core.runs.run import Run
+    from rpf3d_core.results.findings import Run
     from rpf3d_core.scene.model import Scene
     from rpf3d_core.setup.choices import Rocks
 
@@ -35,7 +35,7 @@ def run(
 
     Ctrl-C or SIGTERM while rocks fly stops the run; the rocks flown so far give a result that is marked as partial.
     """
-    from rpf3d_core.runs.run import run_scene
+    from rpf3d_core.runs.run import RunControl, run_scene
 
     began: list[float] = []
     try:
@@ -51,7 +51,8 @@ def run(
                 began.append(time.perf_counter())
                 writing()
 
-            result = run_scene(chosen, out, wanted, engine, seed, start, stop, write)
+            control = RunControl(progress=start, stop=stop, writing=write)
+            result = run_scene(chosen, out, wanted, engine, seed, control)
     except KeyboardInterrupt:
         end_interrupted("nothing was written")
     _print_run(result, time.perf_counter() - began[0])
@@ -76,7 +77,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     from rpf3d_core.results.hazard_zones import zones_without_cells
     from rpf3d_core.setup.warnings import warnings_of
 
-    totals, flights = result.totals, result.flights
+    prepared, totals, flights = result.prepared, result.totals, result.flights
     broken = [words_on_pieces(totals.rocks, totals.pieces)] if totals.pieces else []
     lost = [lost_in_words(result.maps.lost, totals.rocks)] if result.maps.lost else []
     _print_outcomes(result)
@@ -87,7 +88,7 @@ def _print_run(result: "Run", write_s: float) -> None:
     rocks = rocks_in_words(totals.rocks - totals.pieces) + (f" and {totals.pieces:,} pieces of them" if broken else "")
     screen.print(
         f"{rocks}, {totals.impacts:,} impacts, {flights.engine} engine: "
-        f"read {result.read_s:.1f} s, index {result.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
+        f"read {prepared.read_s:.1f} s, index {prepared.index_s:.1f} s, compile {flights.compile_s:.1f} s, "
         f"fly {flights.fly_s:.2f} s, write {write_s:.1f} s",
         soft_wrap=True,
     )

@@ -15,7 +15,7 @@ def study(
     rocks: Annotated[int | None, typer.Option(help="Rocks of each run, instead of the scenes' 100,000.")] = None,
 ) -> None:
     """Make a study of the thesis: resolution of the terrain, or localised coefficients of restitution."""
-    from rpf3d_core.runs.run import run_scene
+    from rpf3d_core.runs.run import RunControl, run_scene
     from rpf3d_core.runs.thesis import runs_of, study_named
     from rpf3d_core.runs.thesis_report import finding_header, finding_rows, report_of, verdict_of, write_report
 
@@ -24,7 +24,8 @@ def study(
     for done, (scene, folder) in enumerate(runs):
         try:
             with progress() as (begin, writing):
-                result = run_scene(scene, folder, rocks, progress=begin, writing=writing)
+                control = RunControl(progress=begin, writing=writing)
+                result = run_scene(scene, folder, rocks, control=control)
         except KeyboardInterrupt:
             end_interrupted(f"{done} of {len(runs)} runs are whole, and there is no comparison")
         screen.print(f"{scene.stem}: {rocks_in_words(result.totals.rocks)} in {folder.resolve()}", soft_wrap=True)

@@ -9,7 +9,7 @@ from rpf3d_core.ensemble.batch import NOTHING, Batch, joined_batches
 from rpf3d_core.ensemble.batches import Flight, Keep, RunControl, Watch, fly_batches
 from rpf3d_core.ensemble.flights import Deposits, Flights, FloatArray, Impacts, IntArray, Paths
 from rpf3d_core.ensemble.releases import Releases
-from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, warm
+from rpf3d_core.simulation.engines import FINAL_COLUMNS, SPIN_FINALS, Engine, precompile_flights
 from rpf3d_core.simulation.record import IMPACT_COLUMNS
 
 REFERENCE_ROCKS = 200
@@ -57,8 +57,9 @@ def fly_ensemble(
     Flights
         The same bits whatever the engine, the number of threads and the size of batches.
     """
-    compile_s = warm(engine, flight.models, flight.materials, flight.settings)
-    rocks = len(releases.x)
+    began = time.perf_counter()
+    precompile_flights(engine, flight.models, flight.materials, flight.settings)
+    compile_s, rocks = time.perf_counter() - began, len(releases.x)
     with_paths = np.zeros(rocks, dtype=bool)
     with_paths[spread_over(rocks, rocks if paths is None else paths)] = True
     keep = Keep(paths=with_paths, impacts=np.full(rocks, record), record=record)

@@ -66,7 +66,7 @@ class Breaking:
             some = rows_of_broken(broken, slice(begin, end))
             yield pieces_of(self._effect, seed, releases, some, self._numbered, self._compiled)
 
-    def warm(self) -> None:
+    def precompile(self) -> None:
         """Compile the functions that make fragments."""
         nothing = Releases(*(np.empty(0, np.int64),) * 2, *(np.empty((0, 3)),) * 2, *(np.empty(0),) * 2)
         pieces_of(self._effect, self.flight.settings.seed, nothing, NONE_BROKEN, {}, self._compiled)

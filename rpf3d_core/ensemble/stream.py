@@ -1,6 +1,5 @@
 """Fly any number of rocks in bounded memory: draw, fly, hand on and forget one block after another."""
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -37,15 +36,13 @@ class Shown:
     paths: IntArray
 
 
-def warm_pieces(engine: Engine, flight: Flight) -> float:
-    """Compile the functions that make fragments, if rocks may break; return the seconds it took."""
-    began = time.perf_counter()
+def precompile_fragments(engine: Engine, flight: Flight) -> None:
+    """Compile the functions that make fragments, if rocks may break."""
     effects = links_of(flight.models.effects)
     if isinstance(engine, Compiled) and any(breaks.has_rule(type(effect)) for effect in effects):
         from rpf3d_core.ensemble.pieces import Breaking
 
-        Breaking(flight).warm()
-    return time.perf_counter() - began
+        Breaking(flight).precompile()
 
 
 def shown_of(rocks: int, shown: int | None, paths: int) -> Shown:

@@ -66,7 +66,7 @@ def _header(path: Path, data: bytes) -> tuple[str, list[Element], int]:
             if words[:1] == ["format"]:
                 order = _ORDERS[words[1]]
             elif words[:1] == ["element"]:
-                elements.append(Element(words[1], _count(words[2]), ()))
+                elements.append(Element(name=words[1], rows=_count(words[2]), columns=()))
             elif words[:1] == ["property"]:
                 elements[-1] = elements[-1]._replace(columns=(*elements[-1].columns, _column(words[1:])))
     except (KeyError, ValueError, IndexError) as fault:

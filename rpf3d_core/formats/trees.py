@@ -92,7 +92,15 @@ def _tree(path: Path, row: Row, columns: dict[str, int]) -> Tree:
     kind = (row.cells[place] if place < len(row.cells) else "") or KINDS[0]
     if kind.lower() not in KINDS:
         raise InputError(f"{path}, line {row.line}: kind is {kind!r}, but must be {_listed(KINDS)}")
-    return Tree(row.line, numbers["east"] or 0.0, numbers["north"] or 0.0, dbh, height, kind.lower(), numbers["foot"])
+    return Tree(
+        line=row.line,
+        east=numbers["east"] or 0.0,
+        north=numbers["north"] or 0.0,
+        dbh=dbh,
+        height=height,
+        kind=kind.lower(),
+        foot=numbers["foot"],
+    )
 
 
 def _number(path: Path, row: Row, columns: dict[str, int], what: str) -> float | None:

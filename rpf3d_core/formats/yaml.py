@@ -1,8 +1,9 @@
 """Reader of a YAML file as plain values, with the line of every key for error messages.
 
 The reader takes only the YAML that scene files use: mappings, sequences and plain scalars by the YAML 1.2 core rules
-(so `1e-4` is a number and `no` a word), no tags and no aliases. A repeated key is a fault and does not silently
-overwrite the first one.
+(so `1e-4` is a number and `no` a word), and no tags. An alias (*name) stands for a copy of the value with the anchor
+(&name); aliases together may repeat MOST_REPEATED values. Merge keys (<<), which YAML 1.2 no longer has, are faults. A
+repeated key is a fault and does not silently overwrite the first one.
 """
 
 import re
@@ -20,6 +21,11 @@ INTEGER = re.compile(r"[-+]?[0-9]+")
 NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 NO_NUMBER = re.compile(r"[-+]?\.inf|\.nan", re.IGNORECASE)
 PLAIN_TAGS = {f"tag:yaml.org,2002:{kind}" for kind in ("str", "seq", "map")}
+
+MERGE_KEY = "<<"
+MOST_REPEATED = 100_000
+"""Most values (numbers, words, lists and mappings) that all aliases of a file together may repeat. Aliases of lists of
+aliases repeat exponentially many values: a few lines would fill the memory."""
 
 
 class Fault(NamedTuple):
@@ -41,18 +47,101 @@ class Document(NamedTuple):
     kind: str = "scene"
 
 
-class _Composer(yaml.BaseLoader):
-    """A YAML composer that keeps nodes with their lines, creates no objects and refuses aliases.
+class _Alias(yaml.Node):
+    """An alias, at its own place in the file; value : the node with the anchor."""
 
-    An alias could repeat its target without end.
-    """
+    def __init__(self, name: str, value: yaml.Node, mark: yaml.Mark) -> None:
+        super().__init__(value.tag, value, mark, mark)
+        self.name = name
+
+
+class _RefusedAlias(yaml.MarkedYAMLError):
+    """An alias that is valid YAML, but is not read."""
+
+    def __init__(self, alias: _Alias, problem: str) -> None:
+        super().__init__(problem=problem, problem_mark=alias.start_mark)
+
+
+class _Composer(yaml.BaseLoader):
+    """A YAML composer that keeps nodes and aliases with their lines, and creates no objects."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            mark = self.get_event().start_mark  # type: ignore[no-untyped-call]
-            problem = "aliases (*name) are not read here; write the values out"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
-        return super().compose_node(parent, index)
+        is_alias, event = self.check_event(yaml.AliasEvent), self.peek_event()  # type: ignore[no-untyped-call]
+        node: Any = super().compose_node(parent, index)
+        return _Alias(event.anchor, node, event.start_mark) if is_alias else node
+
+
+class _Reading:
+    """A file while it is turned into values.
+
+    alias : the alias whose copy is being made, the outermost of several; repeated : values copied so far
+    """
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.alias: _Alias | None = None
+        self.repeated = 0
+        self._open: list[yaml.Node] = []
+
+    def value(self, node: yaml.Node, path: KeyPath) -> Any:
+        """Return the values of a node; lines of the file are noted for its key path and all key paths below."""
+        line = node.start_mark.line + 1
+        self.document.lines.setdefault(path, line)
+        if isinstance(node, _Alias):
+            return self._copy(node, path)
+        self._count()
+        if node.tag not in PLAIN_TAGS:
+            self._fault(line, f"`{key_name(path)}` has the tag {node.tag}, but tags are not read here")
+            return None
+        if isinstance(node, yaml.ScalarNode):
+            return _scalar(node.value) if node.style is None else node.value
+        self._open.append(node)
+        if isinstance(node, yaml.MappingNode):
+            values: Any = self._mapping(node, path)
+        else:
+            values = tuple(self.value(item, (*path, i)) for i, item in enumerate(node.value))
+        self._open.pop()
+        return values
+
+    def _copy(self, alias: _Alias, path: KeyPath) -> Any:
+        """Return the values that an alias stands for."""
+        if any(alias.value is node for node in self._open):
+            raise _RefusedAlias(alias, f"the alias *{alias.name} stands inside its own anchor, so the value has no end")
+        outermost, self.alias = self.alias, self.alias or alias
+        values = self.value(alias.value, path)
+        self.alias = outermost
+        return values
+
+    def _count(self) -> None:
+        """Count a copied value; refuse the alias that repeats too many."""
+        if self.alias is None:
+            return
+        self.repeated += 1
+        if self.repeated > MOST_REPEATED:
+            problem = f"the alias *{self.alias.name} brings the values that aliases repeat to more than"
+            raise _RefusedAlias(self.alias, f"{problem} {MOST_REPEATED:,}; use fewer aliases")
+
+    def _mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for key, item in node.value:
+            line = key.start_mark.line + 1
+            if not isinstance(key, yaml.ScalarNode):
+                self._fault(line, f"a key in `{key_name(path)}` is not a word")
+                continue
+            full = (*path, key.value)
+            if key.value == MERGE_KEY and key.style is None:
+                self._fault(line, f"`{key_name(full)}` is a merge key, but these are not read here; write the keys out")
+                continue
+            if key.value in values:
+                first = self.document.lines[full]
+                self._fault(line, f"`{key_name(full)}` is given twice, first in line {first}")
+                continue
+            self.document.lines[full] = line
+            values[key.value] = self.value(item, full)
+        return values
+
+    def _fault(self, line: int, sentence: str) -> None:
+        self.document.faults.append(Fault(line, sentence))
 
 
 def read_yaml(path: Path, kind: str = "scene") -> Document:
@@ -63,10 +152,10 @@ def read_yaml(path: Path, kind: str = "scene") -> Document:
     SceneError
         If the file cannot be opened, is not UTF-8 text or is not YAML; names the file and, if known, the line.
     """
-    document = Document(None, {}, [], kind)
+    document = Document(values=None, lines={}, faults=[], kind=kind)
     try:
         root = yaml.compose(_text(path, kind), Loader=_Composer)
-        return document if root is None else document._replace(values=_value(root, (), document))
+        return document if root is None else document._replace(values=_Reading(document).value(root, ()))
     except yaml.YAMLError as error:
         raise SceneError(_yaml_sentence(path, error)) from None
     except RecursionError:
@@ -95,38 +184,8 @@ def _yaml_sentence(path: Path, error: yaml.YAMLError) -> str:
     where = f"{path}, line {mark.line + 1}" if mark else str(path)
     problem = getattr(error, "problem", None) or str(error).splitlines()[0]
     context = getattr(error, "context", None)
-    return f"{where}: not valid YAML: {problem}" + (f" ({context})" if context else "")
-
-
-def _value(node: yaml.Node, path: KeyPath, document: Document) -> Any:
-    line = node.start_mark.line + 1
-    document.lines.setdefault(path, line)
-    if node.tag not in PLAIN_TAGS:
-        document.faults.append(Fault(line, f"`{key_name(path)}` has the tag {node.tag}, but tags are not read here"))
-        return None
-    if isinstance(node, yaml.MappingNode):
-        return _mapping(node, path, document)
-    if isinstance(node, yaml.SequenceNode):
-        return tuple(_value(item, (*path, i), document) for i, item in enumerate(node.value))
-    is_plain = isinstance(node, yaml.ScalarNode) and node.style is None
-    return _scalar(node.value) if is_plain else node.value
-
-
-def _mapping(node: yaml.MappingNode, path: KeyPath, document: Document) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for key, item in node.value:
-        line = key.start_mark.line + 1
-        if not isinstance(key, yaml.ScalarNode):
-            document.faults.append(Fault(line, f"a key in `{key_name(path)}` is not a word"))
-            continue
-        full = (*path, key.value)
-        if key.value in values:
-            first = document.lines[full]
-            document.faults.append(Fault(line, f"`{key_name(full)}` is given twice, first in line {first}"))
-            continue
-        document.lines[full] = line
-        values[key.value] = _value(item, full, document)
-    return values
+    invalid = "" if isinstance(error, _RefusedAlias) else "not valid YAML: "
+    return f"{where}: {invalid}{problem}" + (f" ({context})" if context else "")
 
 
 def _scalar(text: str) -> Any:

@@ -6,8 +6,6 @@ on the maps, not on the number of rocks.
 
 import math
 import queue
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -65,23 +63,15 @@ class Tallies:
             self.barriers(batch, releases)
         return heights
 
-    def warm(self, wait: Callable[[], None] | None = None) -> float:
-        """Compile the functions that count; return the seconds it took.
-
-        wait : called before the loops that `loops` returns are needed
-        """
-        began = time.perf_counter()
-        scratch = self._scratch()
-        if wait:
-            wait()
+    def precompile(self) -> None:
+        """Compile the functions that count."""
+        scratch, nothing = self._scratch(), np.empty(0)
         self._fold(scratch)
-        nothing = np.empty(0)
         self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
         self.idle.put(scratch)
-        return time.perf_counter() - began
 
     def loops(self) -> tuple[Call, Call]:
-        """Return the loops of `warm` that take longest to compile, with arguments."""
+        """Return the loops of `precompile` that take longest to compile, with arguments."""
         scratch, nothing = self._scratch(), np.empty(0)
         self.idle.put(scratch)
         flown = self._flown(NOTHING, nothing, nothing)

@@ -72,7 +72,13 @@ def classes_of(grids: tuple[FloatArray, ...], binned: tuple[bool, ...], facets: 
     number = np.zeros(there.shape, np.int32)
     number[there] = place[row] + 1
     its_facets = np.bincount(place[row], weights=facets[there]).astype(np.int64)
-    return Classes(number, values, its_facets, len(rows), np.abs(rows - values[place]).max(axis=0))
+    return Classes(
+        number=number,
+        values=values,
+        facets=its_facets,
+        distinct=len(rows),
+        error=np.abs(rows - values[place]).max(axis=0),
+    )
 
 
 def _few(rows: FloatArray, binned: Cells) -> NDArray[np.int64]:

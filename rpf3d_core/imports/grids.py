@@ -107,7 +107,7 @@ def read_grids(files: Mapping[str, Path]) -> Grids:
     _refuse_unusable_cells(files[DEM], heights, transform)
     for name, (numbers, its) in read.items():
         _refuse_other_cells(files[name], numbers, its, files[DEM], heights, transform)
-    return Grids(dict(files), {name: numbers for name, (numbers, _) in read.items()}, transform)
+    return Grids(files=dict(files), values={name: numbers for name, (numbers, _) in read.items()}, transform=transform)
 
 
 def _refuse_unusable_cells(path: Path, heights: FloatArray, transform: Affine) -> None:

@@ -68,7 +68,7 @@ def write_imported(out: Path, made: ImportedScene) -> Imported:
             shutil.copyfile(path, folder / path.name.lower())
         (folder / SCENE).write_text(str(made.text), encoding="utf-8")
         read_scene(folder / SCENE)
-    return Imported(out.resolve() / SCENE, made.taken, made.text.left)
+    return Imported(scene=out.resolve() / SCENE, taken=made.taken, left=made.text.left)
 
 
 def terrain_name(grids: Grids) -> str:
@@ -83,7 +83,10 @@ def zones_of(classes: Classes, names: Sequence[str], materials: Sequence[Sequenc
     """
     largest = int(np.argmax(classes.facets))
     files = [None if i == largest else f"{ZONES}/{name}.geojson" for i, name in enumerate(names)]
-    return [MaterialZone(name, lines, file) for name, lines, file in zip(names, materials, files, strict=True)]
+    return [
+        MaterialZone(name=name, material=lines, polygons=file)
+        for name, lines, file in zip(names, materials, files, strict=True)
+    ]
 
 
 def binning(classes: Classes, what: Sequence[str]) -> list[str]:

@@ -88,14 +88,22 @@ def _made(folder: Path, grids: Grids, classes: Classes, blocks: Blocks) -> Impor
     materials = [_material(int(soil), moh, blocks.radius) for soil, *moh in classes.values.tolist()]
     forest, extra = forest_of(folder, grids), without_effect(folder, grids.files)
     text = SceneText(
-        HEAD, [*ALWAYS_LEFT, *_left(blocks), *_left_trees(forest, extra), *_binned(classes), *shifted_maps(grids)],
-        terrain_name(grids),
-        zones_of(classes, names, materials), _rock(blocks), _sources(blocks, grids),
-        [*_models(grids), *forest_lines(forest), *without_effect_lines(extra)],
+        head=HEAD,
+        left=[*ALWAYS_LEFT, *_left(blocks), *_left_trees(forest, extra), *_binned(classes), *shifted_maps(grids)],
+        terrain=terrain_name(grids), zones=zones_of(classes, names, materials), rock=_rock(blocks),
+        sources=_sources(blocks, grids), models=[*_models(grids), *forest_lines(forest), *without_effect_lines(extra)],
     )  # fmt: skip
     points = {"cells.csv": grids.centres(blocks.cells)}
     outlines = {} if forest is None else {WOODED: forest.cells}
-    return ImportedScene(text, _taken(grids, classes, blocks), grids, classes, points, outlines, extra)
+    return ImportedScene(
+        text=text,
+        taken=_taken(grids, classes, blocks),
+        grids=grids,
+        classes=classes,
+        points=points,
+        outlines=outlines,
+        extra=extra,
+    )
 
 
 def _zone_name(soil: float, *moh: float) -> str:

@@ -68,7 +68,7 @@ def blocks_of(grids: Grids) -> Blocks:
     at_rim = int((wanted & ~inside).sum())
     left_out = at_rim, int(wanted.sum() - cells.sum()) - at_rim
     names = tuple(FILLED[code][0] for code in np.unique(codes).tolist())
-    return Blocks(cells, left_out, density[cells], box * share, names)
+    return Blocks(cells=cells, left_out=left_out, density=density[cells], volume=box * share, shapes=names)
 
 
 def _refuse_sizeless(grids: Grids, cells: Cells) -> None:

@@ -69,7 +69,9 @@ def _means(grids: Grids, cells: Cells) -> ImportedForest:
     all_mean = float(np.average(mean, weights=stems))
     variance = np.average(sd**2 + (mean - all_mean) ** 2, weights=stems)
     share = float(np.average(conifers, weights=stems)) / PERCENT
-    return ImportedForest(cells, float(stems.mean()), all_mean, float(np.sqrt(variance)), share)
+    return ImportedForest(
+        cells=cells, stems=float(stems.mean()), dbh_mean=all_mean, dbh_sd=float(np.sqrt(variance)), conifers=share
+    )
 
 
 def has_forest() -> bool:

@@ -30,14 +30,14 @@ class Soil(NamedTuple):
 
 
 SOILS = (
-    Soil("river, swamp or other ground that a block goes into whole", 0.0, 0.0),
-    Soil("fine soil, deeper than about 1 m", 0.21, 0.25),
-    Soil("fine soil of less than about 1 m, or a mix of sand and gravel", 0.25, 0.31),
-    Soil("scree below about 10 cm, soil with small fragments of rock, or forest road", 0.30, 0.36),
-    Soil("talus above about 10 cm, or compact soil with large fragments of rock", 0.34, 0.42),
-    Soil("bedrock with a thin cover of weathered material", 0.39, 0.47),
-    Soil("bedrock", 0.48, 0.58),
-    Soil("asphalt road", 0.32, 0.39),
+    Soil(name="river, swamp or other ground that a block goes into whole", low=0.0, high=0.0),
+    Soil(name="fine soil, deeper than about 1 m", low=0.21, high=0.25),
+    Soil(name="fine soil of less than about 1 m, or a mix of sand and gravel", low=0.25, high=0.31),
+    Soil(name="scree below about 10 cm, soil with small fragments of rock, or forest road", low=0.30, high=0.36),
+    Soil(name="talus above about 10 cm, or compact soil with large fragments of rock", low=0.34, high=0.42),
+    Soil(name="bedrock with a thin cover of weathered material", low=0.39, high=0.47),
+    Soil(name="bedrock", low=0.48, high=0.58),
+    Soil(name="asphalt road", low=0.32, high=0.39),
 )
 """Soil types by code. Codes and descriptions are confirmed by another program that writes them; R_n is unconfirmed."""
 
@@ -79,4 +79,4 @@ def tangential_restitution(moh: Sequence[float], radius: float) -> CoefficientSp
     mean = float(weights @ drawn.mean(axis=1))
     variance = float(weights @ ((drawn - mean) ** 2).mean(axis=1))
     low, high = float(ends.min()), float(ends.max())
-    return CoefficientSpread(min(max(mean, low), high), variance**0.5, low, high)
+    return CoefficientSpread(mean=min(max(mean, low), high), sd=variance**0.5, low=low, high=high)

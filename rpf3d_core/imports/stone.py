@@ -131,13 +131,15 @@ def _made(grids: Grids, classes: Classes, starts: StoneStarts, unit: Restitution
     materials = [_material(row, unit) for row in classes.values.tolist()]
     sources = ["sources:"] + [line for start in starts.starts for line in _source(start)]
     text = SceneText(
-        HEAD, [*_left(starts), *_binned(classes, unit), *shifted_maps(grids)], terrain_name(grids),
-        zones_of(classes, names, materials),
-        ["# STONE knows no size: energies hold for this one.", "rock: {density: 2700, diameter: 1.0}"], sources,
-        _models(grids),
+        head=HEAD, left=[*_left(starts), *_binned(classes, unit), *shifted_maps(grids)], terrain=terrain_name(grids),
+        zones=zones_of(classes, names, materials),
+        rock=["# STONE knows no size: energies hold for this one.", "rock: {density: 2700, diameter: 1.0}"],
+        sources=sources, models=_models(grids),
     )  # fmt: skip
     points = {f"{start.direction}.csv": start.points for start in starts.starts}
-    return ImportedScene(text, _taken(grids, classes, starts, unit), grids, classes, points)
+    return ImportedScene(
+        text=text, taken=_taken(grids, classes, starts, unit), grids=grids, classes=classes, points=points
+    )
 
 
 def _zone_name(stops: float, normal_: float, tangential: float, friction: float) -> str:

@@ -73,7 +73,12 @@ def starts_of(grids: Grids) -> StoneStarts:
     _refuse_too_many(grids, int(rocks[cells].sum()) // each)
     towards = [(k, cells & (steepest == k)) for k in range(len(NEIGHBOURS))]
     starts = [_start(grids, k, its, rocks, each) for k, its in towards if its.any()]
-    return StoneStarts(starts, int(cells.sum()), int((cells & (fall <= 0.0)).sum()), int(wanted.sum() - cells.sum()))
+    return StoneStarts(
+        starts=starts,
+        cells=int(cells.sum()),
+        rising=int((cells & (fall <= 0.0)).sum()),
+        left_out=int(wanted.sum() - cells.sum()),
+    )
 
 
 def source_rocks(grids: Grids) -> NDArray[np.int64]:
@@ -110,7 +115,7 @@ def steepest_neighbour(grids: Grids) -> tuple[NDArray[np.int64], FloatArray]:
 def _start(grids: Grids, direction: int, cells: Cells, rocks: NDArray[np.int64], each: int) -> Start:
     name = list(NEIGHBOURS)[direction]
     points = np.repeat(grids.centres(cells), rocks[cells] // each, axis=0)
-    return Start(name, NEIGHBOURS[name], points, int(rocks[cells].sum()))
+    return Start(direction=name, step=NEIGHBOURS[name], points=points, rocks=int(rocks[cells].sum()))
 
 
 def _refuse_too_many(grids: Grids, lines: int) -> None:

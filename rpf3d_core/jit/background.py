@@ -43,9 +43,9 @@ class BackgroundCompiler:
     def __init__(self, process: "subprocess.Popen[bytes] | None") -> None:
         self._process = process
         self._awaited: list[str] = []
-        self._heard: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._answers: queue.SimpleQueue[str] = queue.SimpleQueue()
         if process is not None:
-            threading.Thread(target=_listen, args=(process, self._heard), daemon=True).start()
+            threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
 
     def compile(self, *calls: Call) -> None:
         """Order the compilation of loops; the caller must not call these loops before `wait`.
@@ -53,11 +53,11 @@ class BackgroundCompiler:
         Otherwise two processes could write the same file of the cache.
         """
         if self._process is not None:
-            self._tell([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
+            self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
         """Order calls of functions that call loops; the caller must not call any of these loops before `wait`."""
-        self._tell([(*_address(function), None) for function in functions])
+        self._order([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
         """Wait until some loops and functions are done; without arguments wait for all and end the process.
@@ -68,7 +68,7 @@ class BackgroundCompiler:
         wanted = {".".join(_address(part)) for part in parts} or set(self._awaited)
         while self._process is not None and not wanted.isdisjoint(self._awaited):
             try:
-                self._hear(self._heard.get(timeout=max(until - time.monotonic(), 0.0)))
+                self._note(self._answers.get(timeout=max(until - time.monotonic(), 0.0)))
             except queue.Empty:
                 self.end()
         if not parts:
@@ -78,7 +78,7 @@ class BackgroundCompiler:
         """True if there is nothing to wait for, for a loop or a function."""
         with suppress(queue.Empty):
             while True:
-                self._hear(self._heard.get_nowait())
+                self._note(self._answers.get_nowait())
         return self._process is None or ".".join(_address(part)) not in self._awaited
 
     def end(self) -> None:
@@ -92,7 +92,8 @@ class BackgroundCompiler:
                 process.stdin.close()
         process.wait()
 
-    def _tell(self, work: list[Work]) -> None:
+    def _order(self, work: list[Work]) -> None:
+        """Send work to the background process."""
         if self._process is None or self._process.stdin is None:
             return
         self._awaited += [f"{module}.{name}" for module, name, _ in work]
@@ -100,30 +101,31 @@ class BackgroundCompiler:
             self._process.stdin.write(pickle.dumps(pickle.dumps((compiled_apart(), work))))
             self._process.stdin.flush()
 
-    def _hear(self, said: str) -> None:
-        if said == ENDED:
+    def _note(self, answer: str) -> None:
+        """Note a finished part, or the end of the process."""
+        if answer == ENDED:
             self.end()
-        elif said.strip() in self._awaited:
-            self._awaited.remove(said.strip())
+        elif answer.strip() in self._awaited:
+            self._awaited.remove(answer.strip())
 
 
 ENDED = ""
 """The line that stands for the end of the process."""
-ALONE = BackgroundCompiler(None)
+NO_BACKGROUND = BackgroundCompiler(None)
 """A compiler without a background process."""
 
 
 @contextmanager
-def compiling_beside(*loops: Any) -> Iterator[BackgroundCompiler]:
+def background_compiler(*loops: Any) -> Iterator[BackgroundCompiler]:
     """Yield a background compiler for some loops; the process starts at once, because its imports take a second.
 
     No process starts if no core is free, if the loops are already compiled, or if they cannot be kept on disk.
     """
-    beside = BackgroundCompiler(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
+    compiler = BackgroundCompiler(_started(loops) if loops and has_spare_core() and _are_missing(loops) else None)
     try:
-        yield beside
+        yield compiler
     finally:
-        beside.end()
+        compiler.end()
 
 
 def has_spare_core() -> bool:
@@ -134,7 +136,7 @@ def has_spare_core() -> bool:
 
 def _are_missing(loops: Sequence[Any]) -> bool:
     """True if all loops are missing from the cache, and the cache would keep them."""
-    return all(hasattr(loop, "typeof_pyval") and not is_cached(loop.__name__) for loop in loops) and keeps_compiled()
+    return all(hasattr(loop, "typeof_pyval") and not is_cached(loop) and keeps_compiled(loop) for loop in loops)
 
 
 def _address(part: Any) -> tuple[str, str]:
@@ -142,13 +144,13 @@ def _address(part: Any) -> tuple[str, str]:
     return part.__module__, part.__name__
 
 
-def _listen(process: "subprocess.Popen[bytes]", heard: "queue.SimpleQueue[str]") -> None:
+def _listen(process: "subprocess.Popen[bytes]", answers: "queue.SimpleQueue[str]") -> None:
     """Put the output of a process into a queue, line by line, and ENDED after the last line."""
     if process.stdout is not None:
         with process.stdout as lines:
             for line in lines:
-                heard.put(line.decode(errors="replace"))
-    heard.put(ENDED)
+                answers.put(line.decode(errors="replace"))
+    answers.put(ENDED)
 
 
 def _started(loops: Sequence[Any]) -> "subprocess.Popen[bytes] | None":

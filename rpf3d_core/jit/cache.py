@@ -18,9 +18,12 @@ except ImportError:
 
 SOURCES = Path(__file__).parents[1]
 """The package whose sources are compiled."""
-MARK = re.compile(r"^@(?:kernel|loop|guarded|model_function|\w+\.(?:rule|otherwise))\b", re.MULTILINE)
-"""Matches a decorator that registers a function for compiled code."""
-IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
+PACKAGE = f"{__name__.partition('.')[0]}."
+STUB = re.compile(r"^@model_function\ndef (\w+)", re.MULTILINE)
+"""Matches the registration of a model function."""
+RULE = re.compile(r"^@(\w+)\.(?:rule|otherwise)\b", re.MULTILINE)
+"""Matches the registration of a rule of a model function."""
+IMPORT = re.compile(r"^\s*from rpf3d_core([\w.]*) import (?:\(([^)]*)\)|([^#\n]*))", re.MULTILINE)
 
 LOOPS: list[Any] = []
 """All loops, so that `compile_apart` can change the cache folder of each."""
@@ -36,7 +39,7 @@ def compile_apart(digest: str) -> None:
     """
     _foreign.add(digest)
     for each in LOOPS:
-        with in_cache_folder() as usable:
+        with in_cache_folder(each.__module__) as usable:
             if usable:
                 each.enable_caching()
 
@@ -46,31 +49,31 @@ def compiled_apart() -> list[str]:
     return sorted(_foreign)
 
 
-def cache_folder() -> Path:
-    """Return the folder for the compiled code of these sources."""
-    digest = source_digest()
+def cache_folder(module: str) -> Path:
+    """Return the folder for the compiled code of the loops of a module: one for each state of their sources."""
+    digest = source_digest(module)
     if _foreign:
         digest += "-" + hashlib.sha256("".join(sorted(_foreign)).encode()).hexdigest()[:16]
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rpf3d" / digest
 
 
-def is_cached(function: str, *classes: type) -> bool:
-    """True if a `loop` function of this name is on disk, compiled for arguments of the given classes."""
+def is_cached(loop: Any, *classes: type) -> bool:
+    """True if a loop is on disk, compiled for arguments of the given classes."""
     with suppress(OSError):
-        indexes = [path.read_bytes() for path in cache_folder().rglob(f"*.{function}-*.nbi")]
-        return any(all(cls.__name__.encode() in index for cls in classes) for index in indexes)
+        found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
+        return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
     return False
 
 
-def keeps_compiled() -> bool:
-    """True if compiled code is kept on disk."""
-    with in_cache_folder() as usable:
+def keeps_compiled(loop: Any) -> bool:
+    """True if the compiled code of a loop is kept on disk."""
+    with in_cache_folder(loop.__module__) as usable:
         return usable
 
 
 @contextmanager
-def in_cache_folder() -> Iterator[bool]:
-    """Point numba's cache at a folder named after the sources; yield whether the folder is usable.
+def in_cache_folder(module: str) -> Iterator[bool]:
+    """Point numba's cache at the folder for the loops of a module; yield whether the folder is usable.
 
     numba checks only the file of the decorated function: after an edit in a file that the function calls, stale code
     would run. If the folder is not writable, each process compiles again; numba's own choice of folder would lack this
@@ -78,7 +81,7 @@ def in_cache_folder() -> Iterator[bool]:
     """
     config: Any = numba.config if numba else None
     before = config.CACHE_DIR
-    folder = cache_folder()
+    folder = cache_folder(module)
     with suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
     usable = os.access(folder, os.W_OK | os.X_OK)
@@ -89,36 +92,60 @@ def in_cache_folder() -> Iterator[bool]:
         config.CACHE_DIR = before
 
 
-def source_digest() -> str:
-    """Return the first 16 hex digits of the SHA-256 of the source files that compiled code comes from."""
-    return _digest(SOURCES)
+def source_digest(module: str) -> str:
+    """Return the first 16 hex digits of the SHA-256 of the source files that the loops of a module come from."""
+    return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
 
 @lru_cache
-def _digest(root: Path) -> str:
-    digest = hashlib.sha256()
-    texts = {path.relative_to(root).with_suffix("").as_posix(): path.read_text("utf-8") for path in root.rglob("*.py")}
-    for name in sorted(kernel_sources(texts)):
-        digest.update(name.encode() + texts[name].encode())
+def _digest(root: Path, file: str) -> str:
+    digest, package = hashlib.sha256(), _package(root)
+    for name in sorted(package.kernel_sources(file)):
+        digest.update(name.encode() + package.texts[name].encode())
     return digest.hexdigest()[:16]
 
 
-def kernel_sources(texts: Mapping[str, str]) -> set[str]:
-    """Return the files that register compiled functions, and all files that these import, directly or not.
+@lru_cache(maxsize=1)
+def _package(root: Path) -> "PackageSources":
+    return PackageSources(
+        {path.relative_to(root).with_suffix("").as_posix(): path.read_text("utf-8") for path in root.rglob("*.py")}
+    )
 
-    Compiled code keeps the values of the globals that it reads, so an edit in an imported file counts as well.
 
-    Parameters
-    ----------
+class PackageSources:
+    """The sources of a package, and which of them the compiled code of a file depends on.
+
     texts : file of the package, without its suffix (`terrain/facets`) -> its source
     """
-    found = {name for name, text in texts.items() if MARK.search(text)}
-    waiting = list(found)
-    while waiting:
-        new = {name for name in _imported(texts[waiting.pop()]) if name in texts} - found
-        found |= new
-        waiting += new
-    return found
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        """Find the files that register a model function, and those that register a rule."""
+        self.texts = texts
+        self._stubs = {name: set(STUB.findall(text)) for name, text in texts.items()}
+        self._rules = {name: set(RULE.findall(text)) for name, text in texts.items()}
+        known = set().union(*self._stubs.values())
+        self._always = {name for name, rules in self._rules.items() if rules - known}
+
+    def kernel_sources(self, file: str) -> set[str]:
+        """Return the files that loops of a file can be compiled from; the file itself is one of them.
+
+        These are the files that they import, directly or not, because compiled code keeps the values of the globals
+        that it reads; and for each model function among them the files that register a rule for it. A rule of a name
+        that no model function has may belong to any: it counts for all loops. A file outside the package may import
+        all files.
+        """
+        if file not in self.texts:
+            return set(self.texts)
+        found = {file, *self._always}
+        waiting = list(found)
+        while waiting:
+            name = waiting.pop()
+            used = {each for each in _imported(self.texts[name]) if each in self.texts}
+            if stubs := self._stubs[name]:
+                used |= {each for each, rules in self._rules.items() if rules & stubs}
+            waiting += used - found
+            found |= used
+        return found
 
 
 def _imported(text: str) -> Iterator[str]:

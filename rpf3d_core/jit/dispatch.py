@@ -73,7 +73,7 @@ def loop(function: F) -> F:
     if numba is None:
         function.py_func = function  # type: ignore[attr-defined]
         return function
-    with in_cache_folder() as usable:
+    with in_cache_folder(function.__module__) as usable:
         compiled: F = numba.njit(nogil=True, cache=usable, **OPTIONS)(function)
     LOOPS.append(compiled)
     return compiled

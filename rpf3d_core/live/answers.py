@@ -23,6 +23,7 @@ from rpf3d_core.hazard.tallies import Tallies
 from rpf3d_core.live.released import ReleaseSpread, released_over, releases_of
 from rpf3d_core.live.standing import Outlines, PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
+from rpf3d_core.setup.rounds import doubling_rounds
 from rpf3d_core.values import Outcome
 
 BLOCK = 1024
@@ -125,7 +126,7 @@ def answers(
     if not len(released.places):
         yield answer(0, True, no_flights(standing), tallies.maps(0, names))
         return
-    plan = rounds(released.first_round(size.first), scene.target.most_rocks, size.least)
+    plan = doubling_rounds(released.first_round(size.first), scene.target.most_rocks, size.least)
     stream, steps = _stream(standing, tallies, outcomes, plan[0][1]), []
     for stage, (first, last) in enumerate(plan):
         blocks, stream.stop = blocks_of(first, last, BLOCK if stage else None), partial(stop, stage)
@@ -138,23 +139,6 @@ def answers(
         yield answer(stage, complete, stream.flights(0.0, time.perf_counter() - began), maps)
         if complete:
             return
-
-
-def rounds(first: Sequence[int], most: int, least: int = 0) -> list[tuple[Sequence[int], Sequence[int]]]:
-    """Plan the stages: the rocks of each source, from one number up to and excluding another.
-
-    The first stage has the counts of `first`, the next stages double the counts while the sum is at most `most`. The
-    first stage is flown even if it is larger than that, because an answer needs at least one rock from each source. If
-    the last stage has fewer than `least` rocks, another stage with at least that many follows.
-    """
-    done, counts = [0] * len(first), list(first)
-    plan: list[tuple[Sequence[int], Sequence[int]]] = [(done, counts)]
-    while 2 * sum(counts) <= most:
-        done, counts = counts, [2 * n for n in counts]
-        plan.append((done, counts))
-    if 0 < sum(counts) < least:
-        plan.append((counts, [-(-n * least // sum(counts)) for n in counts]))
-    return plan
 
 
 def no_flights(standing: PreparedTerrain) -> Flights:

@@ -23,7 +23,7 @@ from rpf3d_core.hazard.walks.ground import ground_after, ground_over
 from rpf3d_core.live.cells import TerrainCells, cells_after, cells_over
 from rpf3d_core.live.ground import Changed
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.areas import area_outlines
+from rpf3d_core.setup.areas import area_outlines, read_areas
 from rpf3d_core.setup.builders.hazard import empty_barriers, memory_of_bins, scales_over
 from rpf3d_core.setup.prepared import scene_flight, scene_raster
 from rpf3d_core.setup.sources import rock_of
@@ -145,7 +145,7 @@ def stand_on(ground: Surveyed, scene: Scene) -> PreparedTerrain:
     """
     terrain, engine, facets = ground.terrain, ground.engine, ground.facets
     flight, raster = scene_flight(scene, terrain), scene_raster(scene, terrain, (facets.low, facets.high))
-    outlines, compiled = area_outlines(scene, terrain), isinstance(engine, Compiled)
+    outlines, compiled = area_outlines(scene, terrain, read_areas(scene)), isinstance(engine, Compiled)
     locator = engine.locator if isinstance(engine, Compiled) else bucket_locator(ground.facets)
     walked = ground_over(ground.facets, locator, raster)
     rock, zones, spins = rock_of(scene.rock), len(terrain.zones), spins_of(flight.models)

@@ -57,8 +57,22 @@ def hazard_layers(maps: HazardMaps) -> list[Layer]:
     """Return the layers of a recording, from the lowest above the terrain to the highest."""
     share, energy = reach_probability(maps.facets, maps.flown), maps.facets.energy.p95
     return [
-        Layer(REACH, "Reach probability", share, reach_scale(maps.flown, share), "%", 0.01),
-        Layer(ENERGY, "Energy, p95", energy, scale_of_energy(energy), "kJ", JOULE_PER_KJ),
+        Layer(
+            entity=REACH,
+            title="Reach probability",
+            values=share,
+            scale=reach_scale(maps.flown, share),
+            unit="%",
+            per_unit=0.01,
+        ),
+        Layer(
+            entity=ENERGY,
+            title="Energy, p95",
+            values=energy,
+            scale=scale_of_energy(energy),
+            unit="kJ",
+            per_unit=JOULE_PER_KJ,
+        ),
     ]
 
 

@@ -6,10 +6,9 @@ log, the document and the name of the 3D view. rerun is imported only when a rec
 a recording does not need it.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -20,12 +19,12 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.recordings.blueprint import TIMELINE, blueprint
 from rpf3d_core.recordings.hazard import log_hazard
+from rpf3d_core.recordings.log_text import RecordedScene, document, outcome_line, rock_name, scene_lines, sentences_of
 from rpf3d_core.recordings.obstacles import log_obstacles
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
 from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
-from rpf3d_core.values import DEPOSITED, OUTCOME_SENTENCES, Outcome
+from rpf3d_core.values import DEPOSITED, Outcome
 
 APPLICATION = "rpf3d"
 FRAMES = 500
@@ -41,61 +40,6 @@ ROCK_COLOUR = (255, 140, 0)
 ROCK_PIXELS, DEPOSIT_PIXELS = 4.0, 3.0
 """Radii on the screen (pixels), because a rock of 1 m cannot be seen in a pit of 1 km. rerun takes negative radii as
 sizes on the screen."""
-
-
-class RecordedSource(Protocol):
-    """Attributes of a source that a recording needs."""
-
-    @property
-    def name(self) -> str:
-        """Name of the source."""
-
-
-class RecordedOutputs(Protocol):
-    """Attributes of a scene's output settings that a recording needs."""
-
-    @property
-    def trajectories(self) -> int:
-        """Number of rocks to show."""
-
-
-class RecordedMethod(Protocol):
-    """Attributes of the method that finds contacts which a recording needs."""
-
-    def describe(self) -> str:
-        """Return the method in words."""
-
-
-class RecordedScene(Protocol):
-    """Attributes of a scene that a recording needs; `scene.model.Scene` has them."""
-
-    @property
-    def path(self) -> Path:
-        """The scene file, quoted in the recording."""
-
-    @property
-    def seed(self) -> int:
-        """Seed of the random numbers."""
-
-    @property
-    def gravity(self) -> float:
-        """Gravity (m/s^2)."""
-
-    @property
-    def sources(self) -> Sequence[RecordedSource]:
-        """Sources; `Deposits.source` is an index into them."""
-
-    @property
-    def materials(self) -> Mapping[str, Any]:
-        """Materials by zone or pattern of zones."""
-
-    @property
-    def method(self) -> RecordedMethod:
-        """Method that finds contacts."""
-
-    @property
-    def outputs(self) -> RecordedOutputs:
-        """Output settings."""
 
 
 def write_recording(
@@ -145,7 +89,7 @@ def write_recording(
     log_moving_rocks(recording, flights, rows, scene.gravity)
     log_series(recording, names, flights, scene.gravity)
     log_scene(recording, scene, terrain, summary or {})
-    log_outcomes(recording, names, terrain, flights.deposits, _sentences(summary or {}))
+    log_outcomes(recording, names, terrain, flights.deposits, sentences_of(summary or {}))
     close_recording(recording, path)
 
 
@@ -239,12 +183,6 @@ def log_scene(recording: Any, scene: RecordedScene, terrain: Terrain, summary: M
     recording.log("document", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
 
 
-def _sentences(summary: Mapping[str, Any]) -> dict[Outcome, str]:
-    """Return the sentence of each outcome: the summary's, or the default sentence if the summary has none."""
-    told = {name: entry["sentence"] for name, entry in summary.get("outcomes", {}).items() if "sentence" in entry}
-    return OUTCOME_SENTENCES | {Outcome[name.upper()]: sentence for name, sentence in told.items()}
-
-
 def log_outcomes(
     recording: Any, names: Sequence[str], terrain: Terrain, deposits: Deposits, sentences: Mapping[Outcome, str]
 ) -> None:
@@ -258,56 +196,6 @@ def log_outcomes(
         lines.append(f"{len(deposits.t) - LOGGED_ROCKS} more rocks are in deposits.csv only")
         levels, times = [*levels, "WARN"], np.append(times, times[-1])
     _send(recording, "log/rocks", times, rr.TextLog.columns(text=lines, level=levels))
-
-
-def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> list[str]:
-    """Return the lines of the log on a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
-    faults = summary.get("terrain", {}).get("faults", {})
-    counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
-    outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
-    return [
-        f"scene {scene.path.name}, seed {scene.seed}, method {scene.method.describe()}",
-        f"terrain: {len(terrain.triangles)} triangles in the zones {', '.join(terrain.zones)}",
-        frame_line(terrain.frame),
-        *([f"mesh: {counted}"] if counted else []),
-        *(f"material {name}: {material}" for name, material in scene.materials.items()),
-        *([f"outcomes: {outcomes}"] if outcomes else []),
-    ]
-
-
-def frame_line(frame: Frame) -> str:
-    """Return the sentence that explains how to convert positions in the recording to the input's coordinates."""
-    east, north, up = frame.origin
-    turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
-    return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
-
-
-def outcome_line(
-    names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
-) -> str:
-    """Return the line of the log on a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
-    outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
-    where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
-    return (
-        f"{rock_name(names, deposits, row)}: {outcome.name.lower()}, {sentences[outcome]}{where}; "
-        f"{deposits.t[row]:.1f} s, {deposits.path[row]:.1f} m, {deposits.impacts[row]} impacts, "
-        f"fastest {deposits.max_speed[row]:.1f} m/s"
-    )
-
-
-def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
-    """Return the name of a rock: its source and its number in the source."""
-    return f"{names[deposits.source[row]]} {deposits.rock[row]}"
-
-
-def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
-    """Return the recording's document in Markdown: the lines of the log, the scene file unchanged, the summary."""
-    parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
-    if scene.path.is_file():
-        parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")
-    if summary:
-        parts.append(f"## Summary\n```json\n{json.dumps(summary, indent=2)}\n```")
-    return "\n\n".join(parts)
 
 
 def _send(recording: Any, entity: str, seconds: FloatArray, columns: Any) -> None:

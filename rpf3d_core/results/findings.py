@@ -1,4 +1,4 @@
-"""The data from which the files of a result are written: counts of rocks, and everything that a run has found."""
+"""A run: a prepared scene and the results of its rocks."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -9,9 +9,10 @@ from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.hazard.convergence import Step
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.prepared import Prepared
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.mesh.faults import FaultReport
-from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
+from rpf3d_core.terrain.obstacles import Obstacles
 from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
 
 
@@ -60,29 +61,52 @@ class MapContent(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
-    """A scene, its terrain, and the results of its rocks.
+class Run:
+    """A prepared scene and the results of its rocks, from which the files of a result are written.
 
-    flights : of the rocks that are drawn, all or an even selection; totals, maps : of all rocks flown
+    flights : of all rocks or, if the run was written to disk, of the rocks that are drawn, an even selection
+    totals, maps : of all rocks flown
     planned : rocks that should fly; more than the rocks flown if the run was interrupted
     steps : convergence after each doubling if the scene says `rocks: auto`, else empty
-    obstacles : of the scene's effects; timings : name -> wall seconds, such as `read_s` and `wall_s`
+    wall_s : wall seconds from the start of the preparation until the last rock has flown
     """
 
-    scene: Scene
-    terrain: Terrain
-    faults: FaultReport
+    prepared: Prepared
     flights: Flights
     totals: Totals
     maps: HazardMaps
     planned: int
-    steps: tuple[Step, ...]
-    timings: Mapping[str, float]
-    obstacles: Obstacles = NO_OBSTACLES
+    wall_s: float
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.prepared.scene
+
+    @property
+    def terrain(self) -> Terrain:
+        """The terrain that the rocks flew over."""
+        return self.prepared.terrain
+
+    @property
+    def faults(self) -> FaultReport:
+        """Faults of the terrain's mesh that were found and repaired."""
+        return self.prepared.faults
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Barriers and trees of the scene."""
+        return self.prepared.obstacles
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Wall seconds by name: `read_s`, `index_s` (see `Prepared`) and `wall_s`."""
+        return {"read_s": self.prepared.read_s, "index_s": self.prepared.index_s, "wall_s": self.wall_s}
 
     @property
     def flown(self) -> RunCounts:
-        """Numbers of rocks behind the findings."""
+        """Numbers of rocks behind the results."""
         return RunCounts(
             rocks=self.totals.rocks, planned=self.planned, outcomes=self.totals.outcomes, pieces=self.totals.pieces
         )
@@ -93,5 +117,5 @@ def sentence_of(outcome: Outcome, scene: Scene) -> str:
 
     A ground model may have its own sentence for STOPPED, for example if it ignores friction.
     """
-    stopped = scene.ground.offer.STOPPED
+    stopped = scene.ground.model_spec.STOPPED
     return stopped if outcome == Outcome.STOPPED and stopped is not None else OUTCOME_SENTENCES[outcome]

@@ -13,10 +13,9 @@ from rpf3d_core.ensemble.paths import PathSamples, displayed_rows, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.results import tables
 from rpf3d_core.results import trace_map as vtp
-from rpf3d_core.results.findings import Findings, MapContent
+from rpf3d_core.results.findings import MapContent, Run
 from rpf3d_core.results.hazard_folder import write_hazard
 from rpf3d_core.results.summary import summary
-from rpf3d_core.setup.areas import local_outlines, read_areas
 
 Record = Callable[[Path, dict[str, Any]], None]
 """Function of (path, summary) that writes a recording to the path."""
@@ -125,7 +124,7 @@ def _replace(target: Path, part: Path) -> None:
     shutil.rmtree(old, ignore_errors=True)
 
 
-def write_all_tables(folder: Path, findings: Findings) -> None:
+def write_all_tables(folder: Path, findings: Run) -> None:
     """Write deposits.csv and impacts.parquet of a run whose rocks are all in memory."""
     scene, sources = findings.scene, [source.name for source in findings.scene.sources]
     place = (folder, sources, findings.terrain, scene.rock.density)
@@ -133,7 +132,7 @@ def write_all_tables(folder: Path, findings: Findings) -> None:
         sink(findings.flights.deposits, findings.flights.impacts)
 
 
-def write_findings(folder: Path, findings: Findings, record: Record | None = None) -> None:
+def write_findings(folder: Path, findings: Run, record: Record | None = None) -> None:
     """Write every file of a result, except the tables of all rocks, into an existing folder.
 
     The summary is written last because it states how long the other files took.
@@ -152,7 +151,7 @@ def write_findings(folder: Path, findings: Findings, record: Record | None = Non
     facts = summary(findings)
     paths, scene = findings.flights.paths, findings.scene
     samples = sample_paths(paths, displayed_rows(paths, scene.outputs.trajectories), gravity=scene.gravity)
-    outlines = {name: local_outlines(findings.terrain.frame, area) for name, area in read_areas(scene).items()}
+    outlines = dict(findings.prepared.outlines)
     _write_paths(folder, findings, samples)
     content = MapContent(name=scene.path.stem, terrain=findings.terrain, areas=outlines, flown=findings.flown)
     _write_hazard(folder, findings, content)
@@ -161,24 +160,24 @@ def write_findings(folder: Path, findings: Findings, record: Record | None = Non
     if record is not None:
         record(folder / "run.rrd", facts)
     facts["write_s"] = time.perf_counter() - start
-    facts["total_s"] = findings.timings.get("wall_s", 0.0) + facts["write_s"]
+    facts["total_s"] = findings.wall_s + facts["write_s"]
     (folder / SUMMARY).write_text(json.dumps(facts, indent=2, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def _write_paths(folder: Path, findings: Findings, samples: PathSamples) -> None:
+def _write_paths(folder: Path, findings: Run, samples: PathSamples) -> None:
     sources, terrain, flights = [s.name for s in findings.scene.sources], findings.terrain, findings.flights
     tables.write_trajectories(folder / "trajectories.parquet", sources, terrain, flights.deposits, samples)
     vtp.write_terrain(folder / "terrain.vtp", terrain, flights.impacts, findings.maps)
     vtp.write_trajectories(folder / "trajectories.vtp", sources, terrain, flights.deposits, samples)
 
 
-def _write_hazard(folder: Path, findings: Findings, content: MapContent) -> None:
+def _write_hazard(folder: Path, findings: Run, content: MapContent) -> None:
     scene, releases = findings.scene, findings.flights.deposits.release
     pictures = scene.outputs.pictures
     write_hazard(folder / "hazard", content, findings.maps, scene.hazard, scene.terrain.crs, releases, pictures)
 
 
-def _write_pictures(folder: Path, findings: Findings, samples: PathSamples, content: MapContent) -> None:
+def _write_pictures(folder: Path, findings: Run, samples: PathSamples, content: MapContent) -> None:
     # Imported here because matplotlib takes most of a second to import: only a run with pictures needs it.
     from rpf3d_core.results.plots_convergence import write_convergence
     from rpf3d_core.results.plots_map import write_map

@@ -17,7 +17,7 @@ from rpf3d_core.hazard.benches import bench_table, benches_section, lost_in_word
 from rpf3d_core.hazard.convergence import convergence_section
 from rpf3d_core.hazard.maps import HazardMaps, reach_probability
 from rpf3d_core.hazard.passages import passage_per_metre
-from rpf3d_core.results.findings import Findings, sentence_of
+from rpf3d_core.results.findings import Run, sentence_of
 from rpf3d_core.results.hazard_zones import zones_section
 from rpf3d_core.results.observed import compare
 from rpf3d_core.scene.model import Scene
@@ -32,7 +32,7 @@ PACKAGES = ("rpf3d", "numpy", "numba", "vtk", "pyarrow", "matplotlib", "shapely"
 """Packages whose versions summary.json records."""
 
 
-def summary(findings: Findings) -> dict[str, Any]:
+def summary(findings: Run) -> dict[str, Any]:
     """Return the summary of a run as plain values, ready for JSON.
 
     Raises
@@ -113,11 +113,11 @@ def _settings(scene: Scene) -> dict[str, Any]:
     return {
         "seed": scene.seed,
         "rebound": scene.rebound.name,
-        "rebound_parameters": scene.rebound.offer.model_dump(mode="json"),
+        "rebound_parameters": scene.rebound.model_spec.model_dump(mode="json"),
         "ground": scene.ground.name,
-        "ground_parameters": scene.ground.offer.model_dump(mode="json"),
+        "ground_parameters": scene.ground.model_spec.model_dump(mode="json"),
         **{name: getattr(scene, name) for name in names},
-        "effects": {name: offer.model_dump(mode="json") for name, offer in scene.effects.named.items()},
+        "effects": {name: model_spec.model_dump(mode="json") for name, model_spec in scene.effects.named.items()},
         "method": scene.method.describe(),
     }
 
@@ -134,7 +134,7 @@ def _terrain(scene: Scene, terrain: Terrain, faults: FaultReport) -> dict[str, A
     }
 
 
-def _counts(findings: Findings) -> dict[str, Any]:
+def _counts(findings: Run) -> dict[str, Any]:
     totals = findings.totals
     return {
         "engine": findings.flights.engine,
@@ -152,20 +152,20 @@ def _counts(findings: Findings) -> dict[str, Any]:
     }
 
 
-def _lost(findings: Findings) -> dict[str, Any]:
+def _lost(findings: Run) -> dict[str, Any]:
     """Return the share of rocks lost to holes of the terrain, and a sentence on what it means for other shares."""
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 
 
-def _pieces(findings: Findings) -> dict[str, Any]:
+def _pieces(findings: Run) -> dict[str, Any]:
     """Return the number of fragments and the mass of fragments too small to fly; empty if rocks cannot break."""
     if findings.scene.effects.fragmentation is None:
         return {}
     return {"pieces": findings.totals.pieces, "mass_lost_kg": findings.totals.mass_lost_kg}
 
 
-def _speed(findings: Findings) -> dict[str, Any]:
+def _speed(findings: Run) -> dict[str, Any]:
     """Return the wall times; rocks_per_s covers flying only, without reading, compiling and writing."""
     flights = findings.flights
     rate = findings.totals.rocks / flights.fly_s if flights.fly_s > 0.0 else None

@@ -20,18 +20,15 @@ from rpf3d_core.hazard.benches import three_figures
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import GIGABYTE
 from rpf3d_core.hazard.tally import BYTES_PER_CELL
-from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.runs.check_effects import effects_called_for, idle_effects
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.zone_materials import without_friction
-from rpf3d_core.setup.areas import read_areas
-from rpf3d_core.setup.choices import rounds_of
 from rpf3d_core.setup.coverage import covered_share
 from rpf3d_core.setup.prepared import Prepared, check_engine, engine_for, places_of, prepare, releases_in_ranges
+from rpf3d_core.setup.rounds import rounds_of
 from rpf3d_core.setup.sources import source_outline
 from rpf3d_core.setup.warnings import warnings_of
-from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference
-from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.simulation.engines import Compiled, Engine, Models, Reference, is_precompiled
 from rpf3d_core.terrain.mesh.faults import FaultReport
 from rpf3d_core.values import Outcome
 
@@ -39,13 +36,11 @@ PILOT_ROCKS = 20
 """Rocks that the reference engine flies to measure the time of one rock."""
 WHOLE = 0.99
 """Share (-) of an outline on the terrain that counts as all of it: no one draws along the rim to the metre."""
-LOOKED_AT = 50_000
+MOST_CHECKED = 50_000
 """Most rocks whose start is checked, evenly spread over each source: this takes some seconds in plain Python."""
 COMPILED_GAIN = 300.0
 """Speed-up (-) of the compiled engine over the reference engine, rounded down from the demo scene in
 docs/explanation/performance.md."""
-FOLLOW_LOOP = "_follow_all"
-"""Loop of `simulation.engines` that takes nearly all of the time to compile."""
 COMPILE_S = 12.0
 """Seconds to compile a combination of models for the first time; later runs load it in well under 1 s."""
 
@@ -54,14 +49,14 @@ COMPILE_S = 12.0
 class SourceHeight:
     """Heights of a source's rocks above the terrain at their start.
 
-    rocks : number of rocks; looked_at : number of rocks checked, to which all further values apply
+    rocks : number of rocks; checked : number of rocks checked, to which all further values apply
     lowest, highest : m above the terrain; under_ground : rocks below the terrain
     off_terrain : rocks with no terrain below or above them
     """
 
     name: str
     rocks: int
-    looked_at: int
+    checked: int
     lowest: float
     highest: float
     under_ground: int
@@ -70,8 +65,8 @@ class SourceHeight:
     def describe(self) -> str:
         """Return the report on this source as one line of text."""
         found = f"{self.rocks:,} {'rock' if self.rocks == 1 else 'rocks'}"
-        if self.looked_at < self.rocks:
-            found += f" ({self.looked_at:,} looked at)"
+        if self.checked < self.rocks:
+            found += f" ({self.checked:,} looked at)"
         if self.lowest <= self.highest:
             low, high = f"{self.lowest:.2f}", f"{self.highest:.2f}"
             found += f", {low if low == high else f'{low} to {high}'} m above the ground"
@@ -177,16 +172,25 @@ def check_scene(scene: Scene) -> Check:
     check_engine(scene)
     prepared = prepare(scene.model_copy(update={"engine": Reference.name}))  # the pilot then needs no compiling
     engine, sources = prepared.engine, prepared.sources
-    _, rocks = next(rounds_of(scene, places_of(prepared)))
-    every = -(-sum(rocks) // LOOKED_AT)
+    rocks = rounds_of(scene, places_of(prepared))[0].last
+    every = -(-sum(rocks) // MOST_CHECKED)
     releases = releases_in_ranges(prepared, [range(0, its, every) for its in rocks])
     below = engine.ground_below(releases.x)
     heights = [_heights(source.name, rocks[i], below[releases.source == i]) for i, source in enumerate(sources)]
     heights = [_told_apart(height, i, releases, below, engine) for i, height in enumerate(heights)]
-    maps = Maps(prepared.raster, len(prepared.terrain.triangles), scene.hazard.memory_gb)
-    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_beside_the_terrain(scene, prepared.terrain)]
+    maps = Maps(raster=prepared.raster, facets=len(prepared.terrain.triangles), allowed=scene.hazard.memory_gb)
+    warnings = [*warnings_of(scene), *_unused_points(prepared, rocks), *_partly_off(prepared)]
     assumed = without_friction(scene, prepared.terrain.zones)
-    report = Check(scene, prepared.faults, _sizes(prepared), maps, heights, warnings, None, assumed)
+    report = Check(
+        scene=scene,
+        faults=prepared.faults,
+        rocks=_sizes(prepared),
+        maps=maps,
+        sources=heights,
+        warnings=warnings,
+        cost=None,
+        assumed_friction=assumed,
+    )
     return _with_pilot(report, prepared, releases, sum(rocks)) if report.fit else report
 
 
@@ -203,8 +207,9 @@ def _with_pilot(report: Check, prepared: Prepared, releases: Releases, rocks: in
 
 def _sizes(prepared: Prepared) -> Sizes:
     """Return the range of masses, and of diameters of spheres of the scene's density."""
-    masses = mass_range(prepared.rock)
-    return Sizes(*masses, *(diameter_of(mass, prepared.scene.rock.density) for mass in masses))
+    lightest, heaviest = mass_range(prepared.rock)
+    smallest, largest = (diameter_of(mass, prepared.scene.rock.density) for mass in (lightest, heaviest))
+    return Sizes(lightest=lightest, heaviest=heaviest, smallest=smallest, largest=largest)
 
 
 def _span(low: float, high: float) -> str:
@@ -219,14 +224,14 @@ def _unused_points(prepared: Prepared, rocks: Sequence[int]) -> Iterator[str]:
             yield f"source {source.name!r} uses {its:,} of its {places:,} points, for it has no more rocks"
 
 
-def _beside_the_terrain(scene: Scene, terrain: Terrain) -> Iterator[str]:
+def _partly_off(prepared: Prepared) -> Iterator[str]:
     """Yield a sentence for each outline (source or area of interest) that reaches beyond the terrain or over a hole."""
-    outlines = {f"the area of interest {name!r}": area for name, area in read_areas(scene).items()}
-    for number, source in enumerate(scene.sources):
+    outlines = {f"the area of interest {name!r}": area for name, area in prepared.polygons.items()}
+    for number, source in enumerate(prepared.scene.sources):
         if source.polygon is not None:
-            outlines[f"the polygon of source {source.name!r}"] = source_outline(scene, number)
+            outlines[f"the polygon of source {source.name!r}"] = source_outline(prepared.scene, number)
     for name, polygons in outlines.items():
-        share = covered_share(terrain, polygons)
+        share = covered_share(prepared.terrain, polygons)
         if share < WHOLE:
             yield f"{100.0 * share:.0f} % of {name} lies on the terrain; the rest is beside it or over a hole"
 
@@ -239,7 +244,15 @@ def _heights(name: str, rocks: int, below: NDArray[np.float64]) -> SourceHeight:
     good = (below[:, 1] >= 0) & (below[:, 2] > 0)
     heights = below[good, 0]
     lowest, highest = (heights.min(), heights.max()) if len(heights) else (np.inf, -np.inf)
-    return SourceHeight(name, rocks, len(below), float(lowest), float(highest), int((~good).sum()), 0)
+    return SourceHeight(
+        name=name,
+        rocks=rocks,
+        checked=len(below),
+        lowest=float(lowest),
+        highest=float(highest),
+        under_ground=int((~good).sum()),
+        off_terrain=0,
+    )
 
 
 def _told_apart(
@@ -265,9 +278,18 @@ def _cost(scene: Scene, prepared: Prepared, flown: Flights, seconds: float, rock
     name = engine_for(scene, rocks)
     unresolved = int((deposits.outcome == Outcome.UNRESOLVED_CONTACT).sum())
     gain, compile_s = (COMPILED_GAIN, _compile_s(prepared.flight.models)) if name == Compiled.name else (1.0, 0.0)
-    return Cost(rocks, auto, name, fly_s / gain, compile_s, float(deposits.impacts.mean()), len(deposits.t), unresolved)
+    return Cost(
+        rocks=rocks,
+        auto=auto,
+        engine=name,
+        fly_s=fly_s / gain,
+        compile_s=compile_s,
+        impacts=float(deposits.impacts.mean()),
+        pilot=len(deposits.t),
+        unresolved=unresolved,
+    )
 
 
 def _compile_s(models: Models) -> float:
     """Return the seconds to compile; 0 if the loop is in the cache."""
-    return 0.0 if is_cached(FOLLOW_LOOP, type(models.rebound), type(models.ground)) else COMPILE_S
+    return 0.0 if is_precompiled(models) else COMPILE_S

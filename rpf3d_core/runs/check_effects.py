@@ -40,7 +40,7 @@ def effects_called_for(scene: Scene, flown: Flights) -> Iterator[str]:
 
 def _carrying_on(scene: Scene) -> str:
     """Return the name of the ground model to suggest: sliding, or the first model that the rebound model allows."""
-    grounds = scene.rebound.offer.GROUNDS
+    grounds = scene.rebound.model_spec.GROUNDS
     return "sliding" if grounds is None else next(name for name in grounds if name != "none")
 
 

@@ -117,17 +117,26 @@ def compare_summaries(a: Facts, b: Facts) -> Comparison:
     ]
     p_values = [p_value(*one, *other) for *_, one, other in counts]
     differences = tuple(
-        ShareDifference(kind, name, measure, one, other, newcombe_interval(*other, *one), p, p_holm)
+        ShareDifference(
+            kind=kind,
+            place=name,
+            measure=measure,
+            a=one,
+            b=other,
+            interval=newcombe_interval(*other, *one),
+            p=p,
+            p_holm=p_holm,
+        )
         for (kind, name, measure, one, other), p, p_holm in zip(counts, p_values, holm(p_values), strict=True)
     )
     came = {(row.kind, row.place) for row in differences}
     energies = tuple(
-        Energies(kind, name, *(_place(facts, kind, name)["energy_p95_j"] for facts in (a, b)))
+        Energies(kind=kind, place=name, a=_energy_p95(a, kind, name), b=_energy_p95(b, kind, name))
         for kind, name in both
         if (kind, name) in came
     )
     only = {"a": tuple(p for p in _places(a) if p not in both), "b": tuple(p for p in _places(b) if p not in both)}
-    return Comparison(a, b, differences, energies, only)
+    return Comparison(a=a, b=b, differences=differences, energies=energies, only=only)
 
 
 def comparison_section(comparison: Comparison) -> dict[str, Any]:
@@ -182,6 +191,11 @@ def _places(facts: Facts) -> list[tuple[str, str]]:
 def _place(facts: Facts, kind: str, name: str) -> Facts:
     place: Facts = facts[SECTIONS[kind]][name]
     return place
+
+
+def _energy_p95(facts: Facts, kind: str, name: str) -> float | None:
+    energy: float | None = _place(facts, kind, name)["energy_p95_j"]
+    return energy
 
 
 def _counted_in_both(a: Facts, b: Facts, kind: str, name: str, measure: str) -> tuple[Counted, Counted] | None:

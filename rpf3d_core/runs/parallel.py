@@ -11,22 +11,23 @@ from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, as_completed
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from rpf3d_core.ensemble.flights import Flights
 from rpf3d_core.ensemble.joined import joined
-from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of, warm_pieces
+from rpf3d_core.ensemble.stream import Stream, blocks_of, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.partial import PackedTally, add_packed, packed_tallies
 from rpf3d_core.results.earlier_results import read_summary
+from rpf3d_core.results.findings import Run
 from rpf3d_core.results.summary import summary
-from rpf3d_core.runs.run import SHOWN, Run, findings_of, run_scene, simulate
+from rpf3d_core.runs.run import SHOWN, finished_run, run_scene, simulate
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import scene_digest
-from rpf3d_core.setup.choices import Round, chosen_scene
+from rpf3d_core.setup.choices import chosen_scene
+from rpf3d_core.setup.precompiler import Precompiler
 from rpf3d_core.setup.prepared import (
     Prepared,
     check_releases,
@@ -35,8 +36,8 @@ from rpf3d_core.setup.prepared import (
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import Compiled, warm
-from rpf3d_core.values import Outcome
+from rpf3d_core.setup.rounds import Round, rounds_of_parts
+from rpf3d_core.simulation.engines import Compiled
 
 Flown = TypeVar("Flown")
 
@@ -68,6 +69,21 @@ class Finished(NamedTuple):
     summary: dict[str, Any]
 
 
+class Resources(NamedTuple):
+    """Memory and threads of a run in parts.
+
+    shown : number of rocks to keep in memory for pictures, evenly spread over the parts; None for all
+    threads : of each part, for the compiled engine
+    """
+
+    shown: int | None = SHOWN
+    threads: int = 1
+
+
+ONE_THREAD = Resources()
+"""As many rocks in memory as a run on disk keeps, and one thread a part."""
+
+
 def fly_parts(
     scene: Scene | str | Path,
     parts: int,
@@ -75,16 +91,14 @@ def fly_parts(
     rocks: int | None = None,
     engine: str | None = None,
     seed: int | None = None,
-    shown: int | None = SHOWN,
-    threads: int = 1,
+    resources: Resources = ONE_THREAD,
 ) -> Run:
     """Fly the rocks of one scene in parts, each on a free worker of the executor, and merge the parts into one run.
 
     Parameters
     ----------
     parts : number of parts; totals and maps are bit for bit the same for any number and order of parts, on any workers
-    shown : number of rocks to keep in memory for pictures, evenly spread over the parts; None for all
-    threads : of each part, for the compiled engine
+    resources : memory for pictures and threads
     scene, rocks, engine, seed : as `run.simulate`
 
     Raises
@@ -99,20 +113,12 @@ def fly_parts(
     if parts < 1:
         raise InputError(f"the number of parts is {parts}; it must be at least 1")
     rounds = rounds_of_parts([source.rocks for source in chosen.sources], parts)
+    shown, threads = resources
     kept = None if shown is None else -(-shown // len(rounds))
     paths = -(-chosen.outputs.trajectories // len(rounds))
     with _all_or_none([executor.submit(fly_part, chosen, part, kept, paths, threads) for part in rounds]) as flying:
         prepared = prepare(chosen)  # while the parts fly
         return merged(prepared, [part.result() for part in flying])
-
-
-def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
-    """Return the rocks of each part: an equal share of the rocks of every source. Parts without rocks are left out.
-
-    counts : number of rocks of each source
-    """
-    edges = [[k * n // parts for n in counts] for k in range(parts + 1)]
-    return [(first, last) for first, last in pairwise(edges) if first != last]
 
 
 def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
@@ -138,22 +144,23 @@ def fly_part(scene: Scene, part: Round, shown: int | None, paths: int, threads: 
 
 def _flown(prepared: Prepared, digest: str, part: Round, shown: int | None, paths: int, threads: int) -> RunPart:
     """Fly a part of a prepared scene; return its results."""
-    first, last = part
-    for ranges in blocks_of(first, last):
+    for ranges in blocks_of(*part):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
-    totals, tallies, flight = empty_totals(prepared), empty_tallies(prepared), prepared.flight
-    compile_s = warm(prepared.engine, flight.models, flight.materials, flight.settings) + tallies.warm()
-    compile_s += warm_pieces(prepared.engine, flight)
+    totals, tallies = empty_totals(prepared), empty_tallies(prepared)
+    compile_s = Precompiler().compile(prepared, tallies)
     stream = Stream(
-        prepared.engine, flight, shown_of(sum(last) - sum(first), shown, paths), tallies,
-        lambda deposits, _: totals.add(deposits), None, threads,
+        engine=prepared.engine, flight=prepared.flight, shown=shown_of(part.rocks, shown, paths), watch=tallies,
+        sink=lambda deposits, _: totals.add(deposits), threads=threads,
     )  # fmt: skip
     began = time.perf_counter()
-    stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last))
+    stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(*part))
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
     barriers = () if tallies.barriers is None else tallies.barriers.counted
-    return RunPart(digest, replace(totals, position=None), packed_tallies(tallies), flights, barriers)
+    return RunPart(
+        digest=digest, totals=replace(totals, position=None), tallies=packed_tallies(tallies), flights=flights,
+        barriers=barriers,
+    )  # fmt: skip
 
 
 def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
@@ -174,12 +181,8 @@ def merged(prepared: Prepared, parts: Sequence[RunPart]) -> Run:
         totals.join(part.totals)
         if tallies.barriers is not None:
             tallies.barriers.join(part.barriers)
-    lost = totals.outcomes[Outcome.LOST_TO_HOLE]
-    return Run(
-        scene, prepared.terrain, prepared.faults, joined([part.flights for part in parts]), totals,
-        tallies.maps(totals.rocks, prepared.area_names, lost), totals.rocks, (), prepared.read_s, prepared.index_s,
-        prepared.began, prepared.obstacles,
-    )  # fmt: skip
+    flights = joined([part.flights for part in parts])
+    return finished_run(prepared, tallies, totals, flights, totals.rocks - totals.pieces)
 
 
 def study(
@@ -223,13 +226,14 @@ def _as_they_finish(flying: dict["Future[dict[str, Any]]", int], scenes: Sequenc
     with _all_or_none(list(flying)):
         for done in as_completed(flying):
             number = flying[done]
-            yield Finished(number, scenes[number].path, scenes[number].seed, done.result())
+            scene = scenes[number]
+            yield Finished(number=number, scene=scene.path, seed=scene.seed, summary=done.result())
 
 
 def _summary_of(scene: Scene, folder: Path | None) -> dict[str, Any]:
     """Fly a whole scene in this process and return its summary; with a folder, write the result there."""
     if folder is None:
-        return summary(findings_of(simulate(scene, threads=1)))
+        return summary(simulate(scene, threads=1))
     run_scene(scene, folder, recording=False)
     return read_summary(folder)
 

@@ -1,80 +1,61 @@
 """Run a scene: read it, release and fly its rocks, count, write the result. The Python functions of `rpf3d run`."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rpf3d_core.ensemble.batches import Progress
 from rpf3d_core.ensemble.flights import Deposits, Flights, Impacts
-from rpf3d_core.ensemble.stream import Shown, Sink, Stream, blocks_of, shown_of, warm_pieces
+from rpf3d_core.ensemble.stream import Sink, Stream, blocks_of, shown_of
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import Step, is_enough, step_of
 from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.tallies import Tallies
-from rpf3d_core.hazard.walks.visiting import visit_all
-from rpf3d_core.jit.background import ALONE, BackgroundCompiler, compiling_beside
-from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.findings import Run
 from rpf3d_core.results.folder import result_folder, write_all_tables, write_findings
 from rpf3d_core.results.tables import open_tables
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.setup.choices import Rocks, Round, chosen_scene, rounds_of
+from rpf3d_core.setup.choices import Rocks, chosen_scene
+from rpf3d_core.setup.precompiler import Precompiler, precompiler_of
 from rpf3d_core.setup.prepared import (
     Prepared,
     check_releases,
     empty_tallies,
     empty_totals,
-    engine_name,
     places_of,
     prepare,
     releases_in_ranges,
 )
-from rpf3d_core.simulation.engines import (
-    Compiled,
-    precompile_ground_below,
-    precompile_index,
-    spins_of,
-    warm,
-    warm_flights,
-)
-from rpf3d_core.terrain.facets import Terrain
-from rpf3d_core.terrain.mesh.faults import FaultReport
-from rpf3d_core.terrain.obstacles import NO_OBSTACLES, Obstacles
+from rpf3d_core.setup.rounds import Round, rounds_of
+from rpf3d_core.simulation.engines import spins_of
 from rpf3d_core.values import Outcome
-
-Stop = Callable[[], bool]
-"""Function that is called while rocks fly; True stops the run."""
 
 SHOWN = 10_000
 """Rocks that a run on disk keeps in memory for the pictures. The tables on disk hold all rocks."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A scene, its terrain, and the results of its rocks.
+@dataclass(frozen=True)
+class RunControl:
+    """Functions that follow a run, and stop it.
 
-    flights : of all rocks or, if the run was written to disk, of the rocks that are shown
-    totals, maps : of all rocks; planned : rocks that should fly, more than `totals.rocks` if the run was interrupted
-    steps : convergence after each doubling if the scene says `rocks: auto`, else empty
-    read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's index over it
-    began : `time.perf_counter()` at the start of the run; obstacles : barriers and trees of the scene
+    progress : called before the rocks of a round fly; see `ensemble.fly.Progress`
+    stop : called while rocks fly; after it returns True no further rock flies
+    writing : called after the last rock has flown, before the files of a result are written
+    threads : number for the compiled engine; None for one thread a core
     """
 
-    scene: Scene
-    terrain: Terrain
-    faults: FaultReport
-    flights: Flights
-    totals: Totals
-    maps: HazardMaps
-    planned: int
-    steps: tuple[Step, ...]
-    read_s: float
-    index_s: float
-    began: float
-    obstacles: Obstacles = NO_OBSTACLES
+    progress: Progress | None = None
+    stop: Callable[[], bool] | None = None
+    writing: Callable[[], None] | None = None
+    threads: int | None = None
+
+
+UNCONTROLLED = RunControl()
+"""A run that no one follows."""
 
 
 def simulate(
@@ -102,9 +83,9 @@ def simulate(
         The scene, one of its files or a source is refused; the message names it and says what would be right.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
-    with _second_compiler(chosen) as beside:
-        prepared = prepare(chosen, lambda: beside.wait(precompile_index))
-        return _fly(prepared, None, progress=progress, threads=threads, beside=beside)
+    with precompiler_of(chosen) as precompiler:
+        prepared = prepare(chosen, precompiler.before_index)
+        return _fly(prepared, precompiler, None, control=RunControl(progress=progress, threads=threads))
 
 
 def run_scene(
@@ -113,9 +94,7 @@ def run_scene(
     rocks: Rocks = None,
     engine: str | None = None,
     seed: int | None = None,
-    progress: Progress | None = None,
-    stop: Stop | None = None,
-    writing: Callable[[], None] | None = None,
+    control: RunControl = UNCONTROLLED,
     recording: bool = True,
 ) -> Run:
     """Fly all rocks of a scene and write the result into a folder: any number of rocks, in bounded memory.
@@ -125,10 +104,9 @@ def run_scene(
     Parameters
     ----------
     folder : new, empty, or an earlier result, which is replaced at the end
-    stop : called while rocks fly; after it returns True the rocks flown so far are written, marked as partial
-    writing : called after the last rock has flown, before the remaining files are written
+    control : follows the run; if it stops the run, the rocks flown so far are written, marked as partial
     recording : False to write no run.rrd, whatever the scene says
-    scene, rocks, engine, seed, progress : as `simulate`
+    scene, rocks, engine, seed : as `simulate`
 
     Raises
     ------
@@ -136,23 +114,13 @@ def run_scene(
         As `simulate`; or the folder holds other files than a result, or cannot be written to.
     """
     chosen = chosen_scene(scene, rocks, engine, seed)
-    with result_folder(folder) as part, _second_compiler(chosen) as beside:
-        prepared = prepare(chosen, lambda: beside.wait(precompile_index))
-        terrain, outputs = prepared.terrain, prepared.scene.outputs
-        sources = [source.name for source in prepared.scene.sources]
-        with open_tables(
-            part,
-            sources,
-            terrain,
-            prepared.scene.rock.density,
-            outputs.impacts,
-            prepared.obstacles,
-            spins_of(prepared.flight.models),
-        ) as sink:
-            run = _fly(prepared, SHOWN, sink, progress, stop, beside=beside)
-        if writing:
-            writing()
-        write_findings(part, findings_of(run), _recorder(run) if recording and outputs.recording else None)
+    with result_folder(folder) as part, precompiler_of(chosen) as precompiler:
+        prepared = prepare(chosen, precompiler.before_index)
+        with _tables(part, prepared) as sink:
+            run = _fly(prepared, precompiler, SHOWN, sink, control)
+        if control.writing:
+            control.writing()
+        write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None)
     return run
 
 
@@ -180,7 +148,8 @@ def replay(
     if rock < 0:
         raise InputError(f"{chosen.path}: the rock is {rock}; rocks are numbered from 0")
     first = [rock if i == place else 0 for i in range(len(names))]
-    return _fly(prepare(chosen), None, rounds=[(first, [n + (i == place) for i, n in enumerate(first)])])
+    one_rock = Round(first, [n + (i == place) for i, n in enumerate(first)])
+    return _fly(prepare(chosen), Precompiler(), None, rounds=[one_rock])
 
 
 def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
@@ -194,105 +163,94 @@ def write_run(run: Run, folder: str | Path, recording: bool = True) -> Path:
         The folder holds other files than a result, or cannot be written to.
     """
     with result_folder(folder) as part:
-        write_all_tables(part, findings_of(run))
-        write_findings(part, findings_of(run), _recorder(run) if recording and run.scene.outputs.recording else None)
+        write_all_tables(part, run)
+        write_findings(part, run, _recorder(run) if recording and run.scene.outputs.recording else None)
     return Path(folder).resolve()
-
-
-def findings_of(run: Run) -> Findings:
-    """Return the findings of a run, from which the files of a result are written; its wall time ends here."""
-    timings = {"read_s": run.read_s, "index_s": run.index_s, "wall_s": time.perf_counter() - run.began}
-    return Findings(
-        run.scene, run.terrain, run.faults, run.flights, run.totals, run.maps, run.planned, run.steps, timings,
-        run.obstacles,
-    )  # fmt: skip
 
 
 def _fly(
     prepared: Prepared,
+    precompiler: Precompiler,
     shown: int | None,
     sink: Sink | None = None,
-    progress: Progress | None = None,
-    stop: Stop | None = None,
-    threads: int | None = None,
+    control: RunControl = UNCONTROLLED,
     rounds: Sequence[Round] | None = None,
-    beside: BackgroundCompiler = ALONE,
 ) -> Run:
-    """Fly a prepared scene round by round until all rocks have flown, the target is met, or `stop` returns True.
+    """Fly a prepared scene round by round until all rocks have flown, the target is met, or the run is stopped.
 
     shown : number of rocks to keep in memory, None for all; sink : takes the deposits and impacts of each block
-    rounds : ranges of rocks to fly instead of the scene's own; beside : the process that compiles in parallel
+    rounds : rocks to fly instead of the scene's own
     """
-    scene, flight = prepared.scene, prepared.flight
-    tallies, totals = empty_tallies(prepared), empty_totals(prepared)
-    plan = list(rounds_of(scene, places_of(prepared))) if rounds is None else list(rounds)
-    compile_s = _checked_and_compiled(prepared, tallies, plan[0], beside)
-    # A run in memory keeps the impacts of all rocks. A run on disk needs them only for impacts.parquet.
-    impacts = scene.outputs.impacts or shown is None
-    kept, take = _shown(scene, plan, shown), _both(totals, sink)
-    stream = Stream(prepared.engine, flight, kept, tallies, take, stop, threads, impacts=impacts)
-    steps: list[Step] = []
-    began, planned = time.perf_counter(), 0
-    for first, last in plan:
-        planned = sum(last)
-        if steps:
-            _check_all(prepared, (first, last))
-        stream.advance = progress(sum(last) - sum(first)) if progress else None
-        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(first, last)):
-            break
-        if scene.rocks == "auto":
-            steps.append(step_of(tallies.places(totals.rocks, prepared.area_names), prepared.terrain.zones))
-            if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
-                break
+    scene, tallies, totals = prepared.scene, empty_tallies(prepared), empty_totals(prepared)
+    plan = rounds or rounds_of(scene, places_of(prepared))
+    compile_s = precompiler.compile(prepared, tallies, lambda: _check_all(prepared, plan[0]))
+    # The rocks that are kept are of the first round: with `rocks: auto`, how many follow is unknown.
+    kept = shown_of(plan[0].rocks, shown, scene.outputs.trajectories)
+    stream = Stream(
+        engine=prepared.engine, flight=prepared.flight, shown=kept, watch=tallies, sink=_both(totals, sink),
+        stop=control.stop, threads=control.threads,
+        # A run in memory keeps the impacts of all rocks. A run on disk needs them only for impacts.parquet.
+        impacts=scene.outputs.impacts or shown is None,
+    )  # fmt: skip
+    began = time.perf_counter()
+    planned, steps = _fly_rounds(
+        prepared, stream, plan, control, lambda: tallies.places(totals.rocks, prepared.area_names)
+    )
     totals.dust = stream.dust
     flights = stream.flights(compile_s, time.perf_counter() - began)
+    return finished_run(prepared, tallies, totals, flights, planned, steps)
+
+
+def _fly_rounds(
+    prepared: Prepared, stream: Stream, plan: Sequence[Round], control: RunControl, places: Callable[[], HazardMaps]
+) -> tuple[int, list[Step]]:
+    """Fly rounds until the last one, the target or the end of the run; return the rocks planned, and the convergence.
+
+    The releases of the first round are already checked. places : returns the shares of zones and areas so far
+    """
+    scene, steps, planned = prepared.scene, list[Step](), 0
+    for each in plan:
+        planned = sum(each.last)
+        if steps:
+            _check_all(prepared, each)
+        stream.advance = control.progress(each.rocks) if control.progress else None
+        if not stream.fly(releases_in_ranges(prepared, ranges) for ranges in blocks_of(*each)):
+            break
+        if scene.rocks == "auto":
+            steps.append(step_of(places(), prepared.terrain.zones))
+            if is_enough(steps, scene.target.half_width, scene.target.p95_energy):
+                break
+    return planned, steps
+
+
+def finished_run(
+    prepared: Prepared, tallies: Tallies, totals: Totals, flights: Flights, planned: int, steps: Sequence[Step] = ()
+) -> Run:
+    """Return the run of a prepared scene whose rocks have flown; its wall time ends here.
+
+    planned : rocks that should fly, without fragments
+    """
     maps = tallies.maps(totals.rocks, prepared.area_names, totals.outcomes[Outcome.LOST_TO_HOLE])
     return Run(
-        scene, prepared.terrain, prepared.faults, flights, totals, maps, planned + totals.pieces, tuple(steps),
-        prepared.read_s, prepared.index_s, prepared.began, prepared.obstacles,
+        prepared=prepared, flights=flights, totals=totals, maps=maps, planned=planned + totals.pieces,
+        wall_s=time.perf_counter() - prepared.began, steps=tuple(steps),
     )  # fmt: skip
 
 
-def _checked_and_compiled(prepared: Prepared, tallies: Tallies, rocks: Round, beside: BackgroundCompiler) -> float:
-    """Check the releases of the first round and compile the loops that the cache lacks; return the compile time (s).
-
-    The check needs the loop for the ground below a rock. While the second process still compiles that loop, the loops
-    of flights are compiled here.
-    """
-    beside.compile(*tallies.loops())
-    flight = prepared.flight
-    flying = prepared.engine, flight.models, flight.materials, flight.settings
-    before = 0.0 if beside.has_done(precompile_ground_below) else warm_flights(*flying)
-    beside.wait(precompile_ground_below)
-    _check_all(prepared, rocks)
-    return before + warm(*flying) + warm_pieces(prepared.engine, flight) + tallies.warm(beside.wait)
-
-
-@contextmanager
-def _second_compiler(scene: Scene) -> Iterator[BackgroundCompiler]:
-    """Yield a second process that compiles the loops that take longest, if the scene needs the compiled engine.
-
-    Their types are known only after the scene is prepared. Until then the process compiles loops that have the same
-    types in all scenes.
-    """
-    with compiling_beside(*([visit_all] if engine_name(scene) == Compiled.name else [])) as beside:
-        beside.call(precompile_index, precompile_ground_below)
-        yield beside
+def _tables(folder: Path, prepared: Prepared) -> AbstractContextManager[Sink]:
+    """Return the open tables of all rocks, which are written while the rocks fly."""
+    scene = prepared.scene
+    sources, density = [source.name for source in scene.sources], scene.rock.density
+    return open_tables(
+        folder, sources, prepared.terrain, density, impacts=scene.outputs.impacts, obstacles=prepared.obstacles,
+        spins=spins_of(prepared.flight.models),
+    )  # fmt: skip
 
 
 def _check_all(prepared: Prepared, rocks: Round) -> None:
     """Refuse sources with a rock under the ground or off the terrain; called before the first rock of a round flies."""
     for ranges in blocks_of(*rocks):
         check_releases(prepared, releases_in_ranges(prepared, ranges))
-
-
-def _shown(scene: Scene, plan: Sequence[Round], shown: int | None) -> Shown:
-    """Return the rocks of the first round to keep in memory: all if `shown` is None, else an even selection.
-
-    With `rocks: auto` the number of rocks of later rounds is unknown.
-    """
-    first, last = plan[0]
-    return shown_of(sum(last) - sum(first), shown, scene.outputs.trajectories)
 
 
 def _both(totals: Totals, sink: Sink | None) -> Sink:

@@ -45,23 +45,23 @@ def _benches(first: int, last: int) -> tuple[str, ...]:
 
 
 RESOLUTION = Study(
-    "resolution", "Resolution of the terrain: A low (150,000 triangles), B high (2,332,287)", "5-2",
-    "study_low", "study_high", None,
-    (
-        Printed("first bench", _benches(1, 1), 28.0, 23.0),
-        Printed("fourth bench", _benches(4, 4), 4.0, 19.0),
-        Printed("haulage ramp", ("ramp",), 57.0, 38.0),
+    name="resolution", title="Resolution of the terrain: A low (150,000 triangles), B high (2,332,287)", table="5-2",
+    a="study_low", b="study_high", part=None,
+    printed=(
+        Printed(area="first bench", zones=_benches(1, 1), a=28.0, b=23.0),
+        Printed(area="fourth bench", zones=_benches(4, 4), a=4.0, b=19.0),
+        Printed(area="haulage ramp", zones=("ramp",), a=57.0, b=38.0),
     ),
 )  # fmt: skip
 LOCALISED = Study(
-    "localised", "Coefficients of restitution: A generalised, B localised", "5-4",
-    "study_high", "study_localised", "study_spills",
-    (
-        Printed("first bench", _benches(1, 1), 23.0, 43.0),
-        Printed("following five benches", _benches(2, 6), 27.0, 27.0),
-        Printed("following four benches", _benches(7, 10), 9.0, 0.0),
-        Printed("haulage ramp", ("ramp",), 38.0, 19.0),
-        Printed("bottom of the pit", ("floor",), 4.0, 9.0),
+    name="localised", title="Coefficients of restitution: A generalised, B localised", table="5-4",
+    a="study_high", b="study_localised", part="study_spills",
+    printed=(
+        Printed(area="first bench", zones=_benches(1, 1), a=23.0, b=43.0),
+        Printed(area="following five benches", zones=_benches(2, 6), a=27.0, b=27.0),
+        Printed(area="following four benches", zones=_benches(7, 10), a=9.0, b=0.0),
+        Printed(area="haulage ramp", zones=("ramp",), a=38.0, b=19.0),
+        Printed(area="bottom of the pit", zones=("floor",), a=4.0, b=9.0),
     ),
 )  # fmt: skip
 REPORTS = ("comparison.json", "comparison.md")

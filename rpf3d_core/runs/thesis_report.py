@@ -107,11 +107,19 @@ def report_of(study: Study, folders: Sequence[Path]) -> Report:
     comparison = compare_runs(*folders[:2])
     part = compare_runs(folders[0], folders[2]) if study.part else None
     stops = [stops_in_pit(folder, scene) for folder, scene in zip(folders, scene_files(study), strict=True)]
+    a, b, *in_part = stops
     findings = (
-        ThesisColumn(printed, _of_21(printed.a), _of_21(printed.b), *(_stopped_in(printed, some) for some in stops))
+        ThesisColumn(
+            printed=printed,
+            thesis_a=_of_21(printed.a),
+            thesis_b=_of_21(printed.b),
+            a=_stopped_in(printed, a),
+            b=_stopped_in(printed, b),
+            part=_stopped_in(printed, in_part[0]) if in_part else None,
+        )
         for printed in study.printed
     )
-    return Report(study, tuple(findings), comparison, part)
+    return Report(study=study, findings=tuple(findings), comparison=comparison, part=part)
 
 
 def stops_in_pit(folder: Path, scene: Path) -> Counter[str]:

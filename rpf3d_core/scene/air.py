@@ -2,13 +2,13 @@
 
 from typing import ClassVar
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import InputFile, Number
 
 ACCURACY = "a number of at least 1e-5 (m) that a flight of 5 s may be off by; longer ones by its square"
 
 
-class DragSpec(Offer):
+class DragSpec(ModelSpec):
     """Quadratic air drag on the sphere of the rock's volume: F = 1/2 rho C_d pi R^2 v^2."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag:Drag"
@@ -26,7 +26,7 @@ class DragSpec(Offer):
     accuracy: Number = parameter(0.01, ACCURACY, "m", "derived in effects/air.py", "D", ge=1e-5, le=10)
 
 
-class DragLayerSpec(Offer):
+class DragLayerSpec(ModelSpec):
     """Forest as a layer above the ground that slows rocks: F = -c v below its top."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.drag_layer:DragLayer"

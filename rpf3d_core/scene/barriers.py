@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Along, Name, Number, StrictModel, no_two_alike
 
 HIGHEST = 100.0
@@ -39,7 +39,7 @@ class BarrierSpec(StrictModel):
     )
 
 
-class BarriersSpec(Offer):
+class BarriersSpec(ModelSpec):
     """Nets and fences: rocks are caught, break through or fly over, and all three cases are counted."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.barriers:Barriers"

@@ -10,8 +10,8 @@ from typing import Any, get_args
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
 from rpf3d_core.scene.models import EffectsSpec, GroundSpec, ReboundSpec
-from rpf3d_core.scene.offers import Confirmed, Offer
 from rpf3d_core.scene.own import OWN
 
 KINDS = {"rebound": ReboundSpec, "ground": GroundSpec, "effects": EffectsSpec}
@@ -40,7 +40,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Offered:
+class CatalogueEntry:
     """A model or effect that a scene may name.
 
     kind : the scene's key; summary : what the model or effect does
@@ -57,31 +57,39 @@ class Offered:
     cost: dict[str, float] | None
 
 
-def offers() -> list[Offered]:
+def entries() -> list[CatalogueEntry]:
     """Return all models and effects in the order of the scene's keys, without importing their physics."""
     costs = _costs()
     return [
-        _offered(kind, name, offer, costs.get(f"{kind}.{name}"))
+        _entry(kind, name, model_spec, costs.get(f"{kind}.{name}"))
         for kind, spec in KINDS.items()
-        for name, offer in _offers_of(spec)
+        for name, model_spec in _specs_of(spec)
     ]
 
 
-def _offers_of(spec: type) -> Iterator[tuple[str, type[Offer]]]:
+def _specs_of(spec: type) -> Iterator[tuple[str, type[ModelSpec]]]:
     """Yield name and class of each model or effect under a key of the scene, except classes of the user."""
     for name, field in spec.model_fields.items():  # type: ignore[attr-defined]
         if field.alias != OWN:
             yield name, next(kind for kind in get_args(field.annotation) if kind is not NoneType)
 
 
-def _offered(kind: str, name: str, offer: type[Offer], cost: dict[str, float] | None) -> Offered:
-    parameters = tuple(_parameter(key, field, offer) for key, field in offer.model_fields.items())
-    summary = " ".join((offer.__doc__ or "").split())
-    return Offered(kind, name, summary, offer.SOURCE, offer.CONFIRMED, parameters, cost)
+def _entry(kind: str, name: str, model_spec: type[ModelSpec], cost: dict[str, float] | None) -> CatalogueEntry:
+    parameters = tuple(_parameter(key, field, model_spec) for key, field in model_spec.model_fields.items())
+    summary = " ".join((model_spec.__doc__ or "").split())
+    return CatalogueEntry(
+        kind=kind,
+        name=name,
+        summary=summary,
+        source=model_spec.SOURCE,
+        confirmed=model_spec.CONFIRMED,
+        parameters=parameters,
+        cost=cost,
+    )
 
 
-def _parameter(name: str, field: FieldInfo, offer: type[Offer]) -> Parameter:
-    """Return the parameter of a field. A field not made by `offers.parameter` has the source of its offer."""
+def _parameter(name: str, field: FieldInfo, model_spec: type[ModelSpec]) -> Parameter:
+    """Return the parameter of a field. A field not made by `model_spec.parameter` has the source of its class."""
     facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     default = field.get_default(call_default_factory=True)
     return Parameter(
@@ -91,8 +99,8 @@ def _parameter(name: str, field: FieldInfo, offer: type[Offer]) -> Parameter:
         default=None if default is PydanticUndefined else default,
         required=field.is_required(),
         bounds=", ".join(_bounds(field)),
-        source=facts.get("source") or offer.SOURCE,
-        confirmed=facts.get("confirmed", offer.CONFIRMED),
+        source=facts.get("source") or model_spec.SOURCE,
+        confirmed=facts.get("confirmed", model_spec.CONFIRMED),
     )
 
 

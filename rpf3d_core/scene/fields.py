@@ -10,11 +10,10 @@ from pydantic.fields import FieldInfo
 
 from rpf3d_core.scene.draws import NUMBER
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.model_spec import ModelSpec
 from rpf3d_core.scene.models import EffectsSpec, OneOf
-from rpf3d_core.scene.offers import Offer
 from rpf3d_core.scene.own import OWN
 
-Scalar = bool | int | float | str
 SCALARS: tuple[type, ...] = (bool, int, float, str)
 BOUNDS = ("ge", "gt", "le", "lt")
 ANY_ZONE = "default"
@@ -57,7 +56,7 @@ def _fields(model: type[BaseModel], above: str, within: str) -> Iterator[SceneFi
         elif issubclass(part, OneOf):
             yield _choice(key, field, part)
             yield from _fields(part, f"{key}.", within)
-        elif issubclass(part, Offer):
+        elif issubclass(part, ModelSpec):
             if model is EffectsSpec:
                 yield _effect(key, field, part)
             yield from _fields(part, f"{key}.", key)
@@ -71,28 +70,40 @@ def _leaf(key: str, field: FieldInfo, within: str) -> SceneField:
     kind, choices, bounds = _scalar(field.annotation, field.metadata)
     default = field.get_default(call_default_factory=False) if not field.is_required() else None
     known = default if isinstance(default, SCALARS) else None
-    return SceneField(key, kind, known, field.description or "", choices, bounds, within)
+    return SceneField(
+        key=key,
+        kind=kind,
+        default=known,
+        description=field.description or "",
+        choices=choices,
+        bounds=bounds,
+        within=within,
+    )
 
 
 def _choice(key: str, field: FieldInfo, part: type[OneOf]) -> SceneField:
     """Return the scene field that names one of several models."""
     default = field.get_default(call_default_factory=True)
     names = tuple(name for name, each in part.model_fields.items() if each.alias != OWN and _is_nameable(each))
-    return SceneField(key, str, default.name, f"one of {', '.join(names)}", names, names=True)
+    return SceneField(
+        key=key, kind=str, default=default.name, description=f"one of {', '.join(names)}", choices=names, names=True
+    )
 
 
-def _effect(key: str, field: FieldInfo, offer: type[Offer]) -> SceneField:
+def _effect(key: str, field: FieldInfo, model_spec: type[ModelSpec]) -> SceneField:
     """Return the scene field that names an effect with all its defaults."""
     kind = bool if _is_nameable(field) else None
-    summary = " ".join((offer.__doc__ or "").split())
-    return SceneField(key, kind, None, f"true names the effect: {summary}", within=key, names=True)
+    summary = " ".join((model_spec.__doc__ or "").split())
+    return SceneField(
+        key=key, kind=kind, default=None, description=f"true names the effect: {summary}", within=key, names=True
+    )
 
 
 def _is_nameable(field: FieldInfo) -> bool:
     """True if every required parameter of a model or effect is a single value, not a list or a file."""
-    offer = _part(field.annotation)
-    assert offer is not None
-    required = [each for each in offer.model_fields.values() if each.is_required()]
+    model_spec = _part(field.annotation)
+    assert model_spec is not None
+    required = [each for each in model_spec.model_fields.values() if each.is_required()]
     return all(_scalar(each.annotation, each.metadata)[0] is not None for each in required)
 
 

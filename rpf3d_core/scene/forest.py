@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import InputFile, Number, StrictModel, refuse
 
 DORREN_BERGER = "Dorren and Berger 2006"
@@ -70,7 +70,7 @@ class DeflectionSpec(StrictModel):
         return self
 
 
-class ForestSpec(Offer):
+class ForestSpec(ModelSpec):
     """Single trees that take energy from rocks and deflect rocks; the amounts are unconfirmed."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.forest:Forest"

@@ -2,13 +2,13 @@
 
 from typing import ClassVar
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Count, Number
 
 GIS = "RockGIS, defaults"
 
 
-class FragmentationSpec(Offer):
+class FragmentationSpec(ModelSpec):
     """Rocks break at hard impacts, and fragments fly on as rocks of their own; unconfirmed by measured fragments."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.fragmentation:Fragmentation"

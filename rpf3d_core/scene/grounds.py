@@ -2,10 +2,10 @@
 
 from typing import ClassVar
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 
 
-class RollingSpec(Offer):
+class RollingSpec(ModelSpec):
     """A sphere that rolls against the material's rolling friction; its rotation takes 2/7 of the work of gravity."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling:Rolling"
@@ -14,7 +14,7 @@ class RollingSpec(Offer):
     MATERIAL_KEYS: ClassVar[tuple[str, ...]] = ("rolling_friction",)
 
 
-class RollingStoneSpec(Offer):
+class RollingStoneSpec(ModelSpec):
     """STONE's rule: gravity along the ground against g sin(atan(rolling friction)); a rock stops by its speed alone."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rolling_stone:RollingStone"

@@ -107,7 +107,13 @@ def matrix_of(spec: HazardSpec) -> Matrix | None:
         return None
     levels = tuple(JOULE_PER_KJ * level for level in spec.matrix.energy_levels_kj)
     matrix = spec.matrix
-    return Matrix(levels, matrix.probability_levels, matrix.classes, spec.energy_percentile, matrix.object_width)
+    return Matrix(
+        energy_levels=levels,
+        probability_levels=matrix.probability_levels,
+        classes=matrix.classes,
+        percentile=spec.energy_percentile,
+        object_width=matrix.object_width,
+    )
 
 
 def asks_ways(spec: HazardSpec) -> bool:

@@ -191,7 +191,7 @@ class Scene(StrictModel):
     def _materials_for_models(self) -> Self:
         named = (("rebound", self.rebound), ("ground", self.ground))
         for (kind, spec), (name, material) in product(named, self.materials.items()):
-            for key in spec.offer.MATERIAL_KEYS:
+            for key in spec.model_spec.MATERIAL_KEYS:
                 if getattr(material, key) is None:
                     raise refuse(f"is not given, but `{kind}: {spec.name}` needs it", "materials", name, key)
         return self
@@ -199,11 +199,11 @@ class Scene(StrictModel):
     @model_validator(mode="after")
     def _models_that_go_together(self) -> Self:
         rebound, ground = self.rebound, self.ground
-        grounds, rebounds = rebound.offer.GROUNDS, ground.offer.REBOUNDS
+        grounds, rebounds = rebound.model_spec.GROUNDS, ground.model_spec.REBOUNDS
         if grounds is not None and ground.name not in grounds:
             raise refuse(f"is {ground.name}, but `rebound: {rebound.name}` goes with {' or '.join(grounds)}", "ground")
         if rebounds is not None and rebound.name not in rebounds:
             raise refuse(f"is {ground.name}, which needs `rebound: {' or '.join(rebounds)}`", "ground")
-        if self.method.stepping is not None and not rebound.offer.STEPS:
+        if self.method.stepping is not None and not rebound.model_spec.STEPS:
             raise refuse(f"finds contacts of points, but `rebound: {rebound.name}` has a size", "method", "stepping")
         return self

@@ -12,7 +12,7 @@ from rpf3d_core.scene.barriers import BarriersSpec
 from rpf3d_core.scene.forest import ForestSpec
 from rpf3d_core.scene.fragmentation import FragmentationSpec
 from rpf3d_core.scene.grounds import RollingSpec, RollingStoneSpec
-from rpf3d_core.scene.offers import Confirmed, Offer
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
 from rpf3d_core.scene.own import OWN, OwnSpec, is_own
 from rpf3d_core.scene.rebounds import (
     AngleTableSpec,
@@ -30,7 +30,7 @@ from rpf3d_core.scene.sphere import CoulombSphereSpec, SphereGroundSpec
 from rpf3d_core.scene.values import StrictModel, exactly_one, refuse
 
 
-class ConstantSpec(Offer):
+class ConstantSpec(ModelSpec):
     """R_n and R_t of the material, whatever the speed and the angle."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.rebound:ConstantRestitution"
@@ -38,7 +38,7 @@ class ConstantSpec(Offer):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
 
-class NoGroundSpec(Offer):
+class NoGroundSpec(ModelSpec):
     """A rock slower than stop_speed when its bounces have died out stops; a faster rock is left unresolved.
 
     Friction is ignored, so a rock may stop on any slope.
@@ -53,7 +53,7 @@ class NoGroundSpec(Offer):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
 
-class SlidingSpec(Offer):
+class SlidingSpec(ModelSpec):
     """Coulomb sliding with the friction angle of the material, from facet to facet."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.kinetics.ground:Sliding"
@@ -80,7 +80,7 @@ class OneOf(StrictModel):
         return next(name for name in type(self).model_fields if getattr(self, name) is not None)
 
     @property
-    def offer(self) -> Offer:
+    def model_spec(self) -> ModelSpec:
         """The parameters of the given model."""
         return getattr(self, self.name)  # type: ignore[no-any-return]
 
@@ -124,11 +124,11 @@ class EffectsSpec(StrictModel):
     own: tuple[OwnSpec, ...] = Field((), alias=OWN, description="import paths module.Class of effects of your own")
 
     @property
-    def named(self) -> dict[str, Offer]:
+    def named(self) -> dict[str, ModelSpec]:
         """The given effects by name, in the order in which they act; user-defined effects come last, in file order."""
         given = {name: getattr(self, name) for name in type(self).model_fields if name != "own"}
-        ours = {name: offer for name, offer in given.items() if offer is not None}
-        return ours | {offer.path: offer for offer in self.own}
+        ours = {name: model_spec for name, model_spec in given.items() if model_spec is not None}
+        return ours | {model_spec.path: model_spec for model_spec in self.own}
 
 
 def chosen_model(spec: type[OneOf]) -> Any:

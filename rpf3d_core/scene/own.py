@@ -15,11 +15,11 @@ from typing import Any, ClassVar
 from pydantic import Field, ValidationInfo, model_validator
 
 from rpf3d_core.jit.cache import compile_apart
-from rpf3d_core.scene.offers import Confirmed, Offer
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec
 from rpf3d_core.scene.values import Name, Number, refuse
 
 
-class OwnSpec(Offer):
+class OwnSpec(ModelSpec):
     """A user-defined model or effect: the class at an import path, with numbers as parameters."""
 
     PHYSICS: ClassVar[str] = ""

@@ -64,7 +64,8 @@ def scene_of_values(values: Mapping[str, Any], path: Path) -> Scene:
     try:
         return Scene.model_validate({**values, "path": path})
     except ValidationError as error:
-        sentences = {fault.sentence for fault in faults_of(error.errors(), Document(values, {}, []))}
+        document = Document(values=values, lines={}, faults=[])
+        sentences = {fault.sentence for fault in faults_of(error.errors(), document)}
         raise SceneError("\n".join(f"parameter {sentence}" for sentence in sorted(sentences))) from None
 
 

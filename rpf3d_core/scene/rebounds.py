@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import AfterValidator, model_validator
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Number, Vector, exactly_one, refuse
 
 REBOUNDS = "rpf3d_core.kinetics.rebounds"
@@ -26,7 +26,7 @@ Users write rounded figures."""
 Nine = tuple[Number, Number, Number, Number, Number, Number, Number, Number, Number]
 
 
-class CoulombLimitedSpec(Offer):
+class CoulombLimitedSpec(ModelSpec):
     """R_n and R_t of the material, but Coulomb friction limits the loss of speed along the ground.
 
     The loss of speed along the ground is at most the tangent of friction_angle_deg times the change of speed across the
@@ -43,7 +43,7 @@ class CoulombLimitedSpec(Offer):
         return True
 
 
-class ThesisLiteralSpec(Offer):
+class ThesisLiteralSpec(ModelSpec):
     """The thesis' equations 2-3 to 2-8 as printed, for reproduction only: they may lose or gain energy."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.thesis_literal:ThesisLiteral"
@@ -51,7 +51,7 @@ class ThesisLiteralSpec(Offer):
     CONFIRMED: ClassVar[Confirmed] = "C"
 
 
-class PfeifferBowenSpec(Offer):
+class PfeifferBowenSpec(ModelSpec):
     """The sphere of CRSP: R_n falls with speed, friction with slip, and the rock leaves every impact rolling.
 
     R_n and R_t are those of slow impacts, and R_t multiplies energy, so values for a lumped mass are not valid here.
@@ -73,7 +73,7 @@ class PfeifferBowenSpec(Offer):
     )  # fmt: skip
 
 
-class VelocityScaledSpec(Offer):
+class VelocityScaledSpec(ModelSpec):
     """R_n of the material over 1 + (v_n / K)^2, of a lumped mass."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.velocity_scaled:VelocityScaled"
@@ -85,7 +85,7 @@ class VelocityScaledSpec(Offer):
     )
 
 
-class MassScaledSpec(Offer):
+class MassScaledSpec(ModelSpec):
     """R_n of the material over 1 + (m / C)^2; if K is given, R_n is also scaled by speed. The form is unconfirmed."""
 
     PHYSICS: ClassVar[str] = f"{REBOUNDS}.mass_scaled:MassScaled"
@@ -103,7 +103,7 @@ class MassScaledSpec(Offer):
     )  # fmt: skip
 
 
-class VHalfSpec(Offer):
+class VHalfSpec(ModelSpec):
     """R_n = v_half / (v_n + v_half), of a lumped mass; the R_n of materials is not used.
 
     Bounces do not die out by themselves, so bouncing ends if a bounce would rise less than smallest_bounce.
@@ -130,7 +130,7 @@ def _rising_within_limits(rows: tuple[tuple[float, float, float], ...]) -> tuple
     return rows
 
 
-class AngleTableSpec(Offer):
+class AngleTableSpec(ModelSpec):
     """R_n and R_t from the angle between velocity and surface, of a lumped mass.
 
     R_n may be above 1 for flat impacts. The energy gained across the ground is limited to the energy lost along the
@@ -171,7 +171,7 @@ def _covariance(rows: Sequence[Nine]) -> Sequence[Nine]:
     return rows
 
 
-class StochasticMatrixSpec(Offer):
+class StochasticMatrixSpec(ModelSpec):
     """(v_t, v_n, R w) after an impact is a random matrix times the values before; the user gives all figures.
 
     v_t is the speed along the ground in the direction of motion, v_n the speed into the ground before the impact and

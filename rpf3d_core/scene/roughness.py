@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Number, exactly_one, refuse
 
 CRSP = "CRSP, as in PlatRock"
@@ -13,7 +13,7 @@ ROCFALL = "RocFall's lumped mass, as in a public implementation"
 Flag = Annotated[bool, Field(strict=True)]
 
 
-class RoughnessSpec(Offer):
+class RoughnessSpec(ModelSpec):
     """Each impact has a random normal: tilted against the motion (amplitude), or along it (angle_sd_deg).
 
     With angle_sd_deg alone, rocks on a plane do not spread to the sides; lateral_sd_deg adds this spread. With

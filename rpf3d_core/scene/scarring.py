@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import Name, Number, StrictModel
 
 LU = "Lu et al. 2019, fitted to Chant Sura"
@@ -24,7 +24,7 @@ class SoftZoneSpec(StrictModel):
     kappa: Number | None = Field(None, ge=0, description="a number >= 0 (1/m), or left out")
 
 
-class ScarringSpec(Offer):
+class ScarringSpec(ModelSpec):
     """Soft ground that a rock penetrates: depth after Gerber, drag in the scar, slippage friction on the way out."""
 
     PHYSICS: ClassVar[str] = "rpf3d_core.effects.scarring:Scarring"

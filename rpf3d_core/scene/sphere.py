@@ -4,14 +4,14 @@ from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from rpf3d_core.scene.offers import Confirmed, Offer, parameter
+from rpf3d_core.scene.model_spec import Confirmed, ModelSpec, parameter
 from rpf3d_core.scene.values import refuse
 
 COULOMB_SPHERE = "coulomb_sphere"
 SPHERE_GROUND = "sphere"
 
 
-class CoulombSphereSpec(Offer):
+class CoulombSphereSpec(ModelSpec):
     """A spinning rigid sphere of the rock's size: it touches faces, edges and corners, and sticks or slips there.
 
     An impact of normal impulse P changes the spin by an angular impulse of at most mu_r R P, where mu_r is the
@@ -51,7 +51,7 @@ class CoulombSphereSpec(Offer):
         return self.impact_friction is None
 
 
-class SphereGroundSpec(Offer):
+class SphereGroundSpec(ModelSpec):
     """A sphere that skids with the material's friction angle until it rolls; only with the rebound `coulomb_sphere`.
 
     The material's rolling_friction slows the rolling sphere; without rolling_friction, the sphere rolls through the

@@ -7,9 +7,11 @@ import pydantic.dataclasses
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 
 from rpf3d_core.formats.reference_system import are_same, reference_system_of_file, why_unusable
-from rpf3d_core.scene.berms import BermSpec
-from rpf3d_core.scene.values import InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
+from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel, exactly_one, no_two_alike, refuse
 from rpf3d_core.terrain.pit.parameters import Pit
+
+HIGHEST, WIDEST = 50.0, 200.0
+"""m; berms along haul roads are 2 m high, waste dumps above pits some tens of metres."""
 
 
 def _pit_values(pit: Any) -> Any:
@@ -31,6 +33,24 @@ if TYPE_CHECKING:
 else:
     _CHECKED_PIT = pydantic.dataclasses.dataclass(Pit, frozen=True, config=_STRICT)
     PitSpec = Annotated[_CHECKED_PIT, BeforeValidator(_pit_values), AfterValidator(_plain_pit)]
+
+
+class BermSpec(StrictModel):
+    """One berm along lines. Its facets are the zone `berm_<name>`, which materials and tables may name."""
+
+    name: Name = Field(description="a name that no other berm has")
+    along: Along = Field(description="two or more points [x, y] (m) in plan, or the path of a GeoJSON file with lines")
+    height: Number = Field(
+        gt=0, le=HIGHEST, description=f"a number above 0 up to {HIGHEST:g} (m), of its crest over the ground below it"
+    )
+    width: Number = Field(gt=0, le=WIDEST, description=f"a number above 0 up to {WIDEST:g} (m), at its foot")
+    crest: Number = Field(0.0, ge=0, description="a number from 0 to below width (m), its width at the top")
+
+    @model_validator(mode="after")
+    def _narrower_at_the_top(self) -> Self:
+        if self.crest >= self.width:
+            raise refuse(f"is {self.crest:g}, but must be below the width at the foot, {self.width:g}", "crest")
+        return self
 
 
 class TerrainFile(StrictModel):

@@ -1,5 +1,6 @@
 """Areas of interest of a scene: polygons in plan, checked against the terrain."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -32,15 +33,18 @@ def _united(polygons: MultiPolygon) -> MultiPolygon:
     return union if isinstance(union, MultiPolygon) else MultiPolygon([union])
 
 
-def area_outlines(scene: Scene, terrain: Terrain) -> dict[str, list[FloatArray]]:
+def area_outlines(
+    scene: Scene, terrain: Terrain, areas: Mapping[str, MultiPolygon]
+) -> dict[str, list[FloatArray]]:  # fmt: skip
     """Return the rings (N, 2) m of each area of interest, like `local_outlines`; each area must lie on the terrain.
+
+    areas : as `read_areas` returns
 
     Raises
     ------
     InputError
-        A file is damaged, or an area lies off the terrain, so that it would give no result.
+        An area lies off the terrain, so that it would give no result.
     """
-    areas = read_areas(scene)
     for spec in scene.areas_of_interest:
         if lies_off(terrain, areas[spec.name]):
             where = extents(terrain, shapely.get_coordinates(areas[spec.name]))

@@ -5,8 +5,8 @@ from itertools import pairwise
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.polygons import local_plan
 from rpf3d_core.formats.polylines import lines_along
-from rpf3d_core.scene.berms import BermSpec
 from rpf3d_core.scene.model import Scene
+from rpf3d_core.scene.terrain import BermSpec
 from rpf3d_core.setup.coverage import extents
 from rpf3d_core.terrain.berms import raised
 from rpf3d_core.terrain.facets import Terrain

@@ -1,6 +1,5 @@
-"""The caller's choices of rocks, engine and seed in place of the scene's, and the number of rocks in each round."""
+"""The caller's choices of rocks, engine and seed in place of the scene's."""
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -9,12 +8,9 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.scene.model import LARGEST_SEED, Scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.scene.values import MOST_ROCKS
-from rpf3d_core.setup.cells import FIRST_ROUND
 
 Rocks = int | Literal["auto"] | None
 """Total number of rocks: a number, auto to fly until the scene's target is reached, or None for the scene's setting."""
-Round = tuple[Sequence[int], Sequence[int]]
-"""The rocks of one round: for each source, the number of its first rock and the number after its last rock."""
 
 
 def chosen_scene(scene: Scene | str | Path, rocks: Rocks, engine: str | None, seed: int | None) -> Scene:
@@ -51,22 +47,3 @@ def with_choices(scene: Scene, rocks: Rocks, engine: str | None, seed: int | Non
             raise InputError(f"the seed is {seed}; it must be a whole number from 0 to {LARGEST_SEED}")
         changes["seed"] = seed
     return scene.model_copy(update=changes)
-
-
-def rounds_of(scene: Scene, points: Sequence[int]) -> Iterator[Round]:
-    """Yield one round of all rocks or, for `rocks: auto`, rounds that each double the flown rocks, up to `most_rocks`.
-
-    points : number of places to which each source deals its rocks in turn. The first round reaches all places;
-        otherwise its result would be of the first places only.
-    """
-    counts = [source.rocks for source in scene.sources]
-    done = [0] * len(counts)
-    if scene.rocks != "auto":
-        yield done, counts
-        return
-    times = max(-(-FIRST_ROUND // sum(counts)), *(-(-p // n) for p, n in zip(points, counts, strict=True) if n))
-    first, most = [n * times for n in counts], scene.target.most_rocks
-    counts = first if sum(first) <= most else share_out(first, most)
-    while sum(counts) <= most:
-        yield done, counts
-        done, counts = counts, [2 * n for n in counts]

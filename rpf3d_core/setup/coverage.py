@@ -29,7 +29,7 @@ def covered_share(terrain: Terrain, polygons: MultiPolygon) -> float:
     """Return the share (-) of the area of polygons, in the input's plan coordinates, with terrain above or below."""
     corners = local_plan(terrain.frame, np.reshape(polygons.bounds, (2, 2)))
     (left, bottom), (right, top) = corners.min(axis=0), corners.max(axis=0)
-    ground = seen_from_above(terrain, Window(left, right, bottom, top), PIXELS).facet >= 0
+    ground = seen_from_above(terrain, Window(left=left, right=right, bottom=bottom, top=top), PIXELS).facet >= 0
     rows, columns = ground.shape
     x = left + (np.arange(columns) + 0.5) / columns * (right - left)
     y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)

@@ -6,7 +6,7 @@ from rpf3d_core.effects.hooks import HOOKS, chain_of, links_of
 from rpf3d_core.errors import InputError
 from rpf3d_core.kinetics.rebound import rebound
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.offers import Offer, loaded
+from rpf3d_core.scene.model_spec import ModelSpec, loaded
 from rpf3d_core.simulation.engines import Models
 from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.obstacles import Obstacles, all_of
@@ -20,8 +20,8 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
     InputError
         A model or effect cannot be built or has no rule; names the key.
     """
-    model, ground = (_built(spec.offer, scene, terrain) for spec in (scene.rebound, scene.ground))
-    effects = numbered([_built(offer, scene, terrain) for offer in scene.effects.named.values()])
+    model, ground = (_built(spec.model_spec, scene, terrain) for spec in (scene.rebound, scene.ground))
+    effects = numbered([_built(model_spec, scene, terrain) for model_spec in scene.effects.named.values()])
     if not rebound.has_rule(type(model)):
         raise InputError(f"{scene.path}: `rebound` names {type(model).__name__}, which has no rule; its file must have "
                          f"a function decorated with @rebound.rule({type(model).__name__})")  # fmt: skip
@@ -30,7 +30,7 @@ def models_of(scene: Scene, terrain: Terrain) -> Models:
             raise InputError(f"{scene.path}: `effects` names {type(effect).__name__}, which has no rule; its file must "
                              f"have a function decorated as @felt_normal.rule({type(effect).__name__}) is, for one of "
                              f"the hooks {', '.join(hook.__name__ for hook in HOOKS)}")  # fmt: skip
-    return Models(model, ground, chain_of(effects))
+    return Models(rebound=model, ground=ground, effects=chain_of(effects))
 
 
 def numbered(effects: list[Any]) -> list[Any]:
@@ -46,14 +46,15 @@ def numbered(effects: list[Any]) -> list[Any]:
 def obstacles_of(scene: Scene, models: Models) -> Obstacles:
     """Return names and places of the obstacles of a scene, in the order of their numbers."""
     named = zip(scene.effects.named.items(), links_of(models.effects), strict=True)
-    parts = [
-        loaded(offer.OBSTACLES)(name, offer, effect) for (name, offer), effect in named if offer.OBSTACLES is not None
-    ]
-    return all_of(parts)
+    return all_of([
+        loaded(model_spec.OBSTACLES)(name, model_spec, effect)
+        for (name, model_spec), effect in named
+        if model_spec.OBSTACLES is not None
+    ])  # fmt: skip
 
 
-def _built(offer: Offer, scene: Scene, terrain: Terrain) -> object:
+def _built(model_spec: ModelSpec, scene: Scene, terrain: Terrain) -> object:
     """Return the parameters of a model or effect, as the class for which its rules are registered."""
-    if offer.BUILDER is not None:
-        return loaded(offer.BUILDER)(offer, scene, terrain)
-    return offer.made()
+    if model_spec.BUILDER is not None:
+        return loaded(model_spec.BUILDER)(model_spec, scene, terrain)
+    return model_spec.made()

@@ -1,10 +1,11 @@
 """Prepares a scene to fly: reads the terrain, and builds locator, ground, sources and maps. Refuses bad input."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from shapely.geometry import MultiPolygon
 
 from rpf3d_core.detection.bucket_locator import bucket_locator
 from rpf3d_core.ensemble.batches import Flight
@@ -15,7 +16,7 @@ from rpf3d_core.ensemble.sizes import DrawnRock, mass_range
 from rpf3d_core.ensemble.totals import Totals
 from rpf3d_core.errors import InputError
 from rpf3d_core.formats.points import read_points
-from rpf3d_core.hazard.areas import Areas, areas_of
+from rpf3d_core.hazard.areas import areas_of
 from rpf3d_core.hazard.bins import FINE, PER_OCTAVE, Binning, Scales
 from rpf3d_core.hazard.maps import Raster
 from rpf3d_core.hazard.raster import check_memory, raster_over
@@ -49,6 +50,7 @@ from rpf3d_core.values import Rock, Vec
 class Prepared:
     """A scene with everything needed to fly its rocks.
 
+    polygons : of each area of interest, in the input's plan coordinates; outlines : the same as rings (N, 2) m, local
     read_s : wall seconds to read and check the terrain; index_s : wall seconds to build the engine's locator
     began : `time.perf_counter()` at the start of the preparation
     """
@@ -61,11 +63,16 @@ class Prepared:
     sources: Sequence[Source]
     rock: Rock | DrawnRock
     raster: Raster
-    areas: Areas
-    area_names: tuple[str, ...]
+    polygons: Mapping[str, MultiPolygon]
+    outlines: Mapping[str, list[FloatArray]]
     read_s: float
     index_s: float
     began: float
+
+    @property
+    def area_names(self) -> tuple[str, ...]:
+        """Names of the areas of interest."""
+        return tuple(self.outlines)
 
     @property
     def obstacles(self) -> Obstacles:
@@ -73,10 +80,10 @@ class Prepared:
         return obstacles_of(self.scene, self.flight.models)
 
 
-def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
+def prepare(scene: Scene, before_index: Callable[[], None] | None = None) -> Prepared:
     """Read all files that a scene names and build everything needed to fly its rocks.
 
-    wait : called before the locator is built
+    before_index : called before the locator is built; see `precompiler.Precompiler`
 
     Raises
     ------
@@ -85,25 +92,29 @@ def prepare(scene: Scene, wait: Callable[[], None] | None = None) -> Prepared:
     """
     began = time.perf_counter()
     check_engine(scene)
-    read_companions(scene)
+    polygons = read_companions(scene)
     terrain, faults = read_terrain(scene)
-    flight = scene_flight(scene, terrain)
-    sources = scene_sources(scene, terrain)
+    flight, sources = scene_flight(scene, terrain), scene_sources(scene, terrain)
     raster = scene_raster(scene, terrain, sources=sources)
-    outlines = area_outlines(scene, terrain)
+    outlines = area_outlines(scene, terrain, polygons)
     read_s = time.perf_counter() - began
-    if wait:
-        wait()
+    if before_index:
+        before_index()
     engine = build_engine(scene, terrain)
-    index_s = time.perf_counter() - began - read_s
     return Prepared(
-        scene, terrain, faults, engine, flight, sources, rock_of(scene.rock), raster, areas_of(outlines),
-        tuple(outlines), read_s, index_s, began,
+        scene=scene, terrain=terrain, faults=faults, engine=engine, flight=flight, sources=sources,
+        rock=rock_of(scene.rock), raster=raster, polygons=polygons, outlines=outlines, read_s=read_s,
+        index_s=time.perf_counter() - began - read_s, began=began,
     )  # fmt: skip
 
 
-def read_companions(scene: Scene) -> None:
+def read_companions(scene: Scene) -> dict[str, MultiPolygon]:
     """Read the small files of a scene first, so that a damaged file is refused before a large mesh is read.
+
+    Returns
+    -------
+    dict
+        The areas of interest, as `read_areas` does.
 
     Raises
     ------
@@ -111,9 +122,10 @@ def read_companions(scene: Scene) -> None:
         A file of points or polygons is damaged; names the file.
     """
     read_source_files(scene)
-    read_areas(scene)
+    areas = read_areas(scene)
     if scene.observed is not None:
         read_points(scene.observed.points_file, scene.terrain.up)
+    return areas
 
 
 def check_engine(scene: Scene) -> None:
@@ -155,8 +167,11 @@ def scene_flight(scene: Scene, terrain: Terrain) -> Flight:
     """
     surfaces = [_surface(scene, zone) for zone in terrain.zones]
     check_materials(scene, terrain.zones)
-    settings = Settings(scene.gravity, scene.smallest_bounce, scene.max_time, scene.max_impacts, scene.seed)
-    return Flight(drawn_materials(surfaces), settings, models_of(scene, terrain))
+    settings = Settings(
+        gravity=scene.gravity, smallest_bounce=scene.smallest_bounce, max_time=scene.max_time,
+        max_impacts=scene.max_impacts, seed=scene.seed,
+    )  # fmt: skip
+    return Flight(materials=drawn_materials(surfaces), settings=settings, models=models_of(scene, terrain))
 
 
 def _surface(scene: Scene, zone: str) -> DrawnSurface:
@@ -242,7 +257,7 @@ def empty_tallies(prepared: Prepared) -> Tallies:
     zones = len(prepared.terrain.zones)
     limit = memory_of_bins(scene, prepared.raster, facets)
     binning = Binning(coarse=_scales(prepared, PER_OCTAVE), fine=_scales(prepared, FINE), limit=limit)
-    tallies = tallies_over(ground, prepared.areas, zones, scene.gravity, binning, compiled)
+    tallies = tallies_over(ground, areas_of(prepared.outlines), zones, scene.gravity, binning, compiled)
     tallies = with_ways(tallies) if asks_ways(scene.hazard) else tallies
     tallies = replace(tallies, spins=spins_of(prepared.flight.models))
     return replace(tallies, barriers=empty_barriers(scene, prepared.flight, compiled))
@@ -273,7 +288,7 @@ def _fastest(source: Source) -> float:
 
 def empty_totals(prepared: Prepared) -> Totals:
     """Return empty totals over a scene's rocks."""
-    return Totals(position_of_stops(prepared), spins=spins_of(prepared.flight.models))
+    return Totals(position=position_of_stops(prepared), spins=spins_of(prepared.flight.models))
 
 
 def position_of_stops(prepared: Prepared) -> Callable[[FloatArray], FloatArray] | None:

@@ -56,7 +56,7 @@ def rock_of(spec: RockSpec) -> Rock | DrawnRock:
     measure = next(name for name in ("diameter", "mass", "volume") if getattr(spec, name) is not None)
     size = getattr(spec, measure)
     if not isinstance(size, float):
-        return DrawnRock(spec.density, measure, distribution_of(size))
+        return DrawnRock(density=spec.density, measure=measure, size=distribution_of(size))
     if measure == "diameter":
         radius = 0.5 * size
         return Rock(spec.density * 4.0 / 3.0 * math.pi * radius**3, radius)
@@ -93,8 +93,12 @@ def _throw(spec: SourceSpec) -> Throw | None:
     """Return speed and direction of a source that gives them; None if the source gives a velocity."""
     if spec.speed is None:
         return None
-    angles = (spec.azimuth_deg, spec.elevation_deg, spec.spread_deg)
-    return Throw(distribution_of(spec.speed), *(math.radians(angle or 0.0) for angle in angles))
+    return Throw(
+        speed=distribution_of(spec.speed),
+        azimuth=math.radians(spec.azimuth_deg or 0.0),
+        elevation=math.radians(spec.elevation_deg or 0.0),
+        spread=math.radians(spec.spread_deg or 0.0),
+    )
 
 
 def _triangles(scene: Scene, number: int, terrain: Terrain) -> ReleaseTriangles | None:

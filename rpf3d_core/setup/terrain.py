@@ -98,7 +98,9 @@ def _read_files(spec: TerrainSpec) -> tuple[Terrain, tuple[str, ...]]:
     del surfaces
     vertices, index = weld(points, spec.weld)
     triangles = (index if corners is None else index[corners]).reshape(-1, 3)
-    return Terrain(vertices, triangles, zone, zones, frame), tuple(file.path.name for file in files)
+    return Terrain(vertices=vertices, triangles=triangles, zone=zone, zones=zones, frame=frame), tuple(
+        file.path.name for file in files
+    )
 
 
 def _local_points(parts: list[FloatArray], up: Up) -> tuple[FloatArray, Frame]:

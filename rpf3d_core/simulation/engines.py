@@ -1,7 +1,6 @@
 """The two engines: the same physics in plain Python with VTK, and compiled with a bucket grid."""
 
 import math
-import time
 from copy import copy
 from typing import Any, NamedTuple
 
@@ -12,6 +11,7 @@ from rpf3d_core.detection.caps import CapFacets, CapLocator
 from rpf3d_core.detection.stepped import stepped
 from rpf3d_core.detection.stepped_raster import SteppedRaster
 from rpf3d_core.effects.hooks import Chain, links_of
+from rpf3d_core.jit.cache import is_cached
 from rpf3d_core.jit.dispatch import HAS_NUMBA, loop
 from rpf3d_core.materials.rock_context import RockContext, key_of, rock_of
 from rpf3d_core.simulation.launches import Launches, Starts, launches_of
@@ -211,18 +211,8 @@ def facet_size(facets: Facets) -> float:
     return math.sqrt(float(np.linalg.norm(np.cross(u, w), axis=1).mean())) or 1.0
 
 
-def warm(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
-    """Compile all functions that a run of these models needs; return the seconds it took."""
-    began = time.perf_counter()
-    warm_flights(engine, models, materials, settings)
-    if isinstance(engine, Compiled):
-        engine.ground_below(np.empty((0, 3)))
-    return time.perf_counter() - began
-
-
-def warm_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> float:
-    """Compile the functions that only flights need; return the seconds it took."""
-    began = time.perf_counter()
+def precompile_flights(engine: Engine, models: Models, materials: Any, settings: Settings) -> None:
+    """Compile the functions that only flights need."""
     if isinstance(engine, Compiled):
         nothing, none = np.empty((0, 3)), np.empty((0, 4), dtype=np.int64)
         first, finals = np.zeros((1, 2), dtype=np.int64), np.empty((0, 8))
@@ -231,7 +221,11 @@ def warm_flights(engine: Engine, models: Models, materials: Any, settings: Setti
         record = empty_record(0, 0, spins_of(models))
         logbook = Logbook(record=record, first=first, finals=finals, counts=none)
         engine.follow(models, materials, settings, starts, logbook, 0)
-    return time.perf_counter() - began
+
+
+def is_precompiled(models: Models) -> bool:
+    """True if the loop over flights is in the disk cache for the rebound model and the ground model."""
+    return is_cached(_follow_all, type(models.rebound), type(models.ground))
 
 
 def precompile_index() -> Compiled:
@@ -244,9 +238,9 @@ def precompile_index() -> Compiled:
     return Compiled(facets_of(Terrain(corners, triangles, zone, ("",))))
 
 
-def precompile_ground_below() -> None:
-    """Compile the search for the ground below points: search for no points, over two facets."""
-    precompile_index().ground_below(np.empty((0, 3)))
+def precompile_ground_below(engine: Engine | None = None) -> None:
+    """Compile the search for the ground below points: search for no points, over two facets without an engine."""
+    (engine or precompile_index()).ground_below(np.empty((0, 3)))
 
 
 @loop

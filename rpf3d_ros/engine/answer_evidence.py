@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
+from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
 from rpf3d_core.live.answers import Answer
 from rpf3d_core.live.standing import PreparedTerrain
 from rpf3d_core.live.triggers import Trigger
@@ -33,8 +33,8 @@ def evidence_of_answer(answer: Answer, context: EvidenceContext) -> Evidence:
     )
     if not answer.sources:
         return without_sources
-    facts = without_sources._replace(sources=answer.sources, unfinished=unfinished_of(answer.outcomes))._asdict()
-    return evidence_of(answer.maps, **{name: value for name, value in facts.items() if name != "areas"})
+    unfinished = unfinished_of(answer.outcomes)
+    return without_sources._replace(sources=answer.sources, unfinished=unfinished, areas=areas_of(answer.maps))
 
 
 def evidence_without_answer(trigger: Trigger, fault: str, context: EvidenceContext) -> Evidence:

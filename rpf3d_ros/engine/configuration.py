@@ -192,7 +192,7 @@ def _log_of(parameters: SimulatorParameters) -> tuple[DecisionLog | None, str]:
         log = DecisionLog(folder, version())
     except NotLogged as fault:
         return None, str(fault)
-    return log, "; ".join(log.said)
+    return log, "; ".join(log.problems)
 
 
 def version() -> str:

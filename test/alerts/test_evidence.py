@@ -7,7 +7,7 @@ import pytest
 from alert_evidence import NOW, S, area, decided, site
 from flights_on_a_floor import floor, maps_of, scene, thrown
 
-from rpf3d_core.alerts.evidence import areas_of, evidence_of, unfinished_of, untouched
+from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Level
 from rpf3d_core.ensemble.statistics import wilson_interval
 from rpf3d_core.hazard.maps import HazardMaps, Layers
@@ -70,8 +70,9 @@ def test_evidence_holds_plain_numbers_only(maps: HazardMaps) -> None:
 
 
 def test_evidence_of_maps_is_believed_and_decided_on(maps: HazardMaps) -> None:
-    made = evidence_of(
-        maps, result=1, stage=0, at_ns=NOW, trigger_stamp_ns=NOW - S, terrain_stamp_ns=NOW - S, terrain_digest="t",
+    made = Evidence(
+        areas=areas_of(maps), result=1, stage=0, at_ns=NOW, trigger_stamp_ns=NOW - S, terrain_stamp_ns=NOW - S,
+        terrain_digest="t",
         sources_digest="s", sources=2, seed=1, version="0.1.0",
     )  # fmt: skip
     limits = {"evacuate": {"reach_probability": 0.2}}

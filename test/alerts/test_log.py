@@ -67,7 +67,7 @@ def test_a_node_that_starts_again_goes_on_from_what_is_held(tmp_path: Path) -> N
 def test_a_log_that_is_opened_again_continues_the_chain(tmp_path: Path) -> None:
     alerts = logged_shift(tmp_path)
     log = log_one_more(tmp_path)
-    assert log.said == ()
+    assert log.problems == ()
     lines = contents(tmp_path)
     assert lines[-1]["previous"]["at_ns"] == alerts[-1].at_ns
     assert lines[-1]["sha256"] == log.head
@@ -114,12 +114,12 @@ def test_a_torn_last_line_is_kept_aside_and_said_and_the_log_goes_on(tmp_path: P
     path.write_bytes(whole[: len(whole) - len(last)] + last[:kept])
     log = log_one_more(tmp_path)
     if kept == -1:  # nothing is missing but the end of the line
-        assert log.said == ()
+        assert log.problems == ()
         assert path.read_bytes().startswith(whole)
     else:
         (aside,) = tmp_path.glob("*.torn-*")
         assert aside.read_bytes() == last[:kept]
-        assert f"the last line is torn, {len(last[:kept])} bytes" in log.said[0]
+        assert f"the last line is torn, {len(last[:kept])} bytes" in log.problems[0]
         assert kinds(tmp_path)[-2:] == ["torn", "decision"]
     found = audit_log(tmp_path)
     assert found.sound, found.findings
@@ -141,7 +141,7 @@ def test_a_log_with_a_damaged_middle_stays_as_it_is_and_goes_on_in_a_new_file(tm
     path.write_bytes(path.read_bytes().replace(b'"level":"watch"', b'"level":"evacuate"'))
     damaged = path.read_bytes()
     log = log_one_more(tmp_path)
-    assert "not as they were written" in log.said[0]
+    assert "not as they were written" in log.problems[0]
     assert path.read_bytes() == damaged
     assert contents_of(tmp_path / "decisions-000002.jsonl")[-1]["previous"]["at_ns"] == alerts[-1].at_ns
     assert not audit_log(tmp_path).sound

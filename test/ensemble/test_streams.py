@@ -20,7 +20,7 @@ from rpf3d_core.ensemble.stream import blocks_of
 from rpf3d_core.runs import run as run_module
 from rpf3d_core.runs.run import Run, run_scene
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.setup.choices import FIRST_ROUND, rounds_of
+from rpf3d_core.setup.rounds import FIRST_ROUND, rounds_of
 from rpf3d_core.values import Outcome
 
 SCENE = f"""\

@@ -1,6 +1,7 @@
 """Compiled code is never stale, costs nothing but time where it cannot be kept, and names what it does not know."""
 
 import shutil
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,9 +28,16 @@ def total(n):
         s += factor(i)
     return s
 """
-OF_KERNELS = ("values.py", "jit/dispatch.py", "kinetics/rebound.py", "detection/contact.py", "arc.py")
-OF_NO_KERNEL = (
+OF_FLIGHTS, OF_COUNTS = "rpf3d_core.simulation.engines", "rpf3d_core.hazard.tally"
+"""Modules whose loops fly rocks and count them."""
+IN_FLIGHTS = (
+    "values.py", "jit/dispatch.py", "kinetics/rebound.py", "kinetics/rebounds/mass_scaled.py", "detection/contact.py",
+    "effects/drag.py", "arc.py",
+)  # fmt: skip
+NOT_IN_FLIGHTS = (
     "cli.py", "commands/run.py", "runs/run.py", "results/summary.py", "recordings/log.py", "setup/prepared.py",
+    "hazard/layers.py", "hazard/maps.py", "hazard/walks/visiting.py", "ensemble/flights.py", "terrain/mesh/welding.py",
+    "terrain/mesh/faults.py", "jit/background.py",
 )  # fmt: skip
 RUN = "from rpf3d_core.terrain.total import total; print(total(10), len(total.stats.cache_hits))"
 
@@ -72,10 +80,11 @@ def edit(package: Path) -> None:
     (package / "terrain" / "factor.py").write_text(HALF.format(factor=3) + "# edited\n")
 
 
-def digest_of(monkeypatch: pytest.MonkeyPatch, package: Path) -> str:
+def digest_of(monkeypatch: pytest.MonkeyPatch, package: Path, module: str = OF_FLIGHTS) -> str:
     cache._digest.cache_clear()
+    cache._package.cache_clear()
     monkeypatch.setattr(cache, "SOURCES", package)
-    return source_digest()
+    return source_digest(module)
 
 
 def total_of(package: Path, **environment: str) -> tuple[int, int]:
@@ -108,7 +117,7 @@ def test_a_model_function_keeps_the_name_and_the_words_of_its_stub() -> None:
     assert (doubled.__name__, doubled.__doc__) == ("doubled", "Twice or whatever.")
 
 
-@pytest.mark.parametrize("file", OF_KERNELS)
+@pytest.mark.parametrize("file", IN_FLIGHTS)
 def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:
@@ -118,8 +127,8 @@ def test_the_digest_changes_when_the_source_of_a_kernel_changes(
     assert digest_of(monkeypatch, package) != before
 
 
-@pytest.mark.parametrize("file", OF_NO_KERNEL)
-def test_the_digest_stays_when_a_file_without_kernels_changes(
+@pytest.mark.parametrize("file", NOT_IN_FLIGHTS)
+def test_the_digest_of_flights_stays_when_a_file_changes_that_no_flight_calls(
     monkeypatch: pytest.MonkeyPatch, package: Path, file: str
 ) -> None:
     before = digest_of(monkeypatch, package)
@@ -128,23 +137,60 @@ def test_the_digest_stays_when_a_file_without_kernels_changes(
     assert digest_of(monkeypatch, package) == before
 
 
-def test_every_module_that_is_imported_with_a_kernel_counts_in_the_digest() -> None:
-    """Asked of Python's own import, which shares nothing with the search through the sources."""
+def test_an_edit_of_what_counts_recompiles_what_counts(monkeypatch: pytest.MonkeyPatch, package: Path) -> None:
+    before = digest_of(monkeypatch, package, OF_COUNTS)
+    path = package / "hazard" / "bins.py"
+    path.write_text(path.read_text() + "\n")
+    assert digest_of(monkeypatch, package, OF_COUNTS) != before
+
+
+def sources_in_the_package() -> cache.PackageSources:
     root = ROOT / "rpf3d_core"
-    texts = {path.relative_to(root).with_suffix("").as_posix(): path.read_text() for path in root.rglob("*.py")}
-    counted = cache.kernel_sources(texts)
-    listing = "import sys; import rpf3d_core.simulation.engines; print(*(n for n in sys.modules if 'rpf3d_core.' in n))"
+    files = {path.relative_to(root).with_suffix("").as_posix(): path.read_text() for path in root.rglob("*.py")}
+    return cache.PackageSources(files)
+
+
+@pytest.mark.parametrize("module", [OF_FLIGHTS, OF_COUNTS, "rpf3d_core.hazard.walks.visiting"])
+def test_every_module_that_is_imported_with_a_loop_counts_in_its_digest(module: str) -> None:
+    """Asked of Python's own import, which shares nothing with the search through the sources."""
+    package = sources_in_the_package()
+    counted = package.kernel_sources(module.removeprefix("rpf3d_core.").replace(".", "/"))
+    listing = f"import sys; import {module}; print(*(n for n in sys.modules if 'rpf3d_core.' in n))"
     loaded = {name.removeprefix("rpf3d_core.").replace(".", "/") for name in python(listing).stdout.split()}
-    files = {name for name in loaded if name in texts}
-    assert len(files) > 30 and files <= counted
+    files = {name for name in loaded if name in package.texts}
+    assert len(files) > 15 and files <= counted
 
 
-def test_a_file_without_kernels_that_no_kernel_imports_does_not_count() -> None:
+def test_every_rule_that_is_registered_for_flights_counts_in_their_digest() -> None:
+    """Asked of the registered rules themselves, after all files of the package with physics are imported."""
+    counted = sources_in_the_package().kernel_sources("simulation/engines")
+    registered = set()
+    for name in sources_in_the_package().texts:
+        if name.split("/")[0] in ("materials", "kinetics", "detection", "effects", "simulation"):
+            for each in vars(import_module(f"rpf3d_core.{name.replace('/', '.')}")).values():
+                rules = getattr(getattr(each, "has_rule", None), "__self__", {})
+                registered |= {rule.__module__.removeprefix("rpf3d_core.").replace(".", "/") for rule in rules.values()}
+    assert len(registered) > 30 and registered <= counted
+
+
+def test_the_sources_of_a_loop_are_what_it_imports_and_the_rules_of_the_models_it_calls() -> None:
     texts = {
-        "a": "from rpf3d_core.b import (\n    x,\n)\n\n@kernel\ndef f(): ...", "b": "from rpf3d_core.c import d as e\n",
-        "c/d": "", "e": "from rpf3d_core.a import f\n", "f": "# @kernel\n",
+        "a": "from rpf3d_core.b import (\n    x,\n)  # fmt: skip\n\n@loop\ndef f(): ...",
+        "b": "from rpf3d_core.c import d as e  # and no more\n", "c/d": "", "e": "from rpf3d_core.a import f\n",
+        "f": "@loop\ndef g(): ...", "g": "@model_function\ndef way(model): ...",
+        "h": "from rpf3d_core.g import way\n\n@way.rule(H)\ndef h_way(model): ...",
+        "i": "    from rpf3d_core.g import way\n\n@loop\ndef j(): ...",
     }  # fmt: skip
-    assert cache.kernel_sources(texts) == {"a", "b", "c/d"}
+    package = cache.PackageSources(texts)
+    assert package.kernel_sources("a") == {"a", "b", "c/d"}
+    assert package.kernel_sources("f") == {"f"}
+    assert package.kernel_sources("i") == {"i", "g", "h"}
+    assert package.kernel_sources("outside") == set(texts)
+
+
+def test_a_rule_of_a_model_function_that_is_not_found_counts_for_all_loops() -> None:
+    package = cache.PackageSources({"a": "@loop\ndef f(): ...", "b": "@other.rule(B)\ndef g(model): ..."})
+    assert package.kernel_sources("a") == {"a", "b"}
 
 
 def test_what_was_compiled_is_kept_for_the_next_process(package: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from rpf3d_core.jit.background import BackgroundCompiler
 from rpf3d_core.runs import run as run_module
 from rpf3d_core.runs.run import simulate
 from rpf3d_core.scene.reading import read_scene
+from rpf3d_core.setup import precompiler as precompiler_module
 from rpf3d_core.setup import prepared as prepared_module
 from rpf3d_core.setup.prepared import prepare
 from rpf3d_core.simulation import engines
@@ -39,13 +40,13 @@ def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Compiled:
     return engine
 
 
-def test_the_index_that_is_rehearsed_has_the_types_of_any_other(engine: Compiled) -> None:
-    rehearsed = precompile_index()
-    assert numba.typeof(rehearsed.facets) == numba.typeof(engine.facets)
-    assert numba.typeof(rehearsed.locator) == numba.typeof(engine.locator)
+def test_the_index_that_is_precompiled_has_the_types_of_any_other(engine: Compiled) -> None:
+    precompiled = precompile_index()
+    assert numba.typeof(precompiled.facets) == numba.typeof(engine.facets)
+    assert numba.typeof(precompiled.locator) == numba.typeof(engine.locator)
 
 
-def test_what_is_rehearsed_is_compiled_once_for_all(engine: Compiled) -> None:
+def test_what_is_precompiled_is_compiled_once_for_all(engine: Compiled) -> None:
     assert len(INDEX) > 6, "not all loops of the index are looked at"
     precompile_ground_below()
     known = {loop: set(loop.overloads) for loop in (*INDEX, GROUND_BELOW)}
@@ -86,15 +87,16 @@ def test_a_run_waits_for_each_part_before_it_needs_it(
     told = Told(slow)
 
     @contextmanager
-    def beside(*loops: Any) -> Iterator[BackgroundCompiler]:
+    def background(*loops: Any) -> Iterator[BackgroundCompiler]:
         yield told
 
-    monkeypatch.setattr(run_module, "compiling_beside", beside)
+    monkeypatch.setattr(precompiler_module, "background_compiler", background)
     told.note(monkeypatch, prepared_module, "facets_of")
-    told.note(monkeypatch, run_module, "warm_flights")
+    told.note(monkeypatch, precompiler_module, "precompile_flights")
     told.note(monkeypatch, run_module, "_check_all")
     simulate(scene_file(tmp_path, more="engine: compiled"))
     assert told.noted == [
         "begin precompile_index", "begin precompile_ground_below", "wait precompile_index", "facets_of", "types known",
-        *(["warm_flights"] if slow else []), "wait precompile_ground_below", "_check_all", "wait",
+        *(["precompile_flights"] if slow else []), "wait precompile_ground_below", "_check_all", "precompile_flights",
+        "wait",
     ]  # fmt: skip

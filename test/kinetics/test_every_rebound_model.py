@@ -85,7 +85,7 @@ import sys
 from rpf3d_core.scene.models import ReboundSpec
 import rpf3d_core.runs.run
 before = [name for name in sys.modules if ".rebounds." in name and "builders" not in name]
-ReboundSpec.model_validate({"v_half": {}}).offer.made()
+ReboundSpec.model_validate({"v_half": {}}).model_spec.made()
 after = [name for name in sys.modules if ".rebounds." in name and "builders" not in name]
 print(before, after)
 """

@@ -6,8 +6,9 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import scenes_of_facets as made
-from default_models import models_called
+from models_by_name import models_called
 from hazard_tallied import MASS, over, rocks_above, rough
+from models_by_name import models_called
 from rolling_spheres import spheres
 
 from rpf3d_core.ensemble.fly import fly_ensemble

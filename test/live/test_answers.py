@@ -9,10 +9,11 @@ from live_ground import ENGINES, over_the_wall, pit_scene, pit_standing
 
 from rpf3d_core.errors import InputError
 from rpf3d_core.hazard.convergence import is_enough, step_of
-from rpf3d_core.live.answers import EnsembleSize, answers, rounds
+from rpf3d_core.live.answers import EnsembleSize, answers
 from rpf3d_core.live.released import ReleaseSpread
 from rpf3d_core.live.standing import stand_on
 from rpf3d_core.live.triggers import trigger_of
+from rpf3d_core.setup.rounds import doubling_rounds
 
 WIDE = ReleaseSpread(position=5.0, velocity=1.0, above_ground=2.0)
 NOTHING_LIVE = {}
@@ -184,8 +185,8 @@ def test_live_areas_are_told_of_beside_the_scenes_own(tmp_path):
 
 
 def test_a_first_stage_larger_than_most_rocks_flies_all_the_same():
-    assert rounds([3, 3], 4) == [([0, 0], [3, 3])]
-    assert rounds([1, 1], 8) == [([0, 0], [1, 1]), ([1, 1], [2, 2]), ([2, 2], [4, 4])]
+    assert doubling_rounds([3, 3], 4) == [([0, 0], [3, 3])]
+    assert doubling_rounds([1, 1], 8) == [([0, 0], [1, 1]), ([1, 1], [2, 2]), ([2, 2], [4, 4])]
 
 
 @pytest.mark.parametrize(
@@ -198,7 +199,7 @@ def test_a_first_stage_larger_than_most_rocks_flies_all_the_same():
     ],
 )
 def test_stages_double_up_to_most_rocks_and_end_with_no_fewer_than_least(first, most, least, stages):
-    plan = rounds(first, most, least)
+    plan = doubling_rounds(first, most, least)
     assert [sum(last) for _, last in plan] == stages
     assert all(done == last for (_, last), (done, _) in pairwise(plan)), "each goes on from the last"
 

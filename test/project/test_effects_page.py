@@ -7,7 +7,7 @@ from types import ModuleType
 
 import pytest
 
-from rpf3d_core.scene.catalogue import COSTS, offers
+from rpf3d_core.scene.catalogue import COSTS, entries
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,23 +24,23 @@ def page() -> ModuleType:
 
 def test_the_page_is_what_the_models_say(page: ModuleType) -> None:
     written = (ROOT / "docs" / "reference" / "effects.md").read_text()
-    assert written == page.document(offers()), "run: python docs/effects.py --as-is"
+    assert written == page.document(entries()), "run: python docs/effects.py --as-is"
 
 
 def test_the_page_has_everything_that_can_be_named(page: ModuleType) -> None:
-    written = page.document(offers())
-    assert [offer.name for offer in offers() if f"### `{offer.name}`" not in written] == []
+    written = page.document(entries())
+    assert [entry.name for entry in entries() if f"### `{entry.name}`" not in written] == []
 
 
 def test_everything_that_can_be_named_has_been_measured() -> None:
     costs = json.loads((ROOT / "rpf3d_core" / COSTS).read_text())
-    assert set(costs) == {f"{offer.kind}.{offer.name}" for offer in offers()}, "run: make effects"
+    assert set(costs) == {f"{entry.kind}.{entry.name}" for entry in entries()}, "run: make effects"
 
 
-@pytest.mark.parametrize("offer", offers(), ids=lambda offer: f"{offer.kind}.{offer.name}")
-def test_each_says_what_it_does_where_it_is_from_and_how_far_that_is_confirmed(offer) -> None:
-    assert offer.summary.endswith(".") and offer.source
-    for parameter in offer.parameters:
+@pytest.mark.parametrize("entry", entries(), ids=lambda entry: f"{entry.kind}.{entry.name}")
+def test_each_says_what_it_does_where_it_is_from_and_how_far_that_is_confirmed(entry) -> None:
+    assert entry.summary.endswith(".") and entry.source
+    for parameter in entry.parameters:
         assert parameter.meaning and parameter.source
-        if "UNCONFIRMED" in (parameter.confirmed, offer.confirmed):
-            assert "unconfirmed" in (parameter.meaning + offer.summary).lower(), parameter.name
+        if "UNCONFIRMED" in (parameter.confirmed, entry.confirmed):
+            assert "unconfirmed" in (parameter.meaning + entry.summary).lower(), parameter.name

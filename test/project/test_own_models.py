@@ -107,7 +107,7 @@ import numpy as np
 from rpf3d_core.scene.reading import read_scene
 from little_loop import bounce
 out = np.zeros(1)
-bounce(read_scene(sys.argv[1]).rebound.offer.made(), out)
+bounce(read_scene(sys.argv[1]).rebound.model_spec.made(), out)
 print(out[0], len(bounce.stats.cache_hits))
 """
 """A loop over one model: the whole engine would take ten times as long to compile."""

@@ -13,7 +13,8 @@ from rpf3d_core.ensemble.paths import positions_at, sample_paths
 from rpf3d_core.errors import InputError
 from rpf3d_core.recordings import replay as replaying
 from rpf3d_core.recordings.blueprint import point_of_view
-from rpf3d_core.recordings.log import FRAMES, frame_line, import_rerun, write_recording
+from rpf3d_core.recordings.log import FRAMES, import_rerun, write_recording
+from rpf3d_core.recordings.log_text import frame_line
 from rpf3d_core.recordings.replay import recording_of, viewer_command
 from rpf3d_core.recordings.shapes import coloured_mesh, strips_by_speed
 from rpf3d_core.terrain.obstacles import Obstacles

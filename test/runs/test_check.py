@@ -120,9 +120,9 @@ def test_rocks_and_engine_can_be_chosen_and_the_scenes_own_number_counts(folder:
 
 
 def test_of_very_many_rocks_a_part_is_looked_at_and_said_to_be(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rpf3d_core.runs.check.LOOKED_AT", 100)
+    monkeypatch.setattr("rpf3d_core.runs.check.MOST_CHECKED", 100)
     (source,) = checked(folder, SLOPE + ABOVE.replace("rocks: 4", "rocks: 1001")).sources
-    assert (source.rocks, source.looked_at) == (1001, 91)
+    assert (source.rocks, source.checked) == (1001, 91)
     assert source.describe().startswith("1,001 rocks (91 looked at), ")
 
 

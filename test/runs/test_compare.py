@@ -14,7 +14,6 @@ from rpf3d_core.results.earlier_results import stops_by_zone
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs.compare import Counted, compare_runs, compare_summaries, comparison_section
 from rpf3d_core.runs.compare_tables import decimals_for, lines_of, markdown_of, percent, points, share_rows
-from rpf3d_core.runs.run import findings_of
 
 
 def place(reached, stopped, rocks, energy=1000.0):
@@ -70,7 +69,7 @@ def test_a_run_does_not_differ_from_itself():
 
 def test_rocks_start_alike_where_seed_and_sources_are_the_same_and_nowhere_else(tmp_path):
     def facts(name, more="", R_n=0.5, rocks=30, seed=1):
-        return summary(findings_of(rpf3d.simulate(scene_file(tmp_path, name, R_n=R_n, more=more), rocks, seed=seed)))
+        return summary(rpf3d.simulate(scene_file(tmp_path, name, R_n=R_n, more=more), rocks, seed=seed))
 
     def alike(a, b):
         return [note.split(":")[0] for note in compare_summaries(a, b).notes if "start alike" in note]
@@ -164,7 +163,7 @@ def test_runs_with_other_seeds_do_not_differ_and_softer_ground_does(tmp_path):
         rpf3d.simulate(scene_file(tmp_path, R_n=R_n, R_t=R_t), rocks=400, seed=seed)
         for R_n, R_t, seed in ((0.5, 0.8, 1), (0.5, 0.8, 2), (0.3, 0.5, 3))
     ]
-    one, again, soft = (summary(findings_of(run)) for run in runs)
+    one, again, soft = (summary(run) for run in runs)
     assert all(row.p_holm > 0.05 for row in compare_summaries(one, again).differences)
     changed = row_of(compare_summaries(one, soft), "floor", "reached")
     assert changed.significant and changed.change < 0.0 and changed.p_holm < 0.05

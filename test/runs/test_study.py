@@ -13,9 +13,9 @@ from rpf3d_core.ensemble import samples
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs import parallel as study_module
-from rpf3d_core.runs.parallel import fly_part, fly_parts, merged, rounds_of_parts, study
-from rpf3d_core.runs.run import findings_of
+from rpf3d_core.runs.parallel import fly_part, fly_parts, merged, study
 from rpf3d_core.setup.prepared import prepare
+from rpf3d_core.setup.rounds import rounds_of_parts
 
 PARTS = 8
 TIMES = ("read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s")
@@ -51,7 +51,7 @@ def assert_same_bits(run, other):
 
 
 def facts(run):
-    return {name: value for name, value in summary(findings_of(run)).items() if name not in TIMES}
+    return {name: value for name, value in summary(run).items() if name not in TIMES}
 
 
 def test_eight_parts_in_processes_are_the_same_bits_as_one_run(scene):

@@ -211,7 +211,12 @@ def test_a_pit_is_read_as_the_parameters_of_the_synthetic_pit(folder: Path) -> N
             "a: !!python/object:os.x {}",
             "`a` has the tag tag:yaml.org,2002:python/object:os.x, but tags are not read here",
         ),
-        ("a: &a 1\nb: *a", "not valid YAML: aliases (*name) are not read here; write the values out"),
+        ("a: *a", "not valid YAML: found undefined alias 'a'"),
+        ("a: &a [1, *a]", "the alias *a stands inside its own anchor, so the value has no end"),
+        (
+            "target: {<<: {most_rocks: 9}}",
+            "`target.<<` is a merge key, but these are not read here; write the keys out",
+        ),
         ("a: b: c", "not valid YAML: mapping values are not allowed here"),
         (
             "observed: {points_file: slope.obj, sections: {ledge: [45, 30]}}",

@@ -20,11 +20,12 @@ from rpf3d_core.hazard.maps import HazardMaps
 from rpf3d_core.hazard.raster import raster_over
 from rpf3d_core.hazard.tallies import tallies_over
 from rpf3d_core.hazard.walks.ground import ground_over
-from rpf3d_core.results.findings import Findings
+from rpf3d_core.results.findings import Run
 from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
 from rpf3d_core.setup.areas import local_outlines, read_areas
 from rpf3d_core.setup.observed import position_along
+from rpf3d_core.setup.prepared import Prepared, scene_flight
 from rpf3d_core.terrain.facets import Terrain, facets_of
 from rpf3d_core.terrain.frame import Frame
 from rpf3d_core.terrain.mesh.edges import edges_of
@@ -127,16 +128,22 @@ def start_of(i: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array([-10.0, -6.0 + 2.0 * i % 12, 5.0 + i % 7]), np.array([2.0 + 0.5 * (i % 9), 0.3, 1.0])
 
 
-def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Findings:
-    """Return the findings of a run of the scene over the floor with these flights."""
+def findings(named: Scene, terrain: Terrain, flights: Flights, planned: int | None = None, steps=()) -> Run:
+    """Return the run of the scene over the floor with these flights; no engine is prepared for it."""
     rocks = len(flights.deposits.rock)
     position = None if named.observed is None else position_along(named.observed, terrain.frame)
     totals = Totals(position)
     totals.add(flights.deposits)
-    return Findings(
-        named, terrain, faults(terrain), flights, totals,
-        maps_of(named, terrain, flights), rocks if planned is None else planned, tuple(steps),
-        {"read_s": 0.5, "wall_s": 2.0},
+    polygons = read_areas(named)
+    prepared = Prepared(
+        scene=named, terrain=terrain, faults=faults(terrain), engine=None, flight=scene_flight(named, terrain),
+        sources=(), rock=None, raster=None, polygons=polygons,
+        outlines={name: local_outlines(terrain.frame, area) for name, area in polygons.items()},
+        read_s=0.5, index_s=0.25, began=0.0,
+    )  # fmt: skip
+    return Run(
+        prepared=prepared, flights=flights, totals=totals, maps=maps_of(named, terrain, flights),
+        planned=rocks if planned is None else planned, wall_s=2.0, steps=tuple(steps),
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ from visualization_msgs.msg import MarkerArray
 
 # The modules of rpf3d under test: if they move, only these lines change.
 from rpf3d_core.alerts.decide import decide
-from rpf3d_core.alerts.evidence import Evidence, evidence_of, unfinished_of, untouched
+from rpf3d_core.alerts.evidence import Evidence, areas_of, unfinished_of, untouched
 from rpf3d_core.alerts.levels import Acknowledgement, Alert, acknowledgement
 from rpf3d_core.alerts.site_model import Thresholds
 from rpf3d_core.live.answers import Answer, EnsembleSize, answers
@@ -260,7 +260,7 @@ class Session:
             "faults": (answer.left_out,) if answer.left_out else (),
         }  # fmt: skip
         if answer.sources:
-            return evidence_of(answer.maps, **facts)
+            return Evidence(**facts, areas=areas_of(answer.maps))
         return Evidence(**facts, areas=untouched(answer.maps.area_names))
 
     def _decide(self, given: Acknowledgement | None) -> None:

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from default_models import models_called
+from models_by_name import models_called
 from matplotlib.tri import Triangulation
+from models_by_name import models_called
 from scenes_of_facets import terrain_of
 
 from rpf3d_core.ensemble.batches import Flight

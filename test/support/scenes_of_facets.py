@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from default_models import models_called
+from models_by_name import models_called
 
 from rpf3d_core.ensemble.batches import Flight
 from rpf3d_core.ensemble.flights import Flights

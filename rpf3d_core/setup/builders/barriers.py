@@ -32,7 +32,7 @@ class _Piece(NamedTuple):
     barrier: int
 
 
-def barriers_of(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers:
+def barriers_of(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers:
     """Return the barriers of a scene.
 
     Raises
@@ -40,27 +40,27 @@ def barriers_of(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Barriers
     InputError
         A line is damaged, has no length, or leaves the terrain; names the key.
     """
-    pieces = list(_pieces(offer, scene, terrain))
+    pieces = list(_pieces(model_spec, scene, terrain))
     foot = np.array([piece.foot for piece in pieces])
     facet, line, barrier = (np.array([piece[k] for piece in pieces], dtype=np.int64) for k in (1, 2, 3))
     way = foot[:, 1] - foot[:, 0]
     x, y, z, dx, dy, dz = (np.ascontiguousarray(column) for column in (*foot[:, 0].T, *way.T))
     panel = Panel(
-        x, y, z, dx, dy, dz, facet, line, barrier,
-        height=np.array([spec.height * spec.residual_height for spec in offer.panels]),
-        capacity=np.array([JOULE_PER_KJ * spec.capacity_kj for spec in offer.panels]),
-        taken=np.array([spec.taken_by_break for spec in offer.panels]),
-        top=np.array([1.0 if spec.measured_at == "top" else 0.0 for spec in offer.panels]),
+        x=x, y=y, z=z, dx=dx, dy=dy, dz=dz, facet=facet, line=line, barrier=barrier,
+        height=np.array([spec.height * spec.residual_height for spec in model_spec.panels]),
+        capacity=np.array([JOULE_PER_KJ * spec.capacity_kj for spec in model_spec.panels]),
+        taken=np.array([spec.taken_by_break for spec in model_spec.panels]),
+        top=np.array([1.0 if spec.measured_at == "top" else 0.0 for spec in model_spec.panels]),
     )  # fmt: skip
     plan = foot[..., :2]
     cells = cells_of(plan.min(axis=1) - CORNER, plan.max(axis=1) + CORNER)
-    return Barriers(0, panel, NEAR * tolerance_of(terrain), cells)
+    return Barriers(first=0, panel=panel, slack=NEAR * tolerance_of(terrain), cells=cells)
 
 
-def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) -> Obstacles:
+def barriers_as_obstacles(name: str, model_spec: BarriersSpec, barriers: Barriers) -> Obstacles:
     """Return the names of the barriers, and the lines along their feet (P, 3) m."""
     panel = barriers.panel
-    names = tuple(f"{name}.{spec.name}" for spec in offer.panels)
+    names = tuple(f"{name}.{spec.name}" for spec in model_spec.panels)
     begin = np.stack([panel.x, panel.y, panel.z], axis=1)
     end = begin + np.stack([panel.dx, panel.dy, panel.dz], axis=1)
     lines = tuple(
@@ -68,13 +68,13 @@ def barriers_as_obstacles(name: str, offer: BarriersSpec, barriers: Barriers) ->
         for number in range(int(panel.line.max()) + 1)
         if (its := panel.line == number).any()
     )
-    return Obstacles(names, panel.barrier, lines, NO_OBSTACLES.stems)
+    return Obstacles(names=names, owner=panel.barrier, lines=lines, stems=NO_OBSTACLES.stems)
 
 
-def _pieces(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
+def _pieces(model_spec: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Piece]:
     """Yield the parts of all barriers, in order."""
     number = 0
-    for barrier, spec in enumerate(offer.panels):
+    for barrier, spec in enumerate(model_spec.panels):
         key = f"{scene.path}: `effects.barriers.panels[{barrier}].along`"
         try:
             lines = lines_along(spec.along)
@@ -89,5 +89,8 @@ def _pieces(offer: BarriersSpec, scene: Scene, terrain: Terrain) -> Iterator[_Pi
                     raise InputError(f"{key} of {spec.name!r} leaves the terrain, or crosses a hole in it: {where}")
                 at = begin + section.share[..., None] * (end - begin)
                 feet = np.concatenate([at, section.z[..., None]], axis=-1)
-                yield from (_Piece(foot, int(f), number, barrier) for foot, f in zip(feet, section.facet, strict=True))
+                yield from (
+                    _Piece(foot=foot, facet=int(f), line=number, barrier=barrier)
+                    for foot, f in zip(feet, section.facet, strict=True)
+                )
                 number += 1

@@ -8,14 +8,14 @@ from rpf3d_core.simulation import sphere as sphere  # the import registers its r
 from rpf3d_core.terrain.facets import Terrain
 
 
-def sphere_of(offer: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> CoulombSphere:
+def sphere_of(spec: CoulombSphereSpec, scene: Scene, terrain: Terrain) -> CoulombSphere:
     """Return the rebound model of a sphere."""
     if scene.engine != "compiled":
         from rpf3d_core.detection import vtk_swept  # noqa: F401  (needed by the reference engine only)
-    friction = MATERIALS_OWN if offer.impact_friction is None else offer.impact_friction
-    return CoulombSphere(friction, offer.tangential_restitution)
+    friction = MATERIALS_OWN if spec.impact_friction is None else spec.impact_friction
+    return CoulombSphere(friction, spec.tangential_restitution)
 
 
-def sphere_ground_of(offer: SphereGroundSpec, scene: Scene, terrain: Terrain) -> SphereGround:
+def sphere_ground_of(spec: SphereGroundSpec, scene: Scene, terrain: Terrain) -> SphereGround:
     """Return the ground model of a sphere."""
     return SphereGround()

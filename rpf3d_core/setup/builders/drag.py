@@ -6,6 +6,6 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Terrain
 
 
-def drag(offer: DragSpec, scene: Scene, terrain: Terrain) -> Drag:
+def drag(spec: DragSpec, scene: Scene, terrain: Terrain) -> Drag:
     """Return the parameters of air drag for the kernels."""
-    return Drag(offer.coefficient, offer.density, offer.accuracy, scene.gravity)
+    return Drag(coefficient=spec.coefficient, density=spec.density, accuracy=spec.accuracy, gravity=scene.gravity)

@@ -12,7 +12,7 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 
-def drag_layer(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer:
+def drag_layer(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLayer:
     """Return the parameters of the drag layer for the kernels.
 
     Raises
@@ -20,12 +20,14 @@ def drag_layer(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> DragLaye
     InputError
         The polygons are damaged, or lie off the terrain.
     """
-    edges = _edges_of(offer, scene, terrain) if offer.polygons else np.empty((0, 4))
-    return DragLayer(offer.coefficient, offer.height, offer.accuracy, scene.gravity, edges)
+    edges = _edges_of(spec, scene, terrain) if spec.polygons else np.empty((0, 4))
+    return DragLayer(
+        coefficient=spec.coefficient, height=spec.height, accuracy=spec.accuracy, gravity=scene.gravity, edges=edges
+    )
 
 
-def _edges_of(offer: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
+def _edges_of(spec: DragLayerSpec, scene: Scene, terrain: Terrain) -> FloatArray:
     """Return the edges (E, 4) m of the outlines of a forest; overlapping polygons are united."""
-    polygons: Path = offer.polygons  # type: ignore[assignment]  # there are some
+    polygons: Path = spec.polygons  # type: ignore[assignment]  # there are some
     rings = outlines_on(terrain, polygons, f"{scene.path}: `effects.drag_layer.polygons`")
     return np.concatenate([np.concatenate([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])

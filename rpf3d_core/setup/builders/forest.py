@@ -45,7 +45,7 @@ class _Stand(NamedTuple):
     kind: NDArray[np.int64]
 
 
-def forest_of(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
+def forest_of(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
     """Return the trees of a scene.
 
     Raises
@@ -54,27 +54,35 @@ def forest_of(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Forest:
         A file is damaged, a tree of the file stands off the terrain or its foot off the ground, the polygons lie off
         the terrain, or too many trees would be drawn; names the key.
     """
-    stand = _drawn(offer, scene, terrain) if offer.file is None else _written(offer, scene, terrain)
+    stand = _drawn(spec, scene, terrain) if spec.file is None else _written(spec, scene, terrain)
     z, facet = ground_at(terrain, stand.plan)
     there = facet >= 0
     stand, z = _some(stand, there), z[there]
-    factors = np.array([getattr(offer.energy_factors, kind) for kind in KINDS])
+    factors = np.array([getattr(spec.energy_factors, kind) for kind in KINDS])
     energy = most_energy(stand.diameter / CENTIMETRE, factors[stand.kind])
-    stems = Stems(*(np.ascontiguousarray(column) for column in (
-        stand.plan[:, 0], stand.plan[:, 1], z, 0.5 * stand.diameter, stand.height, energy,
-    )))  # fmt: skip
-    aside = offer.deflection
+    stems = Stems(
+        x=np.ascontiguousarray(stand.plan[:, 0]), y=np.ascontiguousarray(stand.plan[:, 1]), z=z,
+        radius=0.5 * stand.diameter, height=np.ascontiguousarray(stand.height), energy=np.ascontiguousarray(energy),
+    )  # fmt: skip
+    aside = spec.deflection
     chances = tuple(chance for blow in (aside.frontal, aside.lateral, aside.scratch) for chance in blow)
     reach = stems.radius[:, None] + ROOM * _largest_radius(scene)
     cells = cells_of(stand.plan - reach, stand.plan + reach)
-    return Forest(0, stems, Deflection(aside.frontal_within, aside.lateral_within, chances, ANGLES), cells)
+    return Forest(
+        first=0,
+        stems=stems,
+        deflection=Deflection(
+            frontal=aside.frontal_within, lateral=aside.lateral_within, chances=chances, angles=ANGLES
+        ),
+        cells=cells,
+    )
 
 
-def forest_as_obstacles(name: str, offer: ForestSpec, forest: Forest) -> Obstacles:
+def forest_as_obstacles(name: str, spec: ForestSpec, forest: Forest) -> Obstacles:
     """Return the trees as obstacles with one name: stems (T, 4) m with foot and diameter."""
     stems = forest.stems
     feet = np.stack([stems.x, stems.y, stems.z, 2.0 * stems.radius], axis=1)
-    return Obstacles((name,), np.zeros(len(feet), dtype=np.int64), (), feet)
+    return Obstacles(names=(name,), owner=np.zeros(len(feet), dtype=np.int64), lines=(), stems=feet)
 
 
 def _largest_radius(scene: Scene) -> float:
@@ -82,28 +90,28 @@ def _largest_radius(scene: Scene) -> float:
     return 0.5 * float(diameter_of(mass_range(rock_of(scene.rock))[1], scene.rock.density))
 
 
-def _written(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
+def _written(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
     """Return the trees of a file."""
     key = f"{scene.path}: `effects.forest.file`"
     try:
-        trees = read_trees(offer.file, terrain.frame.up)  # type: ignore[arg-type]
+        trees = read_trees(spec.file, terrain.frame.up)  # type: ignore[arg-type]
     except InputError as fault:
         raise InputError(f"{key} names a file that cannot be used: {fault}") from fault
     plan = local_plan(terrain.frame, np.array([(tree.east, tree.north) for tree in trees]))
     ground, facet = ground_at(terrain, plan)
     for tree, z, f in zip(trees, ground.tolist(), facet.tolist(), strict=True):
-        _check_foot(key, offer, tree, terrain, z, f)
+        _check_foot(key, spec, tree, terrain, z, f)
     return _Stand(
-        plan,
-        CENTIMETRE * np.array([tree.dbh for tree in trees]),
-        np.array([offer.height if tree.height is None else tree.height for tree in trees]),
-        np.array([KINDS.index(tree.kind) for tree in trees]),
+        plan=plan,
+        diameter=CENTIMETRE * np.array([tree.dbh for tree in trees]),
+        height=np.array([spec.height if tree.height is None else tree.height for tree in trees]),
+        kind=np.array([KINDS.index(tree.kind) for tree in trees]),
     )
 
 
-def _check_foot(key: str, offer: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
+def _check_foot(key: str, spec: ForestSpec, tree: Tree, terrain: Terrain, ground: float, facet: int) -> None:
     """Refuse a tree off the terrain, or with a foot in the file that is not on the ground."""
-    where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {offer.file}, line {tree.line},"
+    where = f"{key}: the tree at ({tree.east:g}, {tree.north:g}) of {spec.file}, line {tree.line},"
     if facet < 0:
         raise InputError(f"{where} stands off the terrain: {extents(terrain, np.array([(tree.east, tree.north)]))}")
     if tree.foot is None:
@@ -114,20 +122,20 @@ def _check_foot(key: str, offer: ForestSpec, tree: Tree, terrain: Terrain, groun
         raise InputError(f"{where} stands {place}: its foot is {above:+.1f} m from the ground, {OFF_GROUND:g} at most")
 
 
-def _drawn(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
+def _drawn(spec: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
     """Return trees drawn evenly in plan in the box of the terrain, or in polygons on it.
 
     Trees for polygons are drawn in the box around the polygons; trees outside the polygons are dropped.
     """
-    within = None if offer.within is None else _outline(offer, scene, terrain)
+    within = None if spec.within is None else _outline(spec, scene, terrain)
     low, high = _box(terrain, within)
-    number = _number(offer, scene, float(np.prod(np.maximum(high - low, 0.0))))
+    number = _number(spec, scene, float(np.prod(np.maximum(high - low, 0.0))))
     tree = np.arange(number)
     share = np.stack([uniform(scene.seed, 0, tree, stream) for stream in (Purpose.TREE_X, Purpose.TREE_Y)], axis=1)
     plan = low + share * (high - low)
-    diameter = CENTIMETRE * gamma_of(scene.seed, Purpose.TREE_DIAMETER, tree, offer.dbh_mean_cm, offer.dbh_sd_cm)
-    conifers = uniform(scene.seed, 0, tree, Purpose.TREE_KIND) < offer.conifer_share
-    stand = _Stand(plan, diameter, np.full(number, offer.height), np.where(conifers, 0, 1))
+    diameter = CENTIMETRE * gamma_of(scene.seed, Purpose.TREE_DIAMETER, tree, spec.dbh_mean_cm, spec.dbh_sd_cm)
+    conifers = uniform(scene.seed, 0, tree, Purpose.TREE_KIND) < spec.conifer_share
+    stand = _Stand(plan=plan, diameter=diameter, height=np.full(number, spec.height), kind=np.where(conifers, 0, 1))
     if within is None:
         return stand
     inside = covered(within, in_plan(terrain.frame, np.pad(plan, ((0, 0), (0, 1)))))
@@ -136,7 +144,9 @@ def _drawn(offer: ForestSpec, scene: Scene, terrain: Terrain) -> _Stand:
 
 def _some(stand: _Stand, chosen: NDArray[np.bool_]) -> _Stand:
     """Return the chosen trees of a stand, by a mask (T,)."""
-    return _Stand(stand.plan[chosen], stand.diameter[chosen], stand.height[chosen], stand.kind[chosen])
+    return _Stand(
+        plan=stand.plan[chosen], diameter=stand.diameter[chosen], height=stand.height[chosen], kind=stand.kind[chosen]
+    )
 
 
 def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
@@ -148,9 +158,9 @@ def _box(terrain: Terrain, within: Any | None) -> tuple[FloatArray, FloatArray]:
     return np.maximum(low, corners.min(axis=0)), np.minimum(high, corners.max(axis=0))
 
 
-def _number(offer: ForestSpec, scene: Scene, area: float) -> int:
+def _number(spec: ForestSpec, scene: Scene, area: float) -> int:
     """Return the number of trees to draw over an area (m^2) in plan."""
-    stems = (offer.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
+    stems = (spec.stems_per_ha or 0.0) * area / SQUARE_METRES_PER_HA
     if stems > MOST_TREES:
         raise InputError(
             f"{scene.path}: `effects.forest.stems_per_ha` makes {stems:,.0f} trees, but {MOST_TREES:,} are the most"
@@ -158,11 +168,11 @@ def _number(offer: ForestSpec, scene: Scene, area: float) -> int:
     return math.floor(stems + 0.5)
 
 
-def _outline(offer: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
+def _outline(spec: ForestSpec, scene: Scene, terrain: Terrain) -> Any:
     """Return the polygons in which trees are drawn, in the input's plan coordinates."""
     key = f"{scene.path}: `effects.forest.within`"
     try:
-        polygons = read_polygons(offer.within)  # type: ignore[arg-type]
+        polygons = read_polygons(spec.within)  # type: ignore[arg-type]
     except InputError as fault:
         raise InputError(f"{key} names a file that cannot be used: {fault}") from fault
     if lies_off(terrain, polygons):

@@ -8,10 +8,16 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.terrain.facets import Terrain
 
 
-def fragmentation(offer: FragmentationSpec, scene: Scene, terrain: Terrain) -> Fragmentation:
+def fragmentation(spec: FragmentationSpec, scene: Scene, terrain: Terrain) -> Fragmentation:
     """Return the parameters of fragmentation for the kernels."""
     return Fragmentation(
-        offer.surface_factor, offer.surface_exponent, offer.least_ratio, offer.spread, offer.least_volume,
-        math.sqrt(1.0 - offer.energy_lost), math.radians(0.5 * offer.cone_deg), math.radians(offer.least_angle_deg),
-        offer.generations,
-    )  # fmt: skip
+        surface_factor=spec.surface_factor,
+        surface_exponent=spec.surface_exponent,
+        least_ratio=spec.least_ratio,
+        spread=spec.spread,
+        least_volume=spec.least_volume,
+        speed_kept=math.sqrt(1.0 - spec.energy_lost),
+        cone=math.radians(0.5 * spec.cone_deg),
+        least_angle=math.radians(spec.least_angle_deg),
+        generations=spec.generations,
+    )

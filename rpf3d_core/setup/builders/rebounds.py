@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rpf3d_core.scene.model import Scene
-from rpf3d_core.scene.offers import loaded
+from rpf3d_core.scene.model_spec import loaded
 from rpf3d_core.scene.rebounds import AngleTableSpec, MassScaledSpec, StochasticMatrixSpec
 from rpf3d_core.terrain.facets import Terrain
 
@@ -17,21 +17,21 @@ Floats = NDArray[np.float64]
 WYLLIE = "rpf3d_core.kinetics.rebounds.wyllie:Wyllie"
 
 
-def mass_scaled(offer: MassScaledSpec, scene: Scene, terrain: Terrain) -> Any:
+def mass_scaled(spec: MassScaledSpec, scene: Scene, terrain: Terrain) -> Any:
     """Return the model `mass_scaled`, without scaling by speed if the scene gives no K."""
-    return offer.physics()(offer.C, math.inf if offer.K is None else offer.K)
+    return spec.physics()(spec.C, math.inf if spec.K is None else spec.K)
 
 
-def angle_table(offer: AngleTableSpec, scene: Scene, terrain: Terrain) -> Any:
+def angle_table(spec: AngleTableSpec, scene: Scene, terrain: Terrain) -> Any:
     """Return the table of the scene, or the law that the scene names."""
-    if offer.rows is None:
+    if spec.rows is None:
         return loaded(WYLLIE)()
-    return offer.physics()(*(np.ascontiguousarray(column) for column in np.array(offer.rows, dtype=float).T))
+    return spec.physics()(*(np.ascontiguousarray(column) for column in np.array(spec.rows, dtype=float).T))
 
 
-def stochastic_matrix(offer: StochasticMatrixSpec, scene: Scene, terrain: Terrain) -> Any:
+def stochastic_matrix(spec: StochasticMatrixSpec, scene: Scene, terrain: Terrain) -> Any:
     """Return the model with the means and the Cholesky factor of the covariance."""
-    return offer.physics()(np.array(offer.mean, dtype=float), cholesky(np.array(offer.covariance, dtype=float)))
+    return spec.physics()(np.array(spec.mean, dtype=float), cholesky(np.array(spec.covariance, dtype=float)))
 
 
 def cholesky(covariance: Floats) -> Floats:

@@ -15,7 +15,7 @@ HARD = {"form_drag": 0.0, "soil_drag": 0.0, "mu_min": 0.0, "mu_max": 0.0}
 """Parameters of a zone that does not slow a rock."""
 
 
-def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
+def scarring(spec: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
     """Return the parameters of soft ground for the kernels.
 
     Raises
@@ -23,10 +23,10 @@ def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
     SceneError
         A name fits no zone of the terrain, or friction decreases as a rock slips; names the key.
     """
-    for name in offer.zones:
+    for name in spec.zones:
         if not any(zone == name or fnmatchcase(zone, name) for zone in terrain.zones):
             raise SceneError(f"{scene.path}: `effects.scarring.zones.{name}` fits no zone of the terrain")
-    rows = [ground_of_zone(offer, zone) for zone in terrain.zones]
+    rows = [ground_of_zone(spec, zone) for zone in terrain.zones]
     for zone, row in zip(terrain.zones, rows, strict=True):
         if row["mu_max"] < row["mu_min"]:
             found = f"is {row['mu_max']:g} in zone {zone!r}, but must be at least mu_min, {row['mu_min']:g}"
@@ -36,16 +36,16 @@ def scarring(offer: ScarringSpec, scene: Scene, terrain: Terrain) -> Scarring:
     return Scarring(drag=drag, **columns)
 
 
-def ground_of_zone(offer: ScarringSpec, zone: str) -> dict[str, Any]:
+def ground_of_zone(spec: ScarringSpec, zone: str) -> dict[str, Any]:
     """Return the parameters of a zone: those of its exact name, else of the first fitting pattern in file order.
 
     Without `zones`, all zones have the parameters of the effect; with `zones`, a zone that fits no name is hard.
     """
-    everywhere = {name: getattr(offer, name) for name in type(offer).model_fields if name != "zones"}
-    if not offer.zones:
+    everywhere = {name: getattr(spec, name) for name in type(spec).model_fields if name != "zones"}
+    if not spec.zones:
         return everywhere
-    fitting = [name for name in offer.zones if fnmatchcase(zone, name)]
+    fitting = [name for name in spec.zones if fnmatchcase(zone, name)]
     if not fitting:
         return everywhere | HARD
-    other = offer.zones[zone if zone in offer.zones else fitting[0]]
+    other = spec.zones[zone if zone in spec.zones else fitting[0]]
     return everywhere | other.model_dump(exclude_none=True)

@@ -1,10 +1,10 @@
-"""Models by name with default parameters, for tests that read no scene."""
+"""Rebound and ground models by name, for tests that need no scene."""
 
 from rpf3d_core.scene.models import GroundSpec, ReboundSpec
 from rpf3d_core.simulation.engines import Models
 
 
 def models_called(rebound: str, ground: str) -> Models:
-    """Return models by name, with default parameters and no effects, for models that need no scene."""
+    """Return models by name, with default parameters and no effects."""
     bouncing, resting = ReboundSpec.model_validate({rebound: {}}), GroundSpec.model_validate({ground: {}})
-    return Models(bouncing.offer.made(), resting.offer.made())
+    return Models(rebound=bouncing.model_spec.made(), ground=resting.model_spec.made(), effects=None)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from command_line import LONGEST, environment
 
-from rpf3d_core.jit import background as compiling_beside
+from rpf3d_core.jit import background
 
 pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
 
@@ -36,7 +36,7 @@ def product(n):
     return s
 
 
-def rehearse():
+def precompile():
     print("rpf3d_core.terrain.sums.slow")  # is no answer
     product(3)
 
@@ -54,23 +54,23 @@ slow = Slow()
 """
 BEGIN = """\
 import os, signal, subprocess, sys
-from rpf3d_core.jit import background as compiling_beside
-from rpf3d_core.terrain.sums import product, rehearse, slow, total
-compiling_beside.has_spare_core = lambda: True
+from rpf3d_core.jit import background
+from rpf3d_core.terrain.sums import product, precompile, slow, total
+background.has_spare_core = lambda: True
 {before}
-with compiling_beside.compiling_beside(total) as beside:
-    process = beside._process
+with background.background_compiler(total) as compiler:
+    process = compiler._process
     {then}
     product(3)
-    beside.wait()
+    compiler.wait()
     print(total(10), len(total.stats.cache_hits), process is not None)
     assert process is None or process.poll() is not None, "it idles while rocks fly"
 """
-TOLD = "beside.compile((total, (10,)))"
-TOLD_IN_TURN = f"beside.call(rehearse); {TOLD}; beside.wait(rehearse)"
-HITS = "; print(len((product(3), product)[1].stats.cache_hits), beside.has_done(rehearse), end=' ')"
-TOLD_SLOW = "beside.compile((slow, ()))"
-IMPATIENT = "compiling_beside.PATIENCE = 0.2"
+TOLD = "compiler.compile((total, (10,)))"
+TOLD_IN_TURN = f"compiler.call(precompile); {TOLD}; compiler.wait(precompile)"
+HITS = "; print(len((product(3), product)[1].stats.cache_hits), compiler.has_done(precompile), end=' ')"
+TOLD_SLOW = "compiler.compile((slow, ()))"
+IMPATIENT = "background.PATIENCE = 0.2"
 HANGS = "import time; time.sleep(600)"
 AT_WORK = 3.0
 """Seconds in which a second process has begun to work, on a machine that is not very busy."""
@@ -82,7 +82,7 @@ END_SOON = 20.0
 def sources(tmp_path: Path) -> Path:
     """A folder whose package `rpf3d_core` is the project's, with two loops more."""
     (tmp_path / "rpf3d_core" / "terrain").mkdir(parents=True)
-    shutil.copytree(Path(compiling_beside.__file__).parent, tmp_path / "rpf3d_core" / "jit")
+    shutil.copytree(Path(background.__file__).parent, tmp_path / "rpf3d_core" / "jit")
     (tmp_path / "rpf3d_core" / "terrain" / "sums.py").write_text(LOOP)
     return tmp_path
 
@@ -107,7 +107,7 @@ def printed(sources: Path, before: str = "", then: str = TOLD, **changes: str) -
 def other_in_place_of_it(program: str) -> str:
     """Have another program run instead of the second process."""
     return (
-        "compiling_beside._started = lambda loops: "
+        "background._started = lambda loops: "
         f"subprocess.Popen([sys.executable, '-c', {program!r}], stdin=subprocess.PIPE, stdout=subprocess.PIPE)"
     )
 
@@ -122,7 +122,7 @@ def test_there_is_no_second_process_for_what_the_cache_holds(sources: Path) -> N
 
 
 def test_there_is_no_second_process_where_no_core_is_to_spare(sources: Path) -> None:
-    assert printed(sources, before="compiling_beside.has_spare_core = lambda: False") == "45 0 False"
+    assert printed(sources, before="background.has_spare_core = lambda: False") == "45 0 False"
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_a_core_is_to_spare_where_fewer_programs_run_than_there_are_cores(
 ) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)), raising=False)
     monkeypatch.setattr(os, "getloadavg", lambda: (load, 9.0, 9.0), raising=False)
-    assert compiling_beside.has_spare_core() is spare
+    assert background.has_spare_core() is spare
 
 
 def test_there_is_no_second_process_where_nothing_can_be_kept(sources: Path) -> None:
@@ -161,8 +161,8 @@ def test_one_part_is_waited_for_and_the_rest_goes_on(sources: Path) -> None:
 
 
 def test_no_other_part_is_waited_for(sources: Path) -> None:
-    then = f"beside.call(rehearse); {TOLD_SLOW}; beside.wait(rehearse){HITS}"
-    then += f"; print(beside.has_done(slow), process.poll(), end=' '); {IMPATIENT}"
+    then = f"compiler.call(precompile); {TOLD_SLOW}; compiler.wait(precompile){HITS}"
+    then += f"; print(compiler.has_done(slow), process.poll(), end=' '); {IMPATIENT}"
     assert printed(sources, then=then) == "1 True False None 45 0 True"
 
 
@@ -174,14 +174,14 @@ def test_one_that_breaks_down_while_a_part_is_waited_for_costs_nothing_but_time(
 @pytest.mark.parametrize("number", ["SIGKILL", "SIGINT"])
 def test_one_that_is_ended_while_a_part_is_waited_for_costs_nothing_but_time(sources: Path, number: str) -> None:
     end = f"import threading; threading.Timer({AT_WORK}, process.send_signal, [signal.{number}]).start(); "
-    then = f"{end}{TOLD_SLOW}; beside.call(rehearse); beside.wait(rehearse){HITS}"
+    then = f"{end}{TOLD_SLOW}; compiler.call(precompile); compiler.wait(precompile){HITS}"
     then += "; assert process.returncode != -signal.SIGABRT"
     assert printed(sources, then=then) == "0 True 45 0 True"
 
 
 def test_one_that_hangs_while_a_part_is_waited_for_is_ended_once(sources: Path) -> None:
     hangs = f"{other_in_place_of_it(HANGS)}; {IMPATIENT}"
-    ended = "; assert process.poll() is not None; compiling_beside.PATIENCE = 600.0"
+    ended = "; assert process.poll() is not None; background.PATIENCE = 600.0"
     assert printed(sources, before=hangs, then=TOLD_IN_TURN + HITS + ended) == "0 True 45 0 True"
 
 
@@ -191,7 +191,7 @@ def test_what_cannot_be_done_ends_the_waiting(sources: Path) -> None:
 
 
 def test_without_a_second_process_nothing_is_waited_for(sources: Path) -> None:
-    alone = "compiling_beside.has_spare_core = lambda: False"
+    alone = "background.has_spare_core = lambda: False"
     assert printed(sources, before=alone, then=TOLD_IN_TURN + HITS) == "0 True 45 0 False"
 
 
@@ -203,7 +203,7 @@ def test_a_second_process_that_cannot_be_started_costs_nothing(sources: Path) ->
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
 @pytest.mark.parametrize(
     "then",
-    ["{pid}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; beside.wait(slow)"],
+    ["{pid}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; signal.pause()", f"{TOLD_SLOW}; {{pid}}; compiler.wait(slow)"],
     ids=["idle", "at work", "waited for"],
 )
 def test_the_second_process_never_outlives_the_first(sources: Path, number: int, then: str) -> None:

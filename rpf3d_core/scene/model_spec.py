@@ -15,7 +15,7 @@ Confirmed = Literal["C", "CC", "S", "D", "UNCONFIRMED"]
 another text, D derived here; UNCONFIRMED general knowledge, to be checked by the user."""
 
 
-class Offer(StrictModel):
+class ModelSpec(StrictModel):
     """The parameters of one model or effect. The class of its physics has fields of the same names.
 
     PHYSICS : module and class of the physics parameters, for which the rules are registered
@@ -23,7 +23,7 @@ class Offer(StrictModel):
     GROUNDS, REBOUNDS : ground and rebound models that may be combined with this model, None for any
     STEPS : whether contacts may be found in fixed steps
     BUILDER : module and function that builds the physics class from the scene; None if copying the numbers is enough
-    OBSTACLES : module and function that returns names and places of the obstacles, from (name, offer, physics
+    OBSTACLES : module and function that returns names and places of the obstacles, from (name, model_spec, physics
         parameters)
     STOPPED : sentence on stopped rocks that replaces the usual one; for ground models
     SOURCE : where the model is published; CONFIRMED : how far the source is confirmed
@@ -63,7 +63,7 @@ def loaded(path: str) -> Any:
 def parameter(
     default: Any, description: str, unit: str, source: str, confirmed: Confirmed, **bounds: Any
 ) -> Any:  # fmt: skip
-    """Return a field of an `Offer`: a value with its unit, bounds, source, and how far the source is confirmed.
+    """Return a field of an `ModelSpec`: a value with its unit, bounds, source, and how far the source is confirmed.
 
     default : `...` for a required parameter
     """

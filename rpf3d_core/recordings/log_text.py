@@ -1,0 +1,122 @@
+"""The words of a recording: lines of its log, and its document."""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+from rpf3d_core.ensemble.flights import Deposits
+from rpf3d_core.terrain.facets import Terrain
+from rpf3d_core.terrain.frame import Frame
+from rpf3d_core.values import OUTCOME_SENTENCES, Outcome
+
+
+class RecordedSource(Protocol):
+    """Attributes of a source that a recording needs."""
+
+    @property
+    def name(self) -> str:
+        """Name of the source."""
+
+
+class RecordedOutputs(Protocol):
+    """Attributes of a scene's output settings that a recording needs."""
+
+    @property
+    def trajectories(self) -> int:
+        """Number of rocks to show."""
+
+
+class RecordedMethod(Protocol):
+    """Attributes of the method that finds contacts which a recording needs."""
+
+    def describe(self) -> str:
+        """Return the method in words."""
+
+
+class RecordedScene(Protocol):
+    """Attributes of a scene that a recording needs; `scene.model.Scene` has them."""
+
+    @property
+    def path(self) -> Path:
+        """The scene file, quoted in the recording."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of the random numbers."""
+
+    @property
+    def gravity(self) -> float:
+        """Gravity (m/s^2)."""
+
+    @property
+    def sources(self) -> Sequence[RecordedSource]:
+        """Sources; `Deposits.source` is an index into them."""
+
+    @property
+    def materials(self) -> Mapping[str, Any]:
+        """Materials by zone or pattern of zones."""
+
+    @property
+    def method(self) -> RecordedMethod:
+        """Method that finds contacts."""
+
+    @property
+    def outputs(self) -> RecordedOutputs:
+        """Output settings."""
+
+
+def sentences_of(summary: Mapping[str, Any]) -> dict[Outcome, str]:
+    """Return the sentence of each outcome: the summary's, or the default sentence if the summary has none."""
+    known = {name: entry["sentence"] for name, entry in summary.get("outcomes", {}).items() if "sentence" in entry}
+    return OUTCOME_SENTENCES | {Outcome[name.upper()]: sentence for name, sentence in known.items()}
+
+
+def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> list[str]:
+    """Return the lines of the log on a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
+    faults = summary.get("terrain", {}).get("faults", {})
+    counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
+    outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
+    return [
+        f"scene {scene.path.name}, seed {scene.seed}, method {scene.method.describe()}",
+        f"terrain: {len(terrain.triangles)} triangles in the zones {', '.join(terrain.zones)}",
+        frame_line(terrain.frame),
+        *([f"mesh: {counted}"] if counted else []),
+        *(f"material {name}: {material}" for name, material in scene.materials.items()),
+        *([f"outcomes: {outcomes}"] if outcomes else []),
+    ]
+
+
+def frame_line(frame: Frame) -> str:
+    """Return the sentence that explains how to convert positions in the recording to the input's coordinates."""
+    east, north, up = frame.origin
+    turned = "" if frame.up == "z" else "; the input's y points up: its (x, y, z) is (x, z, -y) of the sum"
+    return f"positions are local, z up; add the origin ({east:.10g}, {north:.10g}, {up:.10g}) m{turned}"
+
+
+def outcome_line(
+    names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
+) -> str:
+    """Return the line of the log on a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
+    outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
+    where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
+    return (
+        f"{rock_name(names, deposits, row)}: {outcome.name.lower()}, {sentences[outcome]}{where}; "
+        f"{deposits.t[row]:.1f} s, {deposits.path[row]:.1f} m, {deposits.impacts[row]} impacts, "
+        f"fastest {deposits.max_speed[row]:.1f} m/s"
+    )
+
+
+def rock_name(names: Sequence[str], deposits: Deposits, row: int) -> str:
+    """Return the name of a rock: its source and its number in the source."""
+    return f"{names[deposits.source[row]]} {deposits.rock[row]}"
+
+
+def document(scene: RecordedScene, lines: Sequence[str], summary: Mapping[str, Any]) -> str:
+    """Return the recording's document in Markdown: the lines of the log, the scene file unchanged, the summary."""
+    parts = [f"# {scene.path.stem}", "\n".join(f"- {line}" for line in lines)]
+    if scene.path.is_file():
+        parts.append(f"## Scene\n```yaml\n{scene.path.read_text(encoding='utf-8')}\n```")
+    if summary:
+        parts.append(f"## Summary\n```json\n{json.dumps(summary, indent=2)}\n```")
+    return "\n\n".join(parts)

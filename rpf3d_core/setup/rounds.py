@@ -1,0 +1,64 @@
+"""The rounds in which rocks fly: all at once, each twice as many as before, or in parts."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from rpf3d_core.ensemble.releases import share_out
+from rpf3d_core.scene.model import Scene
+from rpf3d_core.setup.cells import FIRST_ROUND
+
+
+class Round(NamedTuple):
+    """The rocks of one round: for each source, the number of its first rock and the number after its last rock."""
+
+    first: Sequence[int]
+    last: Sequence[int]
+
+    @property
+    def rocks(self) -> int:
+        """Number of rocks that fly in the round."""
+        return sum(self.last) - sum(self.first)
+
+
+def rounds_up_to(totals: Sequence[Sequence[int]]) -> list[Round]:
+    """Return the rounds after each of which the sources have flown these numbers of rocks, the first from 0."""
+    return [Round(first, last) for first, last in pairwise([[0] * len(totals[0]), *totals])]
+
+
+def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Round]:
+    """Return rounds that each double the number of flown rocks, while that number is at most `most`.
+
+    The first round has the counts of `first` even if they are more than `most`, because a result needs at least one
+    rock from each source. If the last round ends with fewer than `least` rocks, another round with at least that many
+    follows.
+    """
+    totals = [list(first)]
+    while 2 * sum(totals[-1]) <= most:
+        totals.append([2 * n for n in totals[-1]])
+    if 0 < (flown := sum(totals[-1])) < least:
+        totals.append([-(-n * least // flown) for n in totals[-1]])
+    return rounds_up_to(totals)
+
+
+def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
+    """Return one round of all rocks of a scene or, for `rocks: auto`, doubling rounds, up to `most_rocks`.
+
+    points : number of places to which each source deals its rocks in turn. The first round reaches all places;
+        otherwise its result would be of the first places only.
+    """
+    counts = [source.rocks for source in scene.sources]
+    if scene.rocks != "auto":
+        return rounds_up_to([counts])
+    times = max(-(-FIRST_ROUND // sum(counts)), *(-(-p // n) for p, n in zip(points, counts, strict=True) if n))
+    first, most = [n * times for n in counts], scene.target.most_rocks
+    return doubling_rounds(first if sum(first) <= most else share_out(first, most), most)
+
+
+def rounds_of_parts(counts: Sequence[int], parts: int) -> list[Round]:
+    """Return the rocks of each part: an equal share of the rocks of every source. Parts without rocks are left out.
+
+    counts : number of rocks of each source
+    """
+    totals = [[k * n // parts for n in counts] for k in range(1, parts + 1)]
+    return [part for part in rounds_up_to(totals) if part.first != part.last]
