@@ -30,6 +30,7 @@ from rpf3d_core.terrain.facet_geometry import (
     edge_inward,
     goes_beside,
     leads_on,
+    lies_below,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import CRACK, Facets
@@ -287,19 +288,23 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: Left, c: float, b: f
 
     c, b, a : its height, speed and half its acceleration away from the plane, on the side that the rock is on.
     A rock that rises through the plane from below, as across a crack, meets it where it falls back onto it.
-    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0). A rock that slides into the
-    corner under an overhang meets the overhang, though gravity would pull it away: it cannot fall through the floor.
+    Moving along the plane counts as meeting it where gravity presses the rock on (a < 0). Gravity presses none on a
+    wall, but rounding may take a rock into it by GRAZING of its way: it meets the wall once it is no longer near. A
+    rock that slides into the corner under an overhang meets the overhang, though gravity would pull it away: it cannot
+    fall through the floor.
     In a second look that goes for every facet, or it would fall beside a face that is nearly a wall before it meets it.
     """
-    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
+    grazes = b * b <= GRAZING * GRAZING * dot(arc.v, arc.v)
+    if grazes and (a < 0.0 or b >= 0.0):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack and not grazes
     if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
-    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
+    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack) and not grazes:
         return 0.0
     rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
-    return falling_time(c if rises else max(c, 0.0), b, a)
+    spare = NEAR * facets.tolerance if grazes else 0.0
+    return falling_time(c if rises else max(c + spare, 0.0), b, a)
 
 
 @kernel
@@ -323,12 +328,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: Left) -> bool:
     It does where the two form a convex edge and it moves away from f: the plane of f lies above its path there, f
     itself does not.
     """
-    n, origin = stored_normal(facets, f), corner(facets, f, 0)
-    highest, lowest = -math.inf, math.inf
-    for k in range(3):
-        height = left.side * dot(n, subtract(corner(facets, left.facet, k), origin))
-        highest, lowest = max(highest, height), min(lowest, height)
-    if highest > facets.tolerance or lowest >= -facets.tolerance:
+    if not lies_below(facets, left.facet, f, left.side, facets.tolerance):
         return False
     return not _comes_over(facets, f, arc, left.side)
 

@@ -30,6 +30,7 @@ from rpf3d_core.terrain.facet_geometry import (
     corner,
     goes_beside,
     leads_on,
+    lies_below,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import Facets
@@ -242,6 +243,8 @@ def _held_line(facets: Facets, settings: Settings, state: State, contact: Contac
     line = line_between(facets, contact.facet, last, x, v)
     if one_plane:
         return line
+    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
+        return ZERO  # a ridge: its facets push as a gully's do, but hold nothing
     held = gully(n, m, line, settings.gravity)
     weakest = -WEAKEST * settings.gravity
     if held.first < weakest or held.second < weakest:

@@ -143,6 +143,21 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 
 @kernel
+def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
+    """Whether facet f lies below the plane of another, seen from the side that the other's normal times `side` shows.
+
+    No corner is more than slack (m) above that plane, and one is more than that below it. So it is where two facets
+    meet at a convex edge.
+    """
+    n, origin = stored_normal(facets, other), corner(facets, other, 0)
+    highest, lowest = -math.inf, math.inf
+    for k in range(3):
+        height = side * dot(n, subtract(corner(facets, f, k), origin))
+        highest, lowest = max(highest, height), min(lowest, height)
+    return highest <= slack and lowest < -slack
+
+
+@kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
     """Whether a way (3,) from x in the plane of f runs along an edge of f, or in f, no further outside than a crack.
 
