@@ -31,6 +31,7 @@ from rpf3d_core.terrain.facet_geometry import (
     edge_inward,
     goes_beside,
     leads_on,
+    lies_below,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import Facets
@@ -98,20 +99,23 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
     c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) away from the plane, on the rock's side
 
     A rock that rises through the plane from below, as across a crack, meets the plane where the rock falls back onto
-    it. A rock that moves along the plane meets the plane if gravity presses the rock on (a < 0). A rock that slides
-    into the corner under an overhang meets the overhang, though gravity pulls the rock away: the rock cannot fall
-    through the floor. In a second search this holds for every facet; otherwise the rock would fall past a face that is
-    nearly a wall.
+    it. A rock that moves along the plane meets the plane if gravity presses the rock on (a < 0). Gravity does not press
+    a rock on a wall, but rounding may take the rock into the wall by GRAZING of its path: the rock meets the wall where
+    it is no longer near the plane. A rock that slides into the corner under an overhang meets the overhang, though
+    gravity pulls the rock away: the rock cannot fall through the floor. In a second search this holds for every facet;
+    otherwise the rock would fall past a face that is nearly a wall.
     """
-    if b * b <= GRAZING * GRAZING * dot(arc.v, arc.v):
+    grazes = b * b <= GRAZING * GRAZING * dot(arc.v, arc.v)
+    if grazes and (a < 0.0 or b >= 0.0):
         return 0.0 if a < 0.0 and _carries(facets, f, arc, left) else math.inf
-    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack
+    leaves = b < 0.0 and left.facet >= 0 and facets.tolerance <= facets.crack and not grazes
     if leaves and (_passes_over(facets, f, arc, left) or _goes_elsewhere(facets, f, arc, left)):
         return math.inf
-    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack):
+    if left.resting and b < 0.0 and (a > 0.0 or facets.tolerance >= facets.crack) and not grazes:
         return 0.0
     rises = c < -NEAR * facets.tolerance and b > 0.0 and a < 0.0 and b * b > 4.0 * a * c
-    return falling_time(c if rises else max(c, 0.0), b, a)
+    spare = NEAR * facets.tolerance if grazes else 0.0
+    return falling_time(c if rises else max(c + spare, 0.0), b, a)
 
 
 @kernel
@@ -135,12 +139,7 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
     The rock misses f if the two facets form a convex edge and the rock moves away from f: the plane of f lies above the
     rock's path there, f itself does not.
     """
-    n, origin = stored_normal(facets, f), corner(facets, f, 0)
-    highest, lowest = -math.inf, math.inf
-    for k in range(3):
-        height = left.side * dot(n, subtract(corner(facets, left.facet, k), origin))
-        highest, lowest = max(highest, height), min(lowest, height)
-    if highest > facets.tolerance or lowest >= -facets.tolerance:
+    if not lies_below(facets, left.facet, f, left.side, facets.tolerance):
         return False
     return not _comes_over(facets, f, arc, left.side)
 

@@ -22,6 +22,7 @@ from rpf3d_core.terrain.facet_geometry import (
     corner,
     goes_beside,
     leads_on,
+    lies_below,
     stored_normal,
 )
 from rpf3d_core.terrain.facets import Facets
@@ -261,6 +262,8 @@ def _held_line(facets: Facets, settings: Settings, state: State, contact: Contac
     line = line_between(facets, contact.facet, last, x, v)
     if one_plane:
         return line
+    if lies_below(facets, contact.facet, last, contact.side, NEAR * facets.tolerance):
+        return ZERO  # both facets of a ridge push as those of a gully do, but they hold no rock
     held = gully(n, m, line, settings.gravity)
     weakest = -WEAKEST * settings.gravity
     if held.first < weakest or held.second < weakest:

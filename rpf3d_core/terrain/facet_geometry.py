@@ -155,6 +155,22 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 
 
 @kernel
+def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
+    """True if facet f lies below the plane of another facet, as on the far side of a convex edge.
+
+    No corner of f is more than `slack` (m) above the plane, and at least one corner is more than `slack` below it.
+
+    side : 1 or -1, the side of the other facet, along its normal or against it, that counts as above
+    """
+    n, origin = stored_normal(facets, other), corner(facets, other, 0)
+    highest, lowest = -math.inf, math.inf
+    for k in range(3):
+        height = side * dot(n, subtract(corner(facets, f, k), origin))
+        highest, lowest = max(highest, height), min(lowest, height)
+    return highest <= slack and lowest < -slack
+
+
+@kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
     """True if a path `way` (3,) from x in the plane of f stays in f, or outside f within a crack along an edge.
 

@@ -148,3 +148,16 @@ def test_a_rock_dropped_into_a_needle_pit_stays_in_it(engine, sides, model):
     points = along_flights(flights)
     assert (points @ np.asarray(over.facets.normals).T).min() > -NEAR
     assert loses_energy(flights) and lies_on(over, flights)
+
+
+@BOTH
+@pytest.mark.parametrize("along", [0.0, 9.0])
+@pytest.mark.parametrize("slope", [1e-5, 2e-5, 1e-4])
+def test_a_slight_ridge_takes_no_speed_from_a_rock_that_slides_over_it(engine, slope, along):
+    """A millimetre in 100 m, as rounding leaves it on a level bench: on a ridge both sides push, but hold nothing."""
+    corners = [(x, y, -slope * abs(x)) for x in (-500.0, 0.0, 500.0) for y in (-500.0, 500.0)]
+    ridge = terrain_of(corners, [(0, 2, 3), (0, 3, 1), (2, 4, 5), (2, 5, 3)])
+    slides = flight(surface(0.3, 0.9, 0.0, 0.0), max_time=20.0)
+    flights = fly(engine_over(engine, ridge), slides, (-10.0, -50.0, -10.0 * slope), (3.0, along, 3.0 * slope))
+    assert flights.deposits.x[0] == pytest.approx((50.0, -50.0 + 20.0 * along, -50.0 * slope), abs=0.1)
+    np.testing.assert_allclose(flights.paths.v[:, 0], 3.0, atol=0.02)

@@ -211,3 +211,19 @@ def test_a_profile_of_vertical_risers_and_level_treads_lets_no_rock_through(engi
     tread = np.array([10.0, 7.0, 3.0, 0.0])[np.searchsorted([5.0, 10.0, 15.0], inside[:, 0] + NEAR)]
     assert np.all(inside[:, 2] >= tread - NEAR)
     assert lies_on(over, flights) and loses_energy(flights)
+
+
+@BOTH
+@pytest.mark.parametrize("into", [0.0, 3e-10, 3e-9])
+def test_a_rock_that_flies_along_a_wall_meets_the_next_one_however_slightly_it_turns_into_the_first(engine, into):
+    """5e-9 of its way is rounding at a wall; over a metre that is a thousand times what counts as on the wall."""
+    plan = [(0, 0), (1, 0), (2, 1)]
+    corners = [(x, y, z) for z in (0.0, 1.0) for x, y in plan] + [(0, 2, 0), (2, 2, 0)]
+    corners += [(0, -2, 1), (3, -2, 1), (3, 1, 1)]
+    below, walls = [(0, 1, 6), (1, 2, 7), (1, 7, 6)], [(1, 0, 3), (1, 3, 4), (2, 1, 4), (2, 4, 5)]
+    ground = terrain_of(corners, [*below, *walls, (3, 8, 4), (4, 8, 9), (4, 9, 5), (5, 9, 10)])
+    flights = fly(engine_over(engine, ground), flight(surface(0.0, 1.0, 25.0, 0.0)), (0.2, 0.0, 0.1), (5.0, -into, 1.0))
+    assert 5 in flights.impacts.facet, "the second wall"
+    assert lies_on(engine_over(engine, ground), flights)
+    x, y = along_flights(flights)[:, :2].T
+    assert np.all(y >= np.maximum(x - 1.0, 0.0) - NEAR), "never behind the walls"

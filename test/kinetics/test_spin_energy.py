@@ -6,7 +6,6 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 import scenes_of_facets as made
-from models_by_name import models_called
 from hazard_tallied import MASS, over, rocks_above, rough
 from models_by_name import models_called
 from rolling_spheres import spheres

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from models_by_name import models_called
 from matplotlib.tri import Triangulation
 from models_by_name import models_called
 from scenes_of_facets import terrain_of
