@@ -24,7 +24,7 @@ class Interrupt:
             os.kill(os.getpid(), signal.{number})
 
 sys.meta_path.insert(0, Interrupt())
-from rpf3d_ros.{node} import main
+from rpf3d_ros.nodes.{node} import main
 sys.exit(main())
 """
 
