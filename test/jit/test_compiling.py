@@ -170,6 +170,7 @@ def test_every_rule_that_is_registered_for_flights_counts_in_their_digest() -> N
             for each in vars(import_module(f"rpf3d_core.{name.replace('/', '.')}")).values():
                 rules = getattr(getattr(each, "has_rule", None), "__self__", {})
                 registered |= {rule.__module__.removeprefix("rpf3d_core.").replace(".", "/") for rule in rules.values()}
+    registered &= set(sources_in_the_package().texts)  # a test may have registered a rule of its own
     assert len(registered) > 30 and registered <= counted
 
 

@@ -53,7 +53,7 @@ def test_cells_over_ground_have_its_height_and_others_none(covering, cell):
     ground = terrain(origin=(5e5, 4.5e6, 100.0))
     raster = local_raster(ground, cell, wider=2)
     covered, height = np.zeros(raster.nx * raster.ny, dtype=bool), np.full(raster.nx * raster.ny, np.nan, np.float32)
-    covering(ground.vertices, ground.triangles, *raster, covered, height)
+    covering(ground.vertices, ground.triangles, raster, covered, height)
     inner = np.zeros((raster.ny, raster.nx), dtype=bool)
     inner[2:-2, 2:-2] = True
     assert np.array_equal(covered.reshape(inner.shape), inner)

@@ -169,7 +169,7 @@ from rpf3d_core.live.store import WHOLE
 surveys = [grid(300, 300, seed=k) for k in range(2)]
 while True:
     for k, survey in enumerate(surveys):
-        write_piece(Path({folder!r}) / WHOLE, Piece(survey, str(k), "", k, k))
+        write_piece(Path({folder!r}) / WHOLE, StoredSurvey(survey, str(k), "", k, k))
         print(k, flush=True)
 """
 

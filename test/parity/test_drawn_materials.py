@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from compiled_loops import compiled_loops
 from scenes_of_facets import engine_over, flight, floor, gully, incline, rough_grid, same_bits, surface
 
 from rpf3d_core.ensemble.flights import Flights
@@ -23,7 +24,6 @@ from rpf3d_core.materials.draws import DrawnMaterials, DrawnSurface, drawn_mater
 from rpf3d_core.materials.library import Materials, surface_of
 from rpf3d_core.materials.rock_context import RockContext, RockKey
 from rpf3d_core.materials.streams import ZONES, Purpose, uniform, uniform_at
-from rpf3d_core.simulation import engines
 from rpf3d_core.terrain.facets import Terrain
 
 pytest.importorskip("numba", reason="numba is not installed: there is no compiled engine to compare with")
@@ -176,9 +176,8 @@ def test_ground_of_numbers_compiles_no_draw() -> None:
     engine = engine_over("compiled", floor())
     fly_ensemble(engine, flight(surface()), thrown(2))
     fly_ensemble(engine, drawn(), thrown(2))
-    signatures = [[str(kind) for kind in signature] for signature in engines._follow_all.signatures]
-    plain = [kinds for kinds in signatures if "ConstantRestitution" in kinds[0] and kinds[2] == "none"]
-    keys = {kinds[5].split("(")[0]: [kinds[10]] for kinds in plain}
+    plain = [loop for loop in compiled_loops() if "ConstantRestitution" in loop.rebound and loop.effects == "none"]
+    keys = {loop.materials.split("(")[0]: [loop.keys] for loop in plain}
     assert set(keys) == {"Materials", "DrawnMaterials"} and DrawnMaterials.__name__ in keys
     assert keys["Materials"] == ["none"], "without a key nothing can be drawn"
     assert len(keys["DrawnMaterials"]) == 1 and keys["DrawnMaterials"][0].startswith("RockKeys")

@@ -122,9 +122,12 @@ def test_the_size_of_batches_does_not_matter(monkeypatch: pytest.MonkeyPatch, en
     monkeypatch.setattr(batches, "LARGEST_BATCH", size)
     monkeypatch.setattr(batches, "REFERENCE_BATCH", size)
     monkeypatch.setattr(batches, "BATCHES_A_THREAD", 1)
-    told: list[int] = []
-    assert_same_flights(fly_ensemble(*parts, progress=lambda _: told.append, threads=1), whole)
-    assert sum(told) == 25 and max(told) == min(size, 25)
+    assert_same_flights(fly_ensemble(*parts, threads=1), whole)
+    flown: list[int] = []
+    every = np.ones(25, dtype=bool)
+    control = batches.RunControl(threads=1, advance=flown.append)
+    batches.fly_batches(*parts, batches.Keep(paths=every, impacts=every), control=control)
+    assert sum(flown) == 25 and max(flown) == min(size, 25)
 
 
 @pytest.mark.parametrize("engine", ["reference", "compiled"])

@@ -5,11 +5,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from compiled_loops import compiled_loops
 
 from rpf3d_core.materials.streams import Purpose
 from rpf3d_core.runs.check import check_scene
 from rpf3d_core.scene.reading import read_scene
-from rpf3d_core.simulation import engines
 
 ROOT = Path(__file__).parents[2]
 SCENE = """
@@ -31,8 +31,6 @@ DEFAULT = [
 """What of them every scene has that names nothing: its maps and the default rebound."""
 HOMES = ("rpf3d_core.effects.", "rpf3d_core.kinetics.rebounds.", "rpf3d_core.setup.builders")
 """Where models and effects live that a scene may or may not name."""
-EFFECTS, ROCKS, KEYS = 2, 9, 10
-"""Places of the chain of effects, the columns of rocks and their keys among the arguments of the loop."""
 
 
 def scene_with(folder: Path, *lines: str) -> Path:
@@ -53,8 +51,8 @@ def test_a_scene_that_names_nothing_compiles_nothing_of_it(tmp_path: Path) -> No
     import rpf3d_core
 
     rpf3d_core.simulate(scene_with(tmp_path), engine="compiled")
-    plain = [kinds for kinds in map(list, engines._follow_all.signatures) if "CoulombLimited" in str(kinds[0])]
-    assert any(str(kinds[EFFECTS]) == str(kinds[ROCKS]) == str(kinds[KEYS]) == "none" for kinds in plain)
+    plain = [loop for loop in compiled_loops() if "CoulombLimited" in loop.rebound]
+    assert any(loop.effects == loop.sizes == loop.keys == "none" for loop in plain)
 
 
 def test_no_two_purposes_draw_from_one_stream() -> None:

@@ -13,9 +13,9 @@ from rpf3d_core.ensemble import samples
 from rpf3d_core.errors import InputError
 from rpf3d_core.results.summary import summary
 from rpf3d_core.runs import parallel as study_module
-from rpf3d_core.runs.parallel import fly_part, fly_parts, merged, study
+from rpf3d_core.runs.parallel import Resources, fly_part, fly_parts, merged, study
 from rpf3d_core.setup.prepared import prepare
-from rpf3d_core.setup.rounds import rounds_of_parts
+from rpf3d_core.setup.rounds import Round, rounds_of_parts
 
 PARTS = 8
 TIMES = ("read_s", "index_s", "wall_s", "compile_s", "fly_s", "rocks_per_s")
@@ -106,7 +106,7 @@ def test_distributions_that_are_rounded_and_bins_that_are_merged_join_to_the_sam
 
 def test_the_flights_of_all_parts_are_those_of_one_run_where_all_are_kept(scene):
     with ThreadPoolExecutor(2) as pool:
-        parts = fly_parts(scene, PARTS, pool, shown=None).flights
+        parts = fly_parts(scene, PARTS, pool, resources=Resources(shown=None)).flights
     whole = rpf3d.simulate(scene).flights
     for table in ("deposits", "impacts"):
         for name, column in vars(getattr(whole, table)).items():
@@ -116,7 +116,7 @@ def test_the_flights_of_all_parts_are_those_of_one_run_where_all_are_kept(scene)
 
 def test_a_run_put_together_from_parts_is_written_like_any_other(scene, tmp_path):
     with ThreadPoolExecutor(2) as pool:
-        run = fly_parts(scene, 3, pool, shown=None)
+        run = fly_parts(scene, 3, pool, resources=Resources(shown=None))
     folder = rpf3d.write_run(run, tmp_path / "out", recording=False)
     told = json.loads((folder / "summary.json").read_text())
     assert told["rocks"] == 100 and not told["partial"]
@@ -142,14 +142,14 @@ def test_a_worker_prepares_a_scene_once_for_all_its_parts(scene, monkeypatch):
 
 def test_a_scene_that_changed_on_disk_is_not_taken_for_the_one_kept(tmp_path):
     first = rpf3d.read_scene(scene_file(tmp_path))
-    part = fly_part(first, ([0, 0], [20, 0]), None, 0, 1)
+    part = fly_part(first, Round([0, 0], [20, 0]), None, 0, 1)
     harder = rpf3d.read_scene(scene_file(tmp_path, R_n=0.7))
-    assert fly_part(harder, ([0, 0], [20, 0]), None, 0, 1).totals.impacts != part.totals.impacts
+    assert fly_part(harder, Round([0, 0], [20, 0]), None, 0, 1).totals.impacts != part.totals.impacts
 
 
 def test_parts_that_were_flown_over_other_files_are_refused(tmp_path):
     first = rpf3d.read_scene(scene_file(tmp_path))
-    part = fly_part(first, ([0, 0], [10, 0]), None, 0, 1)
+    part = fly_part(first, Round([0, 0], [10, 0]), None, 0, 1)
     (tmp_path / "east.geojson").write_text((tmp_path / "east.geojson").read_text().replace("-300", "-200"))
     with pytest.raises(InputError, match="a worker has read other files"):
         merged(prepare(first), [part])

@@ -92,8 +92,8 @@ def test_a_hole_in_a_polygon_and_parts_that_overlap_are_respected(tmp_path: Path
     plan = released(run)[:, :2]
     assert not (np.abs(plan + 3.0) < 1.0).all(axis=1).any()
     source = scene_sources(run.scene, run.terrain)[1]
-    assert source.patches is not None
-    assert source.patches.reached[-1] == pytest.approx(64 - 4 + 64 - 3 * 8, rel=1e-12)
+    assert source.triangles is not None
+    assert source.triangles.reached[-1] == pytest.approx(64 - 4 + 64 - 3 * 8, rel=1e-12)
 
 
 def test_the_steep_facets_of_a_zone_are_a_source(tmp_path: Path) -> None:
@@ -138,6 +138,6 @@ def test_a_source_that_is_dealt_no_rock_leaves_the_draws_and_names_of_the_others
 def test_patches_are_parts_of_the_terrain(tmp_path: Path) -> None:
     run = read(tmp_path, "polygon: [[-3, -3], [3, -3], [0, 4]]")
     source = scene_sources(run.scene, run.terrain)[1]
-    assert source.patches is not None
-    assert areas_of(source.patches.corners).sum() == pytest.approx(21.0, rel=1e-12)
-    assert in_plan(run.terrain.frame, source.patches.corners.reshape(-1, 3)).max() == pytest.approx(4.0)
+    assert source.triangles is not None
+    assert areas_of(source.triangles.corners).sum() == pytest.approx(21.0, rel=1e-12)
+    assert in_plan(run.terrain.frame, source.triangles.corners.reshape(-1, 3)).max() == pytest.approx(4.0)
