@@ -10,11 +10,12 @@ COLCON := .colcon
 FITS := import sys, venv, ensurepip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 PYTHON ?= $(firstword $(foreach p,python3 python3.13 python3.12 python3.11,$(shell $(p) -c '$(FITS)' >/dev/null 2>&1 && echo $(p))))
 
-.PHONY: help venv demo demo-ros docs test guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
+.PHONY: help venv demo demo-ros docs test test-long test-all .byte-code guards campaign never-below faults combinations lint bench bench-ros soak accuracy effects validation colcon clean
 help:
 	@echo "make demo      fly 200 rocks into a synthetic pit; results in out/demo"
 	@echo "make demo-ros  five minutes of a shift through ROS 2 nodes, in time lapse; leaves a recording in out/demo-ros"
-	@echo "make test      every test"
+	@echo "make test      tests of every part; some minutes"
+	@echo "make test-all  every test; half an hour. make test-long: those that make test leaves out"
 	@echo "make docs      the documentation as a site, with a reference of all functions; in out/docs"
 	@echo "make guards    take each guard of the hard cases away in a copy, and demand that its test fails"
 	@echo "make campaign  100,000 examples of the properties, 10,000 damaged files and 10,000 damaged messages of each type; an hour"
@@ -67,9 +68,20 @@ demo-ros: venv
 
 # A worker more than there are cores, for tests of live nodes mostly wait. Their children write no byte code
 # (test/conftest.py), so it is laid down before; it goes by what the source holds, not by a time that edits may share.
-test: venv
+PYTEST = $(BIN)/python -m pytest --dist loadfile -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
+
+.byte-code: venv
 	@$(BYTE_CODE) --invalidation-mode checked-hash rpf3d_core rpf3d_ros
-	$(BIN)/python -m pytest --dist loadfile -n $$($(BIN)/python -c 'import os; print(len(os.sched_getaffinity(0)) + 1)')
+
+# The tests that are not marked `long`: some of every file (test/project/test_long_tests.py)
+test: .byte-code
+	$(PYTEST) -m "not long"
+
+test-long: .byte-code
+	$(PYTEST) -m long
+
+test-all: .byte-code
+	$(PYTEST)
 
 guards: venv
 	$(BIN)/python test/hard/guards.py

@@ -41,7 +41,8 @@ simulator = subprocess.Popen(command, stdout=sys.stderr)  # its log is printed a
 try:
     terrain, _ = rpf3d.read_terrain(rpf3d.read_scene(SCENES / "road.yaml"))
     corners = [Point(x=x, y=y, z=z) for x, y, z in terrain.frame.points_to_input(terrain.vertices).tolist()]
-    survey.publish(Mesh(vertices=corners, triangles=[MeshTriangle(vertex_indices=t) for t in terrain.triangles.tolist()]))
+    facets = [MeshTriangle(vertex_indices=corner) for corner in terrain.triangles.tolist()]
+    survey.publish(Mesh(vertices=corners, triangles=facets))
     seen = PoseArray(poses=[Pose(position=Point(x=-178.0, y=0.0, z=60.0))])  # thrown along its x axis, to the east
     seen.header.frame_id = "map"
     for _ in range(6000):  # at most ten minutes: the first start on a machine compiles for a minute or more

@@ -36,6 +36,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(measure, "SETTINGS", (Steps(0.1, 0.5), Steps(0.01, 0.05), Steps(1e-5, 0.05, True)))
 
 
+@pytest.mark.long
 def test_the_price_list_has_every_series_and_a_run_buys_from_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], quick: None
 ) -> None:

@@ -74,6 +74,7 @@ def dropped(engine: str, row: tuple, mesh: dict, smallest_bounce: float = 1e-3):
     return flights, across, descent, normal
 
 
+@pytest.mark.long
 @ROWS
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 @pytest.mark.parametrize("engine", ENGINES)
@@ -139,6 +140,7 @@ def write_ply(path: Path, terrain: Terrain) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [".vtp", ".ply"])
 @pytest.mark.parametrize("row", [TABLE[1], TABLE[6]], ids=["validation-2.2-lab-40deg", "validation-2.2-Arturo-50deg"])
 @pytest.mark.parametrize("engine", ENGINES)

@@ -95,6 +95,7 @@ def test_no_draw_leaves_the_bounds_and_the_draws_fill_them(distribution: Distrib
     assert 22.0 < chi_squared < 90.0  # 49 degrees of freedom: outside in fewer than 1 of 1,000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in DISTRIBUTIONS if "zero" not in name])
 def test_the_mean_and_the_spread_of_draws_are_those_of_the_cut_distribution(name: str) -> None:
     d = DISTRIBUTIONS[name]

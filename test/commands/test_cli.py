@@ -172,6 +172,7 @@ def test_a_disk_that_fills_up_leaves_nothing_and_no_traceback(
     assert [path.name for path in folder.iterdir() if "out" in path.name] == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("largest", [100, 20_000, 60_000])
 def test_files_that_may_not_grow_end_a_run_in_one_sentence_and_leave_nothing(folder: Path, largest: int) -> None:
     """As a full disk does: in the tables, or in one of the files that are written in the end."""
@@ -201,6 +202,7 @@ def test_a_refusal_in_a_process_of_its_own_has_exit_code_2_and_no_traceback(fold
     assert done.stderr == "rpf3d: none.yaml: there is no such scene file\n"
 
 
+@pytest.mark.long
 def test_a_run_says_what_it_did_and_leaves_all_files(folder: Path) -> None:
     done = rpf3d("run", "scene.yaml", "--out", "out/a b", "--rocks", 7, cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -264,6 +266,7 @@ def test_both_engines_write_the_same_deposits_to_the_last_figure(
     assert both[0] == both[1] and both[0].count(b"\n") == 61
 
 
+@pytest.mark.long
 def test_what_a_run_prints_fits_a_terminal_of_80_columns(folder: Path) -> None:
     words = ("run", SCENES / "demo.yaml", "--out", "out", "--rocks", 60, "--engine", "reference")
     done = rpf3d(*words, cwd=folder, COLUMNS="80")
@@ -355,6 +358,7 @@ def test_a_pit_with_an_unknown_extension_is_refused_before_it_is_dug(
     assert "the extension must be" in refused(monkeypatch, capsys, "pit", tmp_path / "pit.xyz")
 
 
+@pytest.mark.long
 def test_a_pit_on_a_scene_of_its_own_can_be_flown(folder: Path) -> None:
     assert rpf3d("pit", "slope.vtp", "--triangles", 5000, cwd=folder).returncode == 0
     on_the_wall = "points: [[-600, 0, 0]], above_ground: 2"

@@ -76,6 +76,7 @@ def left_behind(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("engine", "number"), [("reference", signal.SIGINT), ("compiled", signal.SIGTERM)], ids=["Ctrl-C", "SIGTERM"]
 )
@@ -114,6 +115,7 @@ def test_an_interrupted_flight_leaves_a_whole_result_of_what_has_flown(
     assert counts.sum() == facts["outcomes"]["stopped"]["rocks"], "the maps hold what has flown, too"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
 @pytest.mark.parametrize(("moment", "command"), [("preparing", PREPARES_ON), ("writing results", WRITES_ON)])
 def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
@@ -128,6 +130,7 @@ def test_a_run_interrupted_while_it_prepares_or_writes_leaves_nothing(
     assert left_behind(folder) == before
 
 
+@pytest.mark.long
 def test_ctrl_c_a_second_time_ends_at_once_and_leaves_nothing(on_a_terminal, folder: Path) -> None:  # type: ignore[no-untyped-def]
     before = left_behind(folder)
     words = ("run", "scene.yaml", "--out", "out", "--rocks", MANY["reference"], "--engine", "reference")
@@ -152,6 +155,7 @@ def test_an_interrupted_run_leaves_the_earlier_result_as_it_was(on_a_terminal, f
     assert not [path for path in folder.iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.long
 def test_the_slow_engine_stops_flying_soon(on_a_terminal) -> None:  # type: ignore[no-untyped-def]
     run = on_a_terminal("run", DEMO, "--out", "out", "--rocks", 6000, "--engine", "reference")
     run.until("flying rocks")

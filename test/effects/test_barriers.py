@@ -27,6 +27,7 @@ def met(flights):
     return flights.impacts.facet < 0
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("share", [1.0, 2.0])
 def test_a_rock_with_no_more_energy_than_the_net_holds_is_caught_where_it_struck(engine, share):
@@ -117,6 +118,7 @@ def test_a_sliding_rock_that_breaks_through_goes_on_sliding_with_what_is_left(en
     assert stop[1:] == pytest.approx([0.5, 0.0], abs=1e-12)
 
 
+@pytest.mark.long
 @BOTH
 def test_bounces_that_are_summed_up_end_at_a_panel_in_their_way(engine):
     terrain = made.floor(cells=1)

@@ -102,6 +102,7 @@ def places_after(engine: str, effect: Drag, rock: Rock, v: tuple, t: float) -> n
     return end.x[0]
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize(("rock", "v"), FALLS, ids=FALL_IDS)
 @pytest.mark.parametrize("accuracy", [1.0, 0.01, 1e-4])
@@ -144,6 +145,7 @@ def test_a_fall_from_rest_meets_the_ground_when_and_as_fast_as_the_closed_form_s
     assert impacts.speed_in[0] == pytest.approx(math.sqrt(G / k * (1.0 - math.exp(-2.0 * k * height))), rel=1e-5)
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("effect", [Drag(0.0, 1.2, 0.01, G), Drag(0.5, 0.0, 0.01, G)], ids=["no-C_d", "no-density"])
 def test_drag_of_no_strength_leaves_every_bit_as_it_was(engine, effect):
@@ -220,6 +222,7 @@ def test_maps_count_a_rock_once_however_many_stretches_its_flight_has():
         assert maps[1][name] == pytest.approx(counted, rel=1e-6, abs=1e-6, nan_ok=True), name
 
 
+@pytest.mark.long
 def test_flights_into_a_pit_are_as_accurate_as_they_were_asked_for(tmp_path):
     """Against flights of stretches thirty times as short: no first impact is off by more, and on the same facet."""
     prepared = prepare(read_scene(scene_file(tmp_path, more="rock: {diameter: 0.2}\nengine: reference")))

@@ -44,6 +44,7 @@ def throw(engine: Engine, physics: Flight, x: tuple | list, v: tuple, mass: floa
     return fly_ensemble(engine, physics, Releases(0 * numbers, numbers, places, speeds, mass * ones, 0.4 * ones))
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("accuracy", [0.1, 1e-3])
 def test_a_throw_within_the_layer_follows_the_closed_form(engine, accuracy):
@@ -107,6 +108,7 @@ ROUGH = rough_grid(12, 40.0, 0.6, 0.6)
 PLACES = [(1.0 + 0.3 * i, 18.0 + 0.2 * i, 4.0) for i in range(8)]
 
 
+@pytest.mark.long
 @BOTH
 def test_a_layer_of_no_strength_leaves_every_bit_as_it_was(engine):
     over = engine_over(engine, ROUGH)
@@ -116,6 +118,7 @@ def test_a_layer_of_no_strength_leaves_every_bit_as_it_was(engine):
     assert same_bits(free, none)
 
 
+@pytest.mark.long
 def test_both_engines_have_the_same_bits_with_both_kinds_of_drag():
     effects = (Drag(0.5, 1.2, 0.01, G), layer(height=2.0, edges=EAST))
     physics = in_forest(*effects, model="sliding", R_n=0.8, R_t=0.95)

@@ -37,6 +37,7 @@ def test_the_share_at_an_offset_is_that_of_physics_4_1(offset, share, digits):
     assert share_at_offset(offset) == pytest.approx(share, abs=digits)
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("aside", [0.0, 0.35])
 def test_a_rock_loses_what_the_stem_takes_at_its_offset_and_height(engine, aside):

@@ -140,6 +140,7 @@ def test_both_engines_make_the_same_pieces():
         assert np.array_equal(getattr(compiled[0], name), getattr(plain[0], name)), name
 
 
+@pytest.mark.long
 def test_the_default_does_not_break_nearly_all_rocks_of_a_pit(tmp_path):
     """At least_ratio 0.5, 198 of these 200 rocks break."""
     scene = tmp_path / "pit.yaml"

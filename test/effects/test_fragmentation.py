@@ -82,6 +82,7 @@ def test_pieces_fly_in_their_cone_and_off_the_ground():
     assert cosines.mean() == pytest.approx(0.5 * (1.0 + math.cos(math.radians(25.0))), abs=3e-3)  # even over the cone
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("least_volume", [1e-3, 0.05])
 def test_mass_is_kept_through_all_generations(engine, least_volume):

@@ -132,6 +132,7 @@ def flown(engine, effect, model="constant", rocks=30, **settings):
     return fly(engine_over(engine, GROUND), physics, x, draw.normal(size=(rocks, 3)) * 3.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(effect):
     reference, compiled = (flown(name, effect) for name in ENGINES)
@@ -150,6 +151,7 @@ def test_no_roughness_leaves_every_bit_as_it_is_without_the_effect(engine, effec
     assert same_bits(flown(engine, effect), flown(engine, None))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("model", ["constant", "velocity_scaled", "mass_scaled"])
 def test_bounces_are_summed_up_as_on_a_plane_only_of_rocks_too_slow_to_rise_off_a_tilt(engine, model):
@@ -160,6 +162,7 @@ def test_bounces_are_summed_up_as_on_a_plane_only_of_rocks_too_slow_to_rise_off_
     assert speeds.max() < math.sqrt(2.0 * Settings().gravity * Settings().smallest_bounce)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["pfeiffer_bowen", "stochastic_matrix"])
 def test_it_acts_beside_rebounds_that_spin_and_draw_on_both_engines(model):
     assert same_bits(*(flown(name, EFFECTS["platrock"], model) for name in ENGINES))

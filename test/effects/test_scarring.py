@@ -205,6 +205,7 @@ def throw(engine: Engine, physics: Flight) -> Flights:
 ROUGH = rough_grid(12, 40.0, 0.6, 0.6)
 
 
+@pytest.mark.long
 @BOTH
 def test_scarring_of_no_strength_leaves_every_bit_as_it_was(engine):
     over = engine_over(engine, ROUGH)

@@ -112,6 +112,7 @@ def test_blocks_do_not_change_the_answer(folder: Path, monkeypatch: pytest.Monke
     assert keys[0] == keys[1] and len(keys[0]) > 60
 
 
+@pytest.mark.long
 def test_the_rocks_that_are_shown_are_spread_over_all_blocks(
     folder: Path, monkeypatch: pytest.MonkeyPatch, no_pictures: None
 ) -> None:
@@ -167,6 +168,7 @@ def test_without_impacts_there_is_no_table_of_them_and_everything_else_is_the_sa
 # --- memory -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_rocks(folder: Path, monkeypatch: pytest.MonkeyPatch, no_pictures: None) -> None:
     pytest.importorskip("numba", reason="numba is not installed: plain Python would fly for an hour")
     monkeypatch.setattr(stream, "BLOCK", 8192)
@@ -226,6 +228,7 @@ def test_rocks_double_until_the_target_is_reached_and_the_report_says_so(
     assert set(convergence["steps"][-1]["places"]) == {"middle"}, "the areas of interest decide, where there are any"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("most", "flown"), [(500, [500]), (1000, [1000]), (3999, [1000, 2000])])
 def test_a_target_that_is_out_of_reach_is_given_up_and_the_report_says_so(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], no_pictures: None, most: int,

@@ -49,6 +49,7 @@ def test_a_run_in_ten_lines_prints_where_each_rock_stops(tmp_path: Path) -> None
     assert min(heights) < 1630, "some come to the ramp"
 
 
+@pytest.mark.long
 def test_zones_of_a_mesh_of_ones_own_hold_all_rocks_and_gravel_holds_more(tmp_path: Path) -> None:
     lines = run("02_own_mesh", tmp_path)
     shares = {line.split()[0]: numbers(line)[0] for line in lines}
@@ -101,6 +102,7 @@ def test_ten_times_smaller_steps_are_ten_times_closer_and_ten_times_as_many(tmp_
         assert 5 < price[i + 2] / price[i] < 20, "the price goes with its inverse"
 
 
+@pytest.mark.long
 def test_a_berm_at_the_toe_keeps_more_rocks_off_the_road(tmp_path: Path) -> None:
     reached = next(line for line in run("07_compare_designs", tmp_path) if line.startswith("road reached"))
     a, b, low, high = numbers(reached)

@@ -196,6 +196,7 @@ def test_no_rock_falls_between_two_facets(engine):
     assert loses_energy(flights)
 
 
+@pytest.mark.long
 @BOTH
 def test_a_rock_on_a_single_facet_stops_on_it_or_leaves_it(engine):
     over = engine_over(engine, terrain_of([(-5, -5, 0), (5, -5, 0), (0, 5, 0)], [(0, 1, 2)]))

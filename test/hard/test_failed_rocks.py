@@ -72,6 +72,7 @@ def dropped(*heights: float) -> Releases:
     return Releases(np.zeros(n, int), np.arange(n), x, v, np.ones(n), np.ones(n))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("divides", [0.0, 1.0], ids=["root", "division"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_rock_that_becomes_no_number_is_told_up_to_the_event_before(engine: str, divides: float) -> None:
@@ -96,6 +97,7 @@ def test_both_engines_tell_a_failed_rock_alike(divides: float) -> None:
     assert same_bits(one, other)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("part", ["x", "v"])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -122,6 +124,7 @@ def test_outcomes_keep_their_numbers() -> None:
     assert [int(outcome) for outcome in Outcome] == list(range(10))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("source", "engine"), [("west_wall", "reference"), (0, "compiled")])
 def test_one_rock_of_a_scene_is_flown_again_with_its_bits(source: str | int, engine: str) -> None:
     scene = rpf3d.read_scene(SCENES / "demo.yaml")

@@ -177,6 +177,7 @@ def ran(folder, engine, there):
     return run, json.loads((folder / "out" / "summary.json").read_text())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_nothing_downhill_of_a_hole_is_counted_and_the_summary_says_how_many_were_lost(tmp_path, engine):
     there = np.ones((41, 41), bool)

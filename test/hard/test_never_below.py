@@ -138,6 +138,7 @@ def test_no_rock_falls_through_a_crack_that_survey_coordinates_opened(seed):
     assert len(fallen(case, flown(case))) == 0, case.words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("family", "seed", "rebound", "row"), FALLEN)
 def test_rocks_that_a_campaign_saw_fall_stay_above_the_ground(family, seed, rebound, row):
     case = case_of(family, seed, 250, rebound)
@@ -145,6 +146,7 @@ def test_rocks_that_a_campaign_saw_fall_stay_above_the_ground(family, seed, rebo
     assert len(fallen(case, flights)) == len(guarded(flights)) == 0, case.words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("family", sorted(FAMILIES))
 @pytest.mark.parametrize("seed", [1, 2])
 def test_no_rock_released_on_a_mesh_falls_through_it_or_hangs_above_it(family, seed):

@@ -74,6 +74,7 @@ def test_an_inelastic_impact_keeps_the_speed_along_the_ground_that_r_t_leaves_it
     assert flights.deposits.ground_speed[0] == pytest.approx(4.0, rel=1e-12)
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("place", ["box", "gully", "cone", "level"])
 def test_without_losses_ten_thousand_bounces_keep_the_energy(engine, place):

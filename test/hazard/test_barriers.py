@@ -49,6 +49,7 @@ def numbers(run):
     ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_threads_engines_and_parts_leave_the_same_counts(scene, whole):
     assert sum(figures.came for figures in whole.maps.barriers) > 10
     for other in (simulate(scene, engine="compiled", threads=4), simulate(scene, engine="reference")):

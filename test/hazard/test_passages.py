@@ -75,6 +75,7 @@ def test_a_fan_passes_one_over_the_circle_at_each_distance_whatever_the_cell(cel
         assert image[j : j + n, i : i + n].mean() == pytest.approx(expected, rel=0.03)
 
 
+@pytest.mark.long
 def test_both_engines_and_parts_in_any_order_have_the_same_bits():
     terrain = rough()
     maps = []

@@ -199,6 +199,7 @@ def test_a_second_process_that_cannot_be_started_costs_nothing(sources: Path) ->
     assert printed(sources, before="sys.executable = '/no/such/python'") == "45 0 False"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="the system cannot tell when another's child ends")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT], ids=["killed", "interrupted"])
 @pytest.mark.parametrize(

@@ -72,6 +72,7 @@ def test_machine_code_is_made_of_the_loop_alone_which_calls_no_kernel(tmp_path: 
     assert said(f"import runpy; runpy.run_path({str(file)!r})", tmp_path) == ["[1,", "0,", "0]", "0"]
 
 
+@pytest.mark.long
 def test_where_numba_has_moved_what_copying_rests_on_the_bits_are_the_same(tmp_path: Path) -> None:
     copied, there, bits = said(FLOWN, tmp_path / "copied")
     assert copied == "True" and int(there) > 1000

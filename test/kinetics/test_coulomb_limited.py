@@ -208,6 +208,7 @@ def test_bounces_without_an_end_are_flown():
     assert not summed(Case(1.0, 0.8, 0.5, 20.0, 0.1, 1.0, 0.0)).ends
 
 
+@pytest.mark.long
 def test_of_bounces_that_hardly_get_smaller_those_that_are_summed_are_right():
     """Near R_n = 1 the bounces may be more than are looked at; they are then flown, never summed wrongly."""
     cases = [Case(r, q, 0.5, 20.0, 0.1, 1.0, 45.0) for r in (0.97, 0.99, 0.999) for q in (0.3, 0.98, 0.9999)]
@@ -239,6 +240,7 @@ def bouncing_down(engine: str, model, rise: float, smallest_bounce: float):
     return fly(over, physics, np.array((0.0, 0.2, 0.0)) + 1e-6 * normal, v), descent, normal
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rise", [1e-4, 1e-2])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_bouncing_on_a_slope_slows_a_rock_as_friction_does(engine, rise):
@@ -271,6 +273,7 @@ def test_neither_place_nor_speed_depends_on_smallest_bounce(engine, rise):
         np.testing.assert_allclose(flights.paths.v[-1], ends[0].paths.v[-1], rtol=0.0, atol=SAME)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("resting", ["none", "sliding"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_where_friction_never_limits_every_bit_is_that_of_constant_restitution(engine, resting):

@@ -53,6 +53,7 @@ def test_coefficients_and_velocities_at_their_limits_leave_numbers(model, v, R_n
         assert all(map(math.isfinite, (*rest.along, *rest.down, *rest.v, rest.t)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ALL.values(), ids=ALL)
 def test_both_engines_leave_the_same_bits_and_every_rock_comes_to_an_end(model):
     terrain = rough_grid(10, 60.0, 0.7, 0.5, seed=5)

@@ -53,6 +53,7 @@ WAYS = [
 ]
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize(("ground", "mu_r", "angle", "speed", "way"), WAYS)
 def test_a_rock_rolls_to_a_stop_after_the_printed_way(engine, ground, mu_r, angle, speed, way):

@@ -226,6 +226,7 @@ def test_each_zone_has_its_own_rolling_friction_at_impacts(engine):
     assert mu_r == pytest.approx(np.array([[0.1, 0.1], [0.3, 0.3]] * 2), abs=1e-8)
 
 
+@pytest.mark.long
 def test_rolling_friction_at_impacts_may_be_drawn_for_each_rock_or_each_impact():
     rocks, drawn = 400, uniform_between(0.1, 0.3)
     flights = {

@@ -46,6 +46,7 @@ def ground(e=0.3, mu=0.5, mu_r=0.1, stop_speed=0.3):
 # --- contact ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @BOTH
 @pytest.mark.parametrize("radius", [0.01, 0.5, 7.0])
 def test_a_sphere_touches_a_floor_when_its_centre_is_a_radius_above_it(engine, radius):
@@ -297,6 +298,7 @@ def test_in_hard_places_a_sphere_comes_to_rest_outside_the_ground(name, radius):
     assert same_bits(*flights.values())
 
 
+@pytest.mark.long
 def test_a_sphere_wider_than_a_pit_rests_on_its_rim():
     over = engine_over("reference", needle_pit())
     flights = roll(over, spheres(ground(e=0.0), max_impacts=20_000), 0.4, (0.01, -0.005, 0.45))
@@ -307,6 +309,7 @@ def test_a_sphere_wider_than_a_pit_rests_on_its_rim():
 ROUGH = [(seed, slope, radius) for seed, slope in ((0, 0.0), (1, 0.3), (2, 0.8)) for radius in (0.03, 0.3, 4.0)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "slope", "radius"), ROUGH)
 def test_on_rough_ground_no_sphere_goes_into_it_and_every_one_ends(seed, slope, radius):
     """Facets of 2 m, radii much smaller and larger than that; both engines to the last bit."""
@@ -351,6 +354,7 @@ def test_a_sphere_released_on_a_facet_however_wide_and_steep_is_lifted_until_it_
     assert clearance(over, flights.paths.x) == pytest.approx(0.5, abs=ROUNDED)
 
 
+@pytest.mark.long
 @BOTH
 def test_without_a_ground_model_a_sphere_stops_by_its_speed_alone(engine):
     over = engine_over(engine, floor(30.0, cells=3))

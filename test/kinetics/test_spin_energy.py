@@ -94,6 +94,7 @@ def test_where_nothing_spins_energies_are_translational_to_the_bit():
     assert not flights.deposits.max_rotational_energy.any() and not flights.impacts.spin_in.any()
 
 
+@pytest.mark.long
 def test_both_engines_have_the_same_spins_and_maps():
     (one, maps), (other, others) = flown("reference"), flown("compiled")
     assert made.same_bits(one, other)

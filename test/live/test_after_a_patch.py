@@ -75,6 +75,7 @@ def found_anew(standing):
     return known_of(standing, anew.sheet)
 
 
+@pytest.mark.long
 @EACH
 def test_what_is_known_after_a_patch_is_what_is_found_anew(patch):
     standing, known = after(patch)

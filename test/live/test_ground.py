@@ -161,6 +161,7 @@ def test_a_limit_of_ones_own_holds_to_the_point():
         Workshop(most_points=99).whole(survey)
 
 
+@pytest.mark.long
 def test_a_ground_in_use_is_never_written_to_and_memory_is_used_again():
     workshop = Workshop()
     running = workshop.whole(grid())

@@ -66,12 +66,14 @@ def over_ground(ground, places):
     return bool((ground.engine.ground_below(x)[:, 1] >= 0).all())
 
 
+@pytest.mark.long
 @INSIDE
 def test_the_seam_is_closed_without_t_junctions(patch):
     ground, before = patched(patch)
     assert edge_counts(ground) == before
 
 
+@pytest.mark.long
 @INSIDE
 def test_the_patched_ground_is_still_one_sheet_in_plan(patch):
     ground, _ = patched(patch)

@@ -68,6 +68,7 @@ KINDS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["none", "sliding"])
 @pytest.mark.parametrize("per_impact", [False, True], ids=["per_rock", "per_impact"])
 @pytest.mark.parametrize("kind", KINDS)

@@ -53,6 +53,7 @@ def flown(folder: Path, engine: str, names: tuple[str, ...]) -> Flights:
     return fly_ensemble(prepared.engine, prepared.flight, few)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("names", CHOSEN, ids=lambda names: "-".join(names) or "none")
 def test_both_engines_fly_the_same_bits_whatever_is_named(tmp_path: Path, names: tuple[str, ...]) -> None:
     one, other = (flown(tmp_path, engine, names) for engine in ("reference", "compiled"))

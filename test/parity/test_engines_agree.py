@@ -78,6 +78,7 @@ def assert_same_flights(one: Flights, other: Flights) -> None:
         assert_same_bits(getattr(one, part), getattr(other, part))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "rocks"), OWN)
 def test_both_engines_leave_the_same_bits_on_a_scene_as_it_is(name: str, rocks: int) -> None:
     reference, compiled = (fly_ensemble(*prepared(engine, name, rocks)) for engine in ("reference", "compiled"))
@@ -86,6 +87,7 @@ def test_both_engines_leave_the_same_bits_on_a_scene_as_it_is(name: str, rocks: 
     assert_same_flights(reference, compiled)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "rocks", "rebound", "ground"), OTHER)
 def test_both_engines_leave_the_same_bits_under_every_pair_of_models(
     name: str, rocks: int, rebound: str, ground: str
@@ -98,6 +100,7 @@ def test_both_engines_leave_the_same_bits_under_every_pair_of_models(
     assert_same_flights(reference, compiled)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["demo", "authume_p1"])
 def test_both_engines_find_the_same_ground_below_the_same_points(name: str) -> None:
     # The height is found by dropping a stone, so each engine's locator answers for itself.

@@ -30,6 +30,7 @@ def test_the_scenes_that_the_program_comes_with_are_there() -> None:
     assert {"demo", "authume_p1", "lab_22", "lab_40", "lab_50", "lab_59"} <= {scene.stem for scene in SCENES}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.stem)
 def test_every_scene_flies_and_every_rock_ends_with_an_outcome(scene: Path) -> None:
     needs_its_data(scene)

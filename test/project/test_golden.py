@@ -29,7 +29,13 @@ def not_comparable() -> str:
     return golden.why_not_comparable()
 
 
-@pytest.mark.parametrize("name", golden.NAMES)
+QUICK = ("lab_40", "rebound_coulomb_limited", golden.SESSION)
+"""Entries that `make test` compares; `make test-all` compares all."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.long) for name in golden.NAMES]
+)
 def test_an_entry_has_the_golden_results(name: str, tmp_path: Path, not_comparable: str) -> None:
     if reason := not_comparable or golden.why_left_out(name):
         pytest.skip(reason)

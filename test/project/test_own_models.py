@@ -50,6 +50,7 @@ def ends(scene: Path, engine: str) -> np.ndarray:
     return np.column_stack([deposits.x, deposits.t, deposits.impacts])
 
 
+@pytest.mark.long
 def test_the_models_of_the_page_fly_alike_on_both_engines_and_change_the_answer(folder: Path) -> None:
     plain = ends(scene_with(folder), "reference")
     scene = scene_with(folder, *blocks("yaml"))

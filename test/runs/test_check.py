@@ -89,6 +89,7 @@ def test_fewer_spheres_than_points_go_to_the_compiled_engine_for_each_takes_long
         assert cost is not None and cost.engine == engine, (rocks, more)
 
 
+@pytest.mark.long
 def test_compiling_is_announced_where_nothing_has_been_compiled_before_and_nowhere_else(folder: Path) -> None:
     pytest.importorskip("numba", reason="numba is not installed: there is nothing to compile")
     (folder / "scene.yaml").write_text(with_models(SLOPE + ABOVE))
@@ -250,6 +251,7 @@ def test_a_source_half_off_the_terrain_says_how_much_of_it_is_on(folder: Path) -
     assert told.startswith("50 % of the polygon of source 'scar' lies on the terrain")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 @pytest.mark.parametrize(
     ("written", "told"), [("slpoe", "did you mean 'slope'?"), ("bench_*", "the zones are slope; correct it, or remove")]
@@ -296,6 +298,7 @@ def test_what_is_allowed_and_hardly_meant_is_told(folder: Path) -> None:
     assert checked(folder, rolls + ABOVE + sphere).warnings == [], "a sphere that rolls needs rolling friction"
 
 
+@pytest.mark.long
 def test_a_level_that_no_cell_reaches_is_told_on_the_screen_and_in_the_summary(folder: Path) -> None:
     spread = ABOVE.replace("rocks: 4", "rocks: 40, spread: [1, 1, 0]")
     (folder / "scene.yaml").write_text(

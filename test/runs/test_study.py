@@ -68,6 +68,7 @@ def test_eight_parts_on_threads_are_the_same_bits_as_one_run(scene, engine):
         assert_same_bits(fly_parts(scene, PARTS, pool, engine=engine), rpf3d.simulate(scene, engine=engine))
 
 
+@pytest.mark.long
 def test_eight_parts_on_a_dask_cluster_are_the_same_bits_as_one_run(scene):
     distributed = pytest.importorskip("distributed", reason="dask and distributed are not installed (extra `test`)")
     cluster = distributed.LocalCluster(

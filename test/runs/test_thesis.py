@@ -130,6 +130,7 @@ def small_study(tmp_path_factory):
         yield folder / "out", report_of(LOCALISED, [into for _, into in runs]), runs
 
 
+@pytest.mark.long
 def test_a_study_reports_what_its_runs_found(small_study):
     _, report, runs = small_study
     assert [into.name for _, into in runs] == ["high", "localised", "spills"]
@@ -192,6 +193,7 @@ def test_scenes_that_are_not_installed_are_missed_by_name(monkeypatch, tmp_path)
     assert [path.parent for path in scene_files(RESOLUTION)] == [Path(installed)] * 2
 
 
+@pytest.mark.long
 def test_the_command_flies_a_study_and_prints_its_verdict(tmp_path, monkeypatch, capsys):
     from rpf3d_core import cli
 

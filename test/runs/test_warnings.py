@@ -50,6 +50,7 @@ def test_a_drag_layer_that_floats_the_lightest_rock_is_told(folder: Path, rock: 
     assert told is None or (told in found[0] and "max_impacts" in found[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_a_run_and_a_check_say_that_a_rock_floats(folder: Path, command: str) -> None:
     (folder / "scene.yaml").write_text(SLOPE + ABOVE + "ground: none\nrock: {mass: 11}\n" + LAYER.format(c=490))

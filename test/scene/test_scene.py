@@ -127,6 +127,7 @@ def test_two_reference_systems_of_one_terrain_are_refused_with_both(folder: Path
     ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("crs", "why"), [("EPSG:999999", "is no known coordinate"), ("EPSG:4326", "is in degrees")])
 def test_a_reference_system_that_cannot_be_used_is_refused_with_its_line_and_nothing_else_is_said(
     folder: Path, crs: str, why: str

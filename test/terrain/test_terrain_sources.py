@@ -234,6 +234,7 @@ def _vtp(path, bad):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bad", ["nan", "inf"])
 @pytest.mark.parametrize("write", [_obj, _ply, _vtp])
 def test_a_bad_vertex_that_no_facet_has_does_not_move_the_terrain_nor_hang_a_flight(tmp_path, write, bad):

@@ -61,6 +61,7 @@ def test_the_way_in_takes_the_page_from_the_file_alone(tmp_path: Path, monkeypat
     assert (tmp_path / "page.md").read_text() == document(RESULTS)
 
 
+@pytest.mark.long
 @needs_data
 @pytest.mark.parametrize(("site", "line"), LINES, ids=[f"{s}-{x['model']}-{x['values']}" for s, x in LINES])
 def test_the_stated_figures_of_a_site_come_out_again(site: str, line: Mapping[str, Any]) -> None:

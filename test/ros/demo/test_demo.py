@@ -55,6 +55,7 @@ def play(*arguments):
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PLAYED_WITHIN, check=False)
 
 
+@pytest.mark.long
 def test_the_shift_leaves_a_recording_that_verifies(tmp_path):
     done = play("--out", tmp_path, "--timeout", 300)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -75,6 +76,7 @@ def test_a_scene_that_the_shift_cannot_be_played_on_is_refused_in_a_sentence(tmp
     assert f"{name}.yaml" in done.stderr and sentence in done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_a_demo_that_is_ended_leaves_no_node_behind(tmp_path, number):

@@ -49,6 +49,7 @@ def wait_until_recorded(peer, topic, count, after):
     peer.wait(found, f"{count} of {topic} recorded")
 
 
+@pytest.mark.long
 def test_a_recorder_that_is_killed_disturbs_nobody_and_a_new_one_gets_what_is_latched(living, shared_stage):
     _, peer = living
     second = shared_stage.folder / "second.rrd"

@@ -46,6 +46,7 @@ def free_port():
         return probe.getsockname()[1]
 
 
+@pytest.mark.long
 def test_after_a_kill_everything_up_to_the_last_event_is_saved(stage):
     file = stage.folder / "live.rrd"
     process = stage.node("recorder_node", file=file)
@@ -72,6 +73,7 @@ def test_after_a_kill_everything_up_to_the_last_event_is_saved(stage):
     assert not rows_by_entity(file).keys() - content.rows.keys(), "the broken file is left as it is"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="the room of a process can be limited on Linux only")
 def test_without_room_the_node_says_so_lives_on_and_begins_a_new_file_when_there_is_room_again(stage):
     file = stage.folder / "live.rrd"
@@ -105,6 +107,7 @@ def viewer(port):
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_viewer_that_dies_or_hangs_delays_no_message_and_no_end(stage, number):
     port, file = free_port(), stage.folder / "live.rrd"
@@ -133,6 +136,7 @@ def test_a_viewer_that_dies_or_hangs_delays_no_message_and_no_end(stage, number)
     assert rows_by_entity(file)["/impacts"] == 7
 
 
+@pytest.mark.long
 def test_a_viewer_that_is_absent_is_told_of_and_found_when_it_comes(stage):
     port, file = free_port(), stage.folder / "live.rrd"
     stage.node("recorder_node", file=file, viewer=f"rerun+http://127.0.0.1:{port}/proxy")

@@ -60,6 +60,7 @@ def finalized(stage, peer):
     assert peer.state() == "finalized"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reach", [unconfigured, inactive, finalized])
 def test_a_simulator_that_is_not_active_ends_on_sigterm(stage, reach):
     process = stage.node("simulator_node", autostart=False)
@@ -92,6 +93,7 @@ def builds(peer):
     peer.spin(0.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("busy", [flies, builds])
 def test_a_simulator_at_work_ends_on_sigterm_and_leaves_its_terrain_and_decisions_whole(stage, busy):
     endless = {"target.half_width": 1e-6, "target.most_rocks": 1_000_000_000}

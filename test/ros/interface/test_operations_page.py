@@ -127,6 +127,7 @@ SCENE_FILE = ROOT / "config" / "scenes" / "shift.yaml"
 NODES = {"simulator_node": {}, "recorder_node": {}, "scene_publisher_node": {"scene": SCENE_FILE}}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("module", NODES)
 def test_the_policy_allows_each_node_what_it_really_offers_and_no_more(stage, module):
     """Under Enforce a node whose profile lacks one of its own endpoints does not start."""

@@ -140,6 +140,7 @@ STATES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("where", STATES)
 def test_a_signal_ends_the_node_at_once_whatever_state_it_is_in(stage, where):
     process = stage.node("simulator_node", **QUIET)

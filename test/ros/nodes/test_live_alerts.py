@@ -104,6 +104,7 @@ def keep_saying(peer, message, condition, what):
     return peer.wait(found, what)
 
 
+@pytest.mark.long
 def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reproduced(stage, tmp_path):
     (tmp_path / "site.yaml").write_text(SITE)
     log = tmp_path / "decisions"
@@ -144,6 +145,7 @@ def test_an_alert_goes_up_at_once_down_by_acknowledgement_and_its_log_is_reprodu
     assert any("A. Foreman" in line for line in lines)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("transition", ["TRANSITION_DEACTIVATE", "TRANSITION_ACTIVE_SHUTDOWN"])
 def test_a_node_that_is_no_longer_active_leaves_the_alarm_on_for_who_comes_later_too(stage, tmp_path, transition):
     (tmp_path / "site.yaml").write_text(SITE)

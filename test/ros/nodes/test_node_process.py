@@ -34,6 +34,7 @@ def python(*arguments):
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=ENDS_WITHIN, check=False)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("node", NODES)
 @pytest.mark.parametrize("module", IMPORTED_EARLY)
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])

@@ -75,6 +75,7 @@ def recorded(peer, counts):
     )
 
 
+@pytest.mark.long
 def test_everything_that_is_published_is_in_a_recording_that_verifies(stage):
     file = stage.folder / "live.rrd"
     stage.node("recorder_node", file=file)

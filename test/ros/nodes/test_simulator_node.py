@@ -80,6 +80,7 @@ def column(cloud, name):
     return columns_of_cloud(cloud, (name,))[name].ravel()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["reference", "compiled"])
 def test_a_dropped_rock_is_simulated_and_published_with_the_stamp_of_its_source(stage, engine):
     stage.node("simulator_node", **{**QUIET_PARAMETERS, "engine": engine})
@@ -183,6 +184,7 @@ def test_a_node_interrupted_in_a_long_run_abandons_it(stage):
     assert time.monotonic() - began < ABANDONED_WITHIN
 
 
+@pytest.mark.long
 def test_the_node_hears_bad_input_while_a_long_run_is_under_way(stage):
     peer, many = busy(stage, rocks=200, normal_restitution=0.95)
     peer.send("sources", poses((1.0, 1.0, math.nan)))

@@ -128,6 +128,7 @@ def listens(peer, topics):
         peer.wait(lambda t=topic: peer.publishers[t].get_subscription_count(), f"a subscriber of {topic}")
 
 
+@pytest.mark.long
 def test_the_live_recorder_and_its_own_bag_give_the_same_recording(stage):
     file = stage.folder / "live.rrd"
     stage.node("recorder_node", file=file, bag=stage.folder / "incident")
@@ -164,6 +165,7 @@ def test_every_bag_begins_with_the_ground_so_that_it_replays_by_itself(tmp_path)
     assert again == [("terrain/mesh", 9), ("terrain/update", 9), ("sources", 9)]
 
 
+@pytest.mark.long
 def test_a_bag_replays_into_the_simulator(stage):
     folder = stage.folder / "shift"
     wanted = {"terrain/mesh", "sources"}
