@@ -18,7 +18,7 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Largest path from a cap to the ground behind the cap, in tolerances of caps, for a rock that is still on the ground."""
+"""Largest path from a cap to ground behind the cap, in tolerances of caps, for a rock that is still on the ground."""
 
 
 class CapFacets(NamedTuple):
