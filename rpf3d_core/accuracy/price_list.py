@@ -55,12 +55,12 @@ class Priced(NamedTuple):
 
 @dataclass(frozen=True)
 class PriceList:
-    """What accuracy costs on one scene.
+    """The price list of one scene: error and cost of each setting.
 
-    digest : of the scene; rocks : number of rocks of a run; auto : True if only those of the first round of `rocks:
-        auto`
-    method : the setting that the scene names; cell : of its map, m
-    off_exact : errors of events against arithmetic with 50 digits, impact by impact
+    digest : of the scene; rocks : number of rocks of a run
+    auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
+    method : the method setting of the scene; cell : side of a map cell, m
+    off_exact : errors of exact contacts compared with 50 digits, by impact number
     """
 
     scene: str
@@ -77,12 +77,12 @@ class PriceList:
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
-    """Return the line of the exact method, which finds every event."""
+    """Return the line of the exact method, which finds contacts by events."""
     return Priced(setting=EVENTS, error=error, seconds_per_1000_rocks=seconds_per_1000, more={"timed": True})
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
-    """Return a setting of a fixed-step method in the form of the list."""
+    """Return a setting of a fixed-step method as a mapping for the price list."""
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
@@ -195,7 +195,10 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 
 
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
-    """Return the price list in the values of a cost.json; raise KeyError, TypeError or ValueError for other values."""
+    """Return the price list from the values of a cost.json.
+
+    Raises KeyError, TypeError or ValueError if the values are not a price list.
+    """
     scene = facts["scene"]
     lines = {
         name: [_priced(line) for line in facts[name]]
