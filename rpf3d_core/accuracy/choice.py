@@ -30,7 +30,8 @@ def check_target(target: float) -> None:
 class Choice(NamedTuple):
     """A setting: the method of finding contacts, the terrain and the number of rocks.
 
-    numerical, geometric, statistical : the errors (-) of the setting; seconds : cost, s of one core
+    numerical, geometric, statistical : the three errors (-) of the setting
+    seconds : cost of all rocks, s of one core
     """
 
     method: Mapping[str, Any]

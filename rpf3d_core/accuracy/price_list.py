@@ -45,7 +45,10 @@ EVENTS: Mapping[str, Any] = {"method": "events"}
 
 
 class Priced(NamedTuple):
-    """A line of the list: a setting, its error (-), the cost of 1,000 rocks (s of one core), and further values."""
+    """A line of the price list: one setting with its error and cost.
+
+    setting : names and values; error : (-); seconds_per_1000_rocks : s of one core; more : further values for the table
+    """
 
     setting: Mapping[str, Any]
     error: float
@@ -77,7 +80,7 @@ class PriceList:
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
-    """Return the line of the exact method, which finds contacts by events."""
+    """Return the line of the price list for the exact method, which finds contacts by events."""
     return Priced(setting=EVENTS, error=error, seconds_per_1000_rocks=seconds_per_1000, more={"timed": True})
 
 
@@ -87,7 +90,7 @@ def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """Return the line of a setting of a fixed-step method."""
+    """Return the line of the price list for a setting of a fixed-step method."""
     price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
@@ -105,7 +108,7 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
-    """Return the line of a coarser terrain."""
+    """Return the line of the price list for a coarser terrain; rocks : number of rocks that were flown."""
     setting = {"part": found.part, "triangles": found.triangles}
     return Priced(
         setting=setting,
@@ -116,14 +119,14 @@ def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced
 
 
 def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
-    """Return the line of the full terrain."""
+    """Return the line of the price list for the full terrain."""
     return Priced(
         setting={"part": 1, "triangles": triangles}, error=0.0, seconds_per_1000_rocks=seconds_per_1000, more={}
     )
 
 
 def priced_sample(found: Sampled) -> Priced:
-    """Return the line of a number of rocks."""
+    """Return the line of the price list for a number of rocks."""
     more = {
         "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
         "seconds": found.seconds,

@@ -1,8 +1,8 @@
 """Locator of the compiled engine: visits the cells of a bucket grid along the arc, which is a straight line in plan.
 
 This is the broad phase. Where the arc stays above the slab of a cell, the search skips the whole cell, and tries wider
-cells (`slabs.py`). In a bucket whose slab the arc does not stay above, the search tests the facets that the arc may
-touch there (`stretch.py`).
+cells (`slabs.py`). Where the arc does not stay above the slab of a bucket, the search tests the facets of this bucket
+that the arc may touch (`stretch.py`).
 """
 
 import math

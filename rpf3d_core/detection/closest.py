@@ -23,7 +23,7 @@ class Closest(NamedTuple):
 
 @model_function
 def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the facet closest to x within a radius (m); each locator breaks ties in its own way."""
+    """Return the facet closest to x (m) within a radius (m); in a tie, locators may return different facets."""
 
 
 @closest_facet.rule(BucketLocator)

@@ -1,7 +1,7 @@
 """Locator of the reference engine: VTK's static cell locator finds the facets in boxes along the arc.
 
 This is the broad phase. vtkStaticCellLocator returns a superset of the cells within a box, quickly on meshes of
-millions of triangles. Both engines share the narrow phase (`contact.py`). The thesis uses VTK too (section 3.4).
+millions of triangles. Both engines share the narrow phase (`narrow_phase.py`). The thesis uses VTK too (section 3.4).
 """
 
 import math
