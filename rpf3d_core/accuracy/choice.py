@@ -1,4 +1,4 @@
-"""Choices from the price list: the largest of the three errors, and the cheapest setting within a target."""
+"""Choose from the price list: find the largest of the three errors, and the cheapest setting within a target."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,11 +12,11 @@ from rpf3d_core.scene.model import Scene
 from rpf3d_core.scene.reading import read_scene
 
 MOST_ROCKS = 10_000_000
-"""Largest number of rocks of a choice, equal to the default of a scene's `target.most_rocks`."""
+"""Largest number of rocks that may be chosen; equal to the default of a scene's `target.most_rocks`."""
 
 
 def check_target(target: float) -> None:
-    """Refuse a target (-) that no sum of errors can meet.
+    """Raise an error for a target (-) outside the possible range of the sum of errors.
 
     Raises
     ------
@@ -30,7 +30,8 @@ def check_target(target: float) -> None:
 class Choice(NamedTuple):
     """A setting: the method of finding contacts, the terrain and the number of rocks.
 
-    numerical, geometric, statistical : the errors (-) of the setting; seconds : cost, s of one core
+    numerical, geometric, statistical : the three errors (-) of the setting
+    seconds : cost of all rocks, s of one core
     """
 
     method: Mapping[str, Any]
@@ -43,15 +44,15 @@ class Choice(NamedTuple):
 
     @property
     def total(self) -> float:
-        """The sum of the three errors (-): a bias and an interval do not cancel."""
+        """The sum of the three errors (-); a sum, because a bias and a random error do not cancel."""
         return self.numerical + self.geometric + self.statistical
 
 
 def errors_of_scene(prices: PriceList) -> dict[str, float]:
-    """Return the three errors (-) of a scene: of its method, of half of its triangles, and of its number of rocks.
+    """Return the three errors (-) of a scene by name: numerical, geometric and statistical.
 
-    The error of the survey itself is unknown; the error of half of its triangles is the nearest value that can be
-    measured.
+    The geometric error is the error of a terrain with half of the triangles. The error of the survey itself is unknown,
+    and this error is the nearest value that can be measured.
     """
     halves = [line.error for line in prices.geometric if line.setting["part"] == 2]
     return {
@@ -69,10 +70,10 @@ def largest(prices: PriceList) -> str | None:
 
 
 def cheapest(prices: PriceList, target: float) -> Choice | None:
-    """Return the cheapest choice within a target; None if no choice meets it.
+    """Return the cheapest choice within a target; None if no choice meets the target.
 
-    Every measured method is combined with every measured terrain and the number of rocks that both need. Rasters are
-    left out, because no scene can ask for a raster.
+    Every measured method is combined with every measured terrain, and with the number of rocks that the target then
+    needs. Rasters are excluded, because a scene cannot request a raster.
 
     target : largest total error (-)
     """
@@ -87,20 +88,20 @@ def cheapest(prices: PriceList, target: float) -> Choice | None:
 
 
 def cheapest_by_events(prices: PriceList, target: float) -> Choice | None:
-    """Return the choice with the fewest rocks within a target (-), by events over the full terrain; None without any.
+    """Return the choice with the fewest rocks within a target (-), with exact contacts and the full terrain.
 
-    A run with `--accuracy` flies this choice.
+    Return None if no number of rocks meets the target. A run with `--accuracy` uses this choice.
     """
     return _chosen(prices, _of(prices.numerical, EVENTS), _whole(prices), target)
 
 
 def exact_run(scene: str | Path, prices: PriceList, target: float) -> tuple[Scene, int]:
-    """Return a scene with contacts found by events, and the number of rocks to fly for a target (-).
+    """Return the scene with the exact method for contacts, and the number of rocks to fly for a target (-).
 
     Raises
     ------
     InputError
-        The scene is refused, or no number of rocks up to MOST_ROCKS is enough.
+        The scene is invalid, or no number of rocks up to MOST_ROCKS is enough.
     """
     choice = cheapest_by_events(prices, target)
     if choice is None:
@@ -135,8 +136,8 @@ def statistical_error(lines: Sequence[Priced], rocks: int) -> float:
 def rocks_needed(lines: Sequence[Priced], allowed: float) -> int | None:
     """Return the smallest measured number of rocks with an error up to `allowed` (-), or an extrapolated number.
 
-    Errors are proportional to 1 / sqrt(rocks), so the number is extrapolated from the last measured number. Return None
-    beyond MOST_ROCKS, or if `allowed` is not above 0.
+    Errors are proportional to 1 / sqrt(rocks); the extrapolation starts from the largest measured number. Return None
+    if the number is above MOST_ROCKS, or if `allowed` is not above 0.
     """
     if allowed <= 0.0:
         return None

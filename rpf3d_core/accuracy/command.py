@@ -1,4 +1,4 @@
-"""The work of `rpf3d cost` and `rpf3d run --accuracy`, without the screen."""
+"""Measure, write and read price lists for `rpf3d cost` and `rpf3d run --accuracy`; without output to the screen."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
     Raises
     ------
     InputError
-        The target (-) is not between 0 and 1, or the folder or the scene is refused; before the measurement starts.
+        The target (-) is not between 0 and 1, or the folder or the scene is invalid; raised before the measurement.
     """
     check_target(target)
     check_folder(out)
@@ -26,9 +26,9 @@ def measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
 
 
 def kept_or_measured(scene: Path, out: Path, target: float, tell: Tell) -> PriceList:
-    """Return the price list in a folder if it is of exactly this scene, else measure and write a new price list.
+    """Return the price list in a folder if it belongs to exactly this scene; else measure and write a new price list.
 
-    Errors are those of `measured`.
+    Raises the same errors as `measured`.
     """
     check_target(target)
     kept = read_price_list(out, scene_digest(read_scene(scene)))

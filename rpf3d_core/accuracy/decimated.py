@@ -1,4 +1,4 @@
-"""A terrain with fewer triangles, like that of a coarser survey, by VTK's quadric decimation."""
+"""Reduce the number of triangles of a terrain, as in a coarser survey, with VTK's quadric decimation."""
 
 from typing import Any
 
@@ -15,7 +15,9 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 def decimated(terrain: Terrain, share: float) -> Terrain:
-    """Return the terrain with about a share (-) of its F triangles; each has the zone of the nearest original facet.
+    """Return the terrain with fewer triangles; each triangle gets the zone of the nearest original facet.
+
+    share : number of triangles after the decimation over the number before (-), approximate
 
     Sources
     -------

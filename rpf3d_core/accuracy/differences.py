@@ -1,4 +1,4 @@
-"""Differences between two ways of flying the same rocks, in shares of the map and in metres."""
+"""Differences between two results of the same rocks, for example of two methods: in shares of the map and in metres."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from rpf3d_core.values import DEPOSITED, Mode
 
 
 class Metres(NamedTuple):
-    """Median and 95th percentile over rocks (m); None without rocks."""
+    """Median and 95th percentile of a length over all rocks (m); None if there are no rocks."""
 
     median: float | None
     p95: float | None
@@ -21,8 +21,8 @@ class AnswerDifference(NamedTuple):
     """The difference between two results of the same rocks.
 
     of_map : `map_distance` (-); of_shares : largest difference of a share over all places (-)
-    first_impact, stop, bounce : m, distance of the first impacts, distance of the stops, height of the first bounce
-    other_outcome : share of rocks with different outcomes (-)
+    first_impact, stop : m, distance between the first impacts and between the stopping places of the same rock
+    bounce : m, difference of the heights of the first bounce; other_outcome : share of rocks with other outcomes (-)
     """
 
     of_map: float
@@ -36,10 +36,9 @@ class AnswerDifference(NamedTuple):
 def map_distance(a: Reached, b: Reached) -> float:
     """Return the total variation between two maps of reach probability, from 0 (the same) to 1 (no cell in common).
 
-    The distance is the sum of |p - q| over all cells, over the sum of p + q: the share of all visits to cells that the
-    two maps do not have in common. Each cell counts by the number of rocks that reach it, so the distance does not
-    depend on the number of cells that no rock reaches. (Known in ecology as the dissimilarity of Bray and Curtis 1957,
-    Ecol. Monogr. 27:325-349.)
+    The distance is the sum of |p - q| over all cells, divided by the sum of p + q: the share of all visits to cells
+    that the two maps do not have in common. A cell counts by the number of rocks that reach it, so cells without rocks
+    do not change the distance. (In ecology: the dissimilarity of Bray and Curtis 1957, Ecol. Monogr. 27:325-349.)
     """
     cells = np.union1d(a.cells, b.cells)
     p, q = (_shares(some, cells) for some in (a, b))
@@ -48,7 +47,7 @@ def map_distance(a: Reached, b: Reached) -> float:
 
 
 def _shares(some: Reached, cells: IntArray) -> FloatArray:
-    """Return the reach probability (-) of S ascending cells, which include all reached cells: (S,)."""
+    """Return the reach probability (S,) (-) of cells (S,), which are ascending and include all reached cells."""
     shares = np.zeros(len(cells))
     shares[np.searchsorted(cells, some.cells)] = some.rocks / max(some.flown, 1)
     return shares
@@ -66,7 +65,7 @@ def _pairs(a: Step, b: Step, name: str) -> list[tuple[float, float]]:
 
 
 def difference(found: FlownSample, exact: FlownSample, gravity: float) -> AnswerDifference:
-    """Return the difference of rocks flown one way from the same rocks flown exactly; gravity in m/s^2."""
+    """Return the difference between a result and the exact result of the same rocks; gravity in m/s^2."""
     mine, theirs = found.flights, exact.flights
     at_rest = np.isin(mine.deposits.outcome, DEPOSITED) & np.isin(theirs.deposits.outcome, DEPOSITED)
     stop = np.linalg.norm(mine.deposits.x - theirs.deposits.x, axis=1)
@@ -86,7 +85,10 @@ def first_impacts(flights: Flights) -> FloatArray:
 
 
 def _first_of(flights: Flights, values: FloatArray) -> FloatArray:
-    """Return, of values (I, 3) of all impacts, those of each rock's first impact on the ground: (R, 3); NaN without."""
+    """Return the values (R, 3) at the first impact of each rock on the ground; NaN for a rock without impact.
+
+    values : (I, 3) of all impacts
+    """
     some = np.full((len(flights.deposits.rock), 3), np.nan)
     struck = np.flatnonzero(flights.impacts.facet >= 0)
     rows, first = np.unique(flights.impacts.row[struck], return_index=True)
@@ -101,10 +103,11 @@ def _rows_that_struck_first(flights: Flights) -> IntArray:
 
 
 def first_bounces(flights: Flights, gravity: float) -> FloatArray:
-    """Return how high each of R rocks would rise from level ground with its speed after the first impact: (R,) m.
+    """Return the bounce height (R,) m of each rock after its first impact, computed from its speed after the impact.
 
-    The speed is the component along the facet's normal, because a rock may not rise at all off a steep face. NaN if the
-    rock did not fly on, met an obstacle first, or has no path. gravity : m/s^2
+    The height is the rise on level ground with the speed along the facet's normal, because a rock may not rise at all
+    from a steep facet. NaN if the rock did not fly after the impact, hit an obstacle first, or has no path.
+    gravity : m/s^2
     """
     rises = np.full(len(flights.deposits.rock), np.nan)
     paths = flights.paths
@@ -119,7 +122,7 @@ def first_bounces(flights: Flights, gravity: float) -> FloatArray:
 
 
 def metres(distances: FloatArray) -> Metres:
-    """Return median and 95th percentile of distances (N,) m, without unknown distances."""
+    """Return the median and 95th percentile of distances (N,) m; NaN values are ignored."""
     known = distances[np.isfinite(distances)]
     if len(known) == 0:
         return Metres(None, None)

@@ -1,4 +1,4 @@
-"""Writing cost.json, cost.png and cost.rrd into a folder, and reading cost.json."""
+"""Write cost.json, cost.png and cost.rrd into a folder, and read cost.json."""
 
 import json
 from pathlib import Path
@@ -14,12 +14,12 @@ JSON, PICTURE, RECORDING = "cost.json", "cost.png", "cost.rrd"
 
 
 def write_price_list(folder: str | Path, prices: PriceList, target: float, recording: bool = True) -> Path:
-    """Write the price list into a folder, next to a result that the folder may hold, and return the folder.
+    """Write the price list into a folder and return the folder; results of a run may be in the same folder.
 
     Raises
     ------
     InputError
-        The folder holds something else, or cannot be written to.
+        The folder contains other files, or cannot be written to.
     """
     from rpf3d_core.recordings.cost import write_cost_recording
     from rpf3d_core.results.plots_cost import write_cost  # matplotlib takes most of a second to import
@@ -38,10 +38,9 @@ def write_price_list(folder: str | Path, prices: PriceList, target: float, recor
 
 
 def read_price_list(folder: str | Path, digest: str) -> PriceList | None:
-    """Return the price list in a folder if it is of the scene with a digest; None otherwise.
+    """Return the price list in a folder if its scene has the given digest; None otherwise.
 
-    A price list of another version of the program is ignored too, because rocks may fly differently and cost more or
-    less.
+    A price list from another version of the program is ignored too, because the flights and their cost may differ.
     """
     try:
         facts = json.loads((Path(folder) / JSON).read_text(encoding="utf-8"))

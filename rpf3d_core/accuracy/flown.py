@@ -1,4 +1,4 @@
-"""Flies and counts rocks of a scene in one way, and returns their outcomes, the reached cells and the cost."""
+"""Fly rocks of a scene with one engine or method, and return their outcomes, the reached cells and the cost."""
 
 import math
 import time
@@ -18,12 +18,12 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.values import Mode
 
 PILOT = 40
-"""Rocks that are flown first to estimate the cost of a rock."""
+"""Number of rocks that are flown first, to estimate the cost of a rock."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """The map of an ensemble: cells (S,) of the raster that rocks reached, and the number of rocks in each (S,).
+    """The map of an ensemble: the reached cells (S,) of the raster, and the number of rocks in each cell (S,).
 
     flown : number of all flown rocks
     """
@@ -35,12 +35,12 @@ class Reached:
 
 @dataclass(frozen=True, eq=False)
 class FlownSample:
-    """N rocks flown one way.
+    """The result of N rocks, flown with one engine or method.
 
-    rows : (N,) rows of the flown releases among all given releases
-    flights : the flights of all N rocks, with impacts and, if asked for, paths
-    reached : their map; places : shares of zones or areas of interest; seconds : of one core, to fly and to count the
-        rocks
+    rows : (N,) rows of the flown rocks in the given releases
+    flights : the flights of all N rocks, with impacts and, if requested, paths
+    reached : the map of the rocks; places : shares of zones or areas of interest
+    seconds : of one core, to fly the rocks and to count them into maps
     """
 
     rows: IntArray
@@ -56,14 +56,14 @@ class FlownSample:
 
 
 def some_rocks(prepared: Prepared, rocks: int, first: int = 0) -> Releases:
-    """Return a number of rocks of a scene, dealt to its sources in proportion.
+    """Return the releases of a number of rocks, divided between the sources of a scene in proportion.
 
-    first : number of preceding lots of the same size that are skipped
+    first : number of groups of `rocks` rocks to skip, so that different values give different rocks
 
     Raises
     ------
     InputError
-        A source is off the terrain, or a rock starts under the ground.
+        A source is outside the terrain, or a rock starts under the ground.
     """
     shares = share_out([source.rocks for source in prepared.sources], rocks)
     releases = releases_in_ranges(prepared, [range(first * n, (first + 1) * n) for n in shares])
@@ -77,9 +77,9 @@ def with_engine(prepared: Prepared, engine: Engine) -> Prepared:
 
 
 def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths: bool = False) -> FlownSample:
-    """Fly and count rocks, or fewer rocks if all would exceed a budget (s of one core).
+    """Fly rocks and count them into maps; fly only some of the rocks if all would exceed a budget (s of one core).
 
-    The fewer rocks are evenly spread over all rocks, so they represent the same sources and places.
+    The selected rocks are evenly spread over all rocks, so they represent the same sources and places.
 
     paths : True to keep the paths in addition to the impacts
     """
@@ -92,9 +92,9 @@ def fly(prepared: Prepared, releases: Releases, budget: float = math.inf, paths:
 
 
 def affordable(rocks: int, seconds: float, budget: float) -> int:
-    """Return the number of rocks, halved until the rocks keep to a budget (s); at least PILOT.
+    """Return the number of rocks, halved until their total time is within a budget (s); PILOT is the lower limit.
 
-    Halving gives the same rocks, and the same errors, on all machines of about the same speed.
+    With halving, all machines of about the same speed fly the same rocks and find the same errors.
 
     seconds : time of one rock
     """
@@ -104,7 +104,7 @@ def affordable(rocks: int, seconds: float, budget: float) -> int:
 
 
 def spread(rows: IntArray, some: int) -> IntArray:
-    """Return at most `some` of rows (N,), evenly spread over the rows."""
+    """Return at most `some` rows, selected at even distances from rows (N,)."""
     return np.asarray(rows[np.unique(np.linspace(0, len(rows) - 1, min(some, len(rows))).astype(np.int64))])
 
 
@@ -117,18 +117,18 @@ def _fly_rows(prepared: Prepared, releases: Releases, rows: IntArray, paths: boo
 
 
 def reached_in(tallies: Tallies, flown: int) -> Reached:
-    """Return the map of the tallies of the given number of rocks."""
+    """Return the map that the tallies hold; flown : number of rocks counted into the tallies."""
     found = tallies.squares.found()
     return Reached(found.cell.astype(np.int64), found.rocks, flown)
 
 
 def places_in(prepared: Prepared, tallies: Tallies, flown: int) -> Step:
-    """Return the shares of the areas of interest or, without any, of the zones."""
+    """Return the shares of rocks that reach or stop in each area of interest, or each zone if there are no areas."""
     return step_of(tallies.places(flown, prepared.area_names), prepared.terrain.zones)
 
 
 def flight_seconds(flights: Flights) -> float:
-    """Return the total flight time (s) of rocks whose paths are all kept."""
+    """Return the total time in flight (s) of all rocks, from their paths; the flights must contain all paths."""
     paths = flights.paths
     aloft = np.flatnonzero(paths.mode == Mode.FLIGHT)
     return float((paths.t[aloft + 1] - paths.t[aloft]).sum())

@@ -1,4 +1,4 @@
-"""Finds the ground at places in plan, from above: the highest ground, or the ground nearest to an altitude."""
+"""Find the ground at places in plan, from above: the highest ground, or the ground nearest to an altitude."""
 
 from typing import NamedTuple
 
@@ -10,14 +10,14 @@ from rpf3d_core.simulation.engines import Engine
 from rpf3d_core.terrain.facet_geometry import REACH
 
 MOST_LAYERS = 8
-"""Sheets of ground that are searched below the highest: an arch has three, a bench two."""
+"""Number of sheets of ground that are searched below the highest sheet."""
 
 
 class HeightField(NamedTuple):
     """The ground at N places.
 
     z : (N,) altitude, m, NaN without ground; facet : (N,), -1 without ground
-    side : (N,) 1.0 if the free side of the facet was met, -1.0 if its back was met, from inside the ground
+    side : (N,) 1.0 if the search from above met the free side of the facet, -1.0 if it met the back
     """
 
     z: FloatArray
@@ -26,17 +26,17 @@ class HeightField(NamedTuple):
 
 
 def highest_ground(engine: Engine, x: FloatArray) -> HeightField:
-    """Return the highest ground at N places (N, 3) m, whatever their altitude; of an overhang, the top."""
+    """Return the highest ground at N places (N, 3) m; their altitude does not matter. An overhang counts by its top."""
     top = np.array(x)
     top[:, 2] = max(engine.facets.high[2], float(top[:, 2].max(initial=-np.inf))) + ABOVE_EVERYTHING
     return _ground_below(engine, top)
 
 
 def nearest_ground(engine: Engine, x: FloatArray, z: FloatArray) -> HeightField:
-    """Return the ground nearest to altitudes z (N,) m, of all ground above or below N places (N, 3) m.
+    """Return the ground nearest to altitudes z (N,) m, among all ground above or below N places (N, 3) m.
 
-    Only ground with its free side up counts. The highest ground counts in any case, because some terrains are wound
-    downwards.
+    Only ground with its free side up counts. The highest ground always counts, because the facets of some terrains
+    face down.
     """
     best = found = highest_ground(engine, x)
     for _ in range(MOST_LAYERS):

@@ -1,4 +1,4 @@
-"""Measures the whole price list of a scene, for `rpf3d cost`."""
+"""Measure the whole price list of a scene, for `rpf3d cost`."""
 
 from collections.abc import Callable
 from itertools import chain
@@ -30,23 +30,28 @@ from rpf3d_core.setup.prepared import Prepared, places_of, prepare
 from rpf3d_core.setup.rounds import rounds_of
 
 PAIRED = 2000
-"""Rocks that are flown by events and in steps: enough to resolve a hundredth of a share, few enough for small steps."""
+"""Number of rocks that are flown both by events and in fixed steps.
+
+The number is large enough to resolve a share of 0.01, and small enough for short time steps.
+"""
 OVER_TERRAINS = 16_000
-"""Rocks that are flown over each terrain."""
+"""Number of rocks that are flown over each terrain."""
 DOUBLINGS_S = 8.0
-"""Budget for the doublings of the number of rocks, seconds of one core."""
+"""Time budget for the statistical error, which doubles the number of rocks again and again: seconds of one core."""
 
 Tell = Callable[[str], None]
-"""A function that receives a text on the next measurement."""
+"""A function that receives a progress text."""
 
 
 def price_list(scene: Scene | str | Path, tell: Tell = lambda _: None) -> PriceList:
-    """Measure what accuracy costs on a scene.
+    """Return the price list of a scene: measure the error and the cost of each setting.
+
+    tell : receives progress texts
 
     Raises
     ------
     InputError
-        The scene, one of its files or a source is refused; or numba is not installed.
+        The scene, one of its files or a source is invalid; or numba is not installed.
     """
     scene = scene if isinstance(scene, Scene) else read_scene(scene)
     if not HAS_NUMBA:
@@ -78,7 +83,7 @@ def rocks_of(scene: Scene, prepared: Prepared) -> int:
 
 
 def _own_steps(scene: Scene) -> Steps | None:
-    """Return the fixed steps that a scene names; None without any."""
+    """Return the settings of the fixed-step method in a scene; None if the scene uses events."""
     its = scene.method.stepping
     return None if its is None else Steps(dt=its.dt, threshold=its.threshold, squared=its.squared)
 

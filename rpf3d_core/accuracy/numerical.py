@@ -1,4 +1,7 @@
-"""The numerical error: effect and cost of fixed steps, from the same rocks flown by events and in steps."""
+"""Measure the numerical error: fly the same rocks by events and in fixed time steps, and compare results and cost.
+
+By events means with exact contacts, without a time step.
+"""
 
 import time
 from collections.abc import Iterator
@@ -25,13 +28,16 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.values import Outcome
 
 BUDGET = 1.5
-"""Seconds of one core to measure the error of a setting, and again to measure its price."""
+"""Time budget to measure the error of a setting, and the same again to measure its price: seconds of one core."""
 TIMED_ROCKS = 10
-"""Largest number of rocks that are stepped to measure the price, with every step looked at."""
+"""Largest number of rocks to measure the price of a setting, with every step tested."""
 
 
 class Steps(NamedTuple):
-    """A setting of the thesis' method: dt s, threshold m; squared : as in `detection.stepped.stepped`."""
+    """A setting of the thesis' fixed-step method.
+
+    dt : time step, s; threshold : contact distance, m; squared : as in `detection.stepped.stepped`
+    """
 
     dt: float
     threshold: float
@@ -46,24 +52,25 @@ SETTINGS = (
 
 
 class OnRaster(NamedTuple):
-    """A setting of the fixed-step method on a raster: cell m, dt s."""
+    """A setting of the fixed-step method on a raster; cell : side of a cell, m; dt : time step, s."""
 
     cell: float
     dt: float
 
 
 RASTER_CELLS, RASTER_STEPS = (4.0, 1.0), (1e-2, 1e-3, 1e-4)
-"""Cells as multiples of half a facet, independent of the cells of the scene's maps; time steps in s."""
+"""Cell sizes as multiples of half a facet (`raster_over`), independent of the scene's map cells; time steps in s."""
 MOST_NODES = 2_000_000
-"""Largest number of heights of a raster; finer rasters are left out."""
+"""Largest number of heights of a raster; rasters with more heights are not measured."""
 GUESSED_STEP = 2e-5
-"""Assumed seconds of a step before the first one is timed, for VTK called from Python."""
+"""Assumed time of a step before the first measurement (s), for VTK called from Python."""
 
 
 class Price(NamedTuple):
-    """Seconds of one core to step 1,000 rocks with every step looked at, and to take one step.
+    """The cost of a fixed-step setting, with every step tested.
 
-    by_clock : True if a step of this setting was timed, False if a step of a coarser setting
+    seconds_per_1000 : s of one core for 1,000 rocks; step : s of one core for one step
+    by_clock : True if a step of this setting was timed; False if the time is that of a coarser setting
     """
 
     seconds_per_1000: float
@@ -72,8 +79,9 @@ class Price(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """The error and the price of a setting, over a number of rocks.
+    """The error and the price of a setting, measured with a number of rocks.
 
+    off : difference from the result of the same rocks by events
     tunnelled : share of rocks (-) that ended under the ground; steps : mean number of steps of a rock
     vtk : price if VTK, called from Python, finds the closest facet, as in the thesis; None on a raster, which needs no
         closest facet
@@ -92,9 +100,9 @@ class Measured(NamedTuple):
 def stepped_answers(
     prepared: Prepared, releases: Releases, exact: FlownSample, settings: tuple[Steps, ...] = SETTINGS
 ) -> Iterator[Measured]:
-    """Yield error and price of each setting, compared with the same rocks flown by events.
+    """Yield the error and the price of each fixed-step setting, compared with the same rocks flown by events.
 
-    exact : all releases, by events
+    exact : result of all releases by events
     """
     # The same terrain with VTK's own locator, which only this measurement needs.
     by_vtk = with_engine(prepared, engine_over(Reference.name, prepared.terrain))
@@ -121,7 +129,7 @@ def stepped_answers(
 
 
 def raster_answers(prepared: Prepared, releases: Releases, exact: FlownSample) -> Iterator[Measured]:
-    """Yield error and price like `stepped_answers`, on rasters; rocks keep their height above the ground."""
+    """Yield the error and the price of fixed steps on rasters; rocks start at the same height above the ground."""
     finest = raster_over(prepared.terrain).cell
     for cell in (times * finest for times in RASTER_CELLS):
         low, high = prepared.engine.facets.low, prepared.engine.facets.high
@@ -156,10 +164,12 @@ def _stepping(engine: Engine, setting: Steps, every_step: bool = False) -> Engin
 
 
 def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: float, step: float) -> Price:
-    """Return the price of steps, timed with some rocks, or of an earlier setting if one rock exceeds the budget.
+    """Return the price of a fixed-step setting, timed with a few rocks.
 
-    steps : mean number of steps of all rocks, so that the price does not depend on the flight times of the few timed
-        rocks
+    If one rock would exceed the time budget, the time of a step is taken from an earlier setting.
+
+    steps : mean number of steps of all rocks; with this number, the price does not depend on the flight times of the
+        few timed rocks
     step : seconds of a step in an earlier setting
     """
     if steps * step > BUDGET:
@@ -175,10 +185,10 @@ def price_of(prepared: Prepared, releases: Releases, setting: Steps, steps: floa
 
 
 def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
-    """Return which of R rocks left the terrain with ground above them: (R,). They tunnelled through the ground.
+    """Return (R,) true for each rock that left the terrain with ground above it: the rock passed through the ground.
 
-    A rock that passes the lowest ground leaves the terrain's box at once, no deeper than the tolerance. Such a rock
-    counts too, unless it leaves at the side of the box.
+    A rock that passes through the lowest ground leaves the terrain's box at once, at most one tolerance deep. Such a
+    rock counts too, unless it leaves the box at a side.
     """
     slack = NEAR * engine.facets.tolerance
     depth = np.nan_to_num(highest_ground(engine, deposits.x).z - deposits.x[:, 2], nan=-np.inf)
@@ -189,10 +199,10 @@ def under_ground(deposits: Deposits, engine: Engine) -> NDArray[np.bool_]:
 
 
 def rounding(prepared: Prepared, releases: Releases, exact: FlownSample) -> float:
-    """Return the distance (-) by which the map moves if all rocks start one tolerance (m) further east.
+    """Return the distance (-) between the map and the map of the same rocks, all moved east by one tolerance (m).
 
-    One tolerance is some thousand times the rounding error of an impact (`precise`). So the distance bounds the effect
-    of rounding on the map, however chaotic the scene is.
+    One tolerance is some thousand times the rounding error of an impact (`precise`). So this distance is an upper bound
+    for the effect of rounding on the map, even in a chaotic scene.
     """
     moved = replace(releases, x=releases.x + np.array([prepared.engine.facets.tolerance, 0.0, 0.0]))
     return map_distance(fly(prepared, moved).reached, exact.reached)

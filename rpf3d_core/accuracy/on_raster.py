@@ -1,4 +1,4 @@
-"""A scene's terrain as a raster of heights, with an engine that steps over the raster."""
+"""Convert the terrain of a scene into a raster of heights, with an engine of fixed time steps on the raster."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,10 @@ from rpf3d_core.terrain.squares import grid_triangles
 
 
 class Squares(NamedTuple):
-    """The squares of a raster: corner x, y (m), side `cell` (m); there : (ny, nx) False for squares that are holes."""
+    """The squares of a raster.
+
+    x, y : m, south-western corner; cell : m, side of a square; there : (ny, nx) False for squares that are holes
+    """
 
     x: float
     y: float
@@ -24,11 +27,13 @@ class Squares(NamedTuple):
 
 
 def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
-    """Return the same scene on heights sampled every `cell` m, flown in steps of dt (s); None if only holes are left.
+    """Return the scene on a raster of heights, with fixed time steps; None if all squares of the raster are holes.
 
-    Heights are those of the highest ground; of an overhang, the upper side. Each of the two facets of a square has the
-    zone of the ground at its centroid. A square with a corner off the terrain is a hole, so a terrain smaller than a
-    cell has holes only.
+    cell : m, distance between two heights; dt : s, time step
+
+    Each height is the height of the highest ground; of an overhang, the upper side. Each of the two facets of a square
+    has the zone of the ground at its centroid. A square with a corner outside the terrain is a hole, so the raster of a
+    terrain smaller than a cell has only holes.
     """
     terrain, squares = rastered(prepared.terrain, prepared.engine, cell)
     if len(terrain.triangles) == 0:
@@ -39,7 +44,10 @@ def on_raster(prepared: Prepared, cell: float, dt: float) -> Prepared | None:
 
 
 def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Squares]:
-    """Return a terrain as a raster of heights, every `cell` m from its south-western corner, two facets a square."""
+    """Return a terrain as a raster of heights, every `cell` m from its south-western corner, and the squares.
+
+    Each square has two facets.
+    """
     low, high = np.array(engine.facets.low), np.array(engine.facets.high)
     nx, ny = (max(int(width / cell), 1) for width in (high - low)[:2])
     x, y = np.meshgrid(low[0] + cell * np.arange(nx + 1), low[1] + cell * np.arange(ny + 1))
@@ -55,6 +63,6 @@ def rastered(terrain: Terrain, engine: Engine, cell: float) -> tuple[Terrain, Sq
 
 
 def _zones_under(terrain: Terrain, engine: Engine, points: FloatArray) -> np.ndarray:
-    """Return the zone of the ground at each of N points in plan (m): (N,); the first zone without ground."""
+    """Return the zone (N,) of the ground at each of N points in plan (m); zone 0 where there is no ground."""
     facet = highest_ground(engine, points).facet
     return np.where(facet >= 0, terrain.zone[facet], 0).astype(np.int32)

@@ -1,8 +1,8 @@
-"""The error of events against exact arithmetic: the recorded facets of a rock, followed again with 50 digits.
+"""Measure the rounding error of exact contacts: compute the impacts of some rocks again with 50 digits.
 
-The facets are taken as recorded, so the comparison covers places and times. The size of the differences shows whether
-another facet could be the right one: only a facet within that distance. Python's own decimal numbers are enough,
-because an impact takes only sums, products and one square root.
+The sequence of facets is taken from the recorded flight, so the comparison covers places and times. The differences
+also show whether rounding could select a wrong facet: only a facet within this distance could be hit instead. Python's
+decimal numbers are enough, because an impact needs only sums, products and one square root.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,15 +23,18 @@ from rpf3d_core.values import Mode
 
 DIGITS = 50
 ROCKS = 50
-"""Rocks that are followed again."""
+"""Number of rocks whose impacts are computed again."""
 
 Point = tuple[Decimal, Decimal, Decimal]
 Rebound = Callable[[Surface, Point, Point], Point]
-"""A function that returns the velocity after an impact, from ground, velocity before and a normal of any length."""
+"""A function that returns the velocity after an impact from three values.
+
+The values are the ground, the velocity before the impact, and a normal of any length.
+"""
 
 
 class Struck(NamedTuple):
-    """An impact in high precision: time t (s), place x (m) and velocity v (m/s) after it."""
+    """An impact in high precision: time t (s), place x (m), and velocity v (m/s) after the impact."""
 
     t: Decimal
     x: Point
@@ -39,7 +42,7 @@ class Struck(NamedTuple):
 
 
 class RecordedImpact(NamedTuple):
-    """An impact as a rock's records have it: facet, ground with the values drawn for the impact, time t (s)."""
+    """A recorded impact: its facet, its ground with the random values drawn for this impact, and its time t (s)."""
 
     facet: int
     surface: Surface
@@ -47,7 +50,10 @@ class RecordedImpact(NamedTuple):
 
 
 class ImpactErrors(NamedTuple):
-    """Errors of recorded impacts against exact arithmetic: median and largest, m and s; impacts : number of impacts."""
+    """Errors of recorded impacts compared with 50 digits: median and largest error of place (m) and time (s).
+
+    impacts : number of compared impacts
+    """
 
     impacts: int
     place_median: float
@@ -57,9 +63,10 @@ class ImpactErrors(NamedTuple):
 
 
 def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[ImpactErrors]:
-    """Return the errors of the first impacts of some rocks, then of the second impacts, and so on.
+    """Return the errors of some rocks by impact number: of all first impacts, of all second impacts, and so on.
 
-    Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: these cannot be followed.
+    Return [] for rebound models that are not in `FOLLOWED`, and for scenes with effects: their impacts cannot be
+    computed again.
 
     flights : with all impacts and paths
     """
@@ -73,7 +80,7 @@ def off_exact(prepared: Prepared, flights: Flights, rocks: int = ROCKS) -> list[
 
 
 def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -> ImpactErrors:
-    """Return the errors of a number of impacts; place, time : (2,) median and largest, m and s."""
+    """Return a record of errors; impacts : number of impacts; place, time : (2,) median and largest error, m and s."""
     (place_median, place_max), (time_median, time_max) = place, time
     return ImpactErrors(
         impacts=impacts,
@@ -85,13 +92,16 @@ def impact_errors(impacts: int, place: Sequence[float], time: Sequence[float]) -
 
 
 def _off(gaps: list[tuple[float, float]]) -> ImpactErrors:
-    """Return the errors of impacts from the distance (m) and the time (s) of each."""
+    """Return the record of errors from the place error (m) and the time error (s) of each impact."""
     place, time = ((float(np.median(some)), float(max(some))) for some in zip(*gaps, strict=True))
     return impact_errors(len(gaps), place, time)
 
 
 def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, float, float]]:
-    """Return number and errors of each impact of a rock before it first settles, slides or meets an obstacle."""
+    """Return number, place error (m) and time error (s) of each impact of a rock.
+
+    The list ends when the rock first slides, settles or hits an obstacle.
+    """
     struck = np.flatnonzero(flights.impacts.row == row)
     modes = flights.paths.mode[flights.paths.row == row]
     alone = int(np.argmax(modes != Mode.FLIGHT))  # the last row is END
@@ -113,9 +123,9 @@ def _gaps(prepared: Prepared, flights: Flights, row: int) -> list[tuple[int, flo
 
 
 def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, float]:
-    """Return distance (m) and time (s) between a recorded place (3,) m and time (s) and those of an exact impact.
+    """Return the place error (m) and the time error (s) of a recorded impact, compared with the exact impact.
 
-    The differences are rounded to a double at the very end.
+    place, time : of the recorded impact, (3,) m and s. The differences are rounded to floats only at the end.
     """
     with localcontext(prec=DIGITS):
         gap = _minus(impact.x, _decimals(place))
@@ -123,7 +133,7 @@ def _gap(impact: Struck, place: Sequence[float], time: float) -> tuple[float, fl
 
 
 def _surfaces(prepared: Prepared, flights: Flights, row: int, facets: Sequence[int]) -> list[Surface]:
-    """Return the ground of each impact of a rock, with the values drawn for the impact."""
+    """Return the ground of each impact of a rock, with the random values drawn for this impact."""
     materials: Any = prepared.flight.materials
     source, rock = int(flights.deposits.source[row]), int(flights.deposits.rock[row])
     key = RockKey(seed=prepared.flight.settings.seed, source=source, rock=rock)
@@ -138,11 +148,12 @@ def impacts_in_digits(
     facets: Facets, recorded: Sequence[RecordedImpact], gravity: float, x: Sequence[float], v: Sequence[float],
     rebound: Rebound | None = None,
 ) -> list[Struck]:  # fmt: skip
-    """Return the impacts of a rock from x (3,) m with v (3,) m/s on the facets of recorded impacts, in DIGITS digits.
+    """Return the impacts of a rock on the facets of its recorded impacts, computed with DIGITS digits.
 
-    Numbers are used as stored: a coefficient of 0.1 is the nearest double.
+    Input numbers are used as stored: a coefficient of 0.1 is the nearest float.
 
-    recorded : their times select one of the two roots of a parabola; rebound : None for constant restitution
+    recorded : the recorded impacts; each time selects one of the two roots of a parabola
+    x, v : (3,) m and m/s, start of the rock; rebound : None for constant restitution
     """
     bounce = constant if rebound is None else rebound
     with localcontext(prec=DIGITS):
@@ -156,14 +167,14 @@ def impacts_in_digits(
 
 
 class Landed(NamedTuple):
-    """A rock at an impact, with the velocity before it; n : a normal of its facet, of any length."""
+    """A rock at an impact, with its velocity before the impact; n : a normal of the facet, of any length."""
 
     struck: Struck
     n: Point
 
 
 def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, recorded: Decimal) -> Landed:
-    """Return where a rock meets a facet of three corners (3, 3) m after its last impact, near the recorded time (s)."""
+    """Return the rock at its next impact, on a facet with corners (3, 3) m, near the recorded time (s)."""
     a, b, c = (_decimals(corner) for corner in corners)
     n, at, v = _cross(_minus(b, a), _minus(c, a)), last.x, last.v
     fall = _root(-g * n[2] / 2, _dot(n, v), _dot(n, _minus(at, a)), recorded - last.t)
@@ -172,7 +183,7 @@ def _flown_onto(last: Struck, corners: Sequence[Sequence[float]], g: Decimal, re
 
 
 def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
-    """Return the root of a t^2 + b t + c that is nearer to a time (s)."""
+    """Return the root of a t^2 + b t + c that is nearer to the time `near` (s)."""
     if a == 0:
         return -c / b
     root = max(b * b - 4 * a * c, Decimal(0)).sqrt()
@@ -180,17 +191,17 @@ def _root(a: Decimal, b: Decimal, c: Decimal, near: Decimal) -> Decimal:
 
 
 def constant(surface: Surface, v: Point, n: Point) -> Point:
-    """Return the velocity after an impact by equations 3-1 to 3-3 of the thesis as vectors.
+    """Return the velocity after an impact with constant restitution: equations 3-1 to 3-3 of the thesis as vectors.
 
-    Like `kinetics.rebound.constant_restitution`.
+    The model is the same as in `kinetics.rebound.constant_restitution`.
     """
     return _lumped(surface, v, n, Decimal(float(surface.R_t)))
 
 
 def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
-    """Return the velocity like `constant`, but lose no more along the ground than friction allows.
+    """Return the velocity after an impact like `constant`; friction limits the loss of speed along the ground.
 
-    Like `kinetics.rebounds.coulomb_limited`.
+    The model is the same as in `kinetics.rebounds.coulomb_limited`.
     """
     R_n, R_t, mu = (Decimal(float(value)) for value in (surface.R_n, surface.R_t, surface.mu))
     into2 = _dot(v, n) ** 2 / _dot(n, n)
@@ -200,14 +211,14 @@ def coulomb_limited(surface: Surface, v: Point, n: Point) -> Point:
 
 
 def _lumped(surface: Surface, v: Point, n: Point, kept: Decimal) -> Point:
-    """Return the velocity after an impact that keeps a share of the speed along the ground."""
+    """Return the velocity after an impact; kept : share of the speed along the ground that the rock keeps (-)."""
     into, R_n = _dot(v, n) / _dot(n, n), Decimal(float(surface.R_n))
     x, y, z = (kept * (a - into * b) - R_n * into * b for a, b in zip(v, n, strict=True))
     return x, y, z
 
 
 FOLLOWED: dict[type, Rebound] = {ConstantRestitution: constant, CoulombLimited: coulomb_limited}
-"""Rebound models that can be followed, with their functions in DIGITS digits."""
+"""Rebound models whose impacts can be computed with DIGITS digits, with the function of each model."""
 
 
 def _decimals(values: Sequence[float]) -> Point:

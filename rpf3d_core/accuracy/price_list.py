@@ -45,7 +45,10 @@ EVENTS: Mapping[str, Any] = {"method": "events"}
 
 
 class Priced(NamedTuple):
-    """A line of the list: a setting, its error (-), the cost of 1,000 rocks (s of one core), and further values."""
+    """A line of the price list: one setting with its error and cost.
+
+    setting : names and values; error : (-); seconds_per_1000_rocks : s of one core; more : further values for the table
+    """
 
     setting: Mapping[str, Any]
     error: float
@@ -55,12 +58,12 @@ class Priced(NamedTuple):
 
 @dataclass(frozen=True)
 class PriceList:
-    """What accuracy costs on one scene.
+    """The price list of one scene: error and cost of each setting.
 
-    digest : of the scene; rocks : number of rocks of a run; auto : True if only those of the first round of `rocks:
-        auto`
-    method : the setting that the scene names; cell : of its map, m
-    off_exact : errors of events against arithmetic with 50 digits, impact by impact
+    digest : of the scene; rocks : number of rocks of a run
+    auto : True if the scene has `rocks: auto`; `rocks` is then the number of the first round
+    method : the method setting of the scene; cell : side of a map cell, m
+    off_exact : errors of exact contacts compared with 50 digits, by impact number
     """
 
     scene: str
@@ -77,17 +80,17 @@ class PriceList:
 
 
 def priced_events(error: float, seconds_per_1000: float) -> Priced:
-    """Return the line of the exact method, which finds every event."""
+    """Return the line of the price list for the exact method, which finds contacts by events."""
     return Priced(setting=EVENTS, error=error, seconds_per_1000_rocks=seconds_per_1000, more={"timed": True})
 
 
 def steps_setting(steps: Steps | OnRaster) -> dict[str, Any]:
-    """Return a setting of a fixed-step method in the form of the list."""
+    """Return a setting of a fixed-step method as a mapping for the price list."""
     return {"method": "stepping" if isinstance(steps, Steps) else "raster", **steps._asdict()}
 
 
 def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
-    """Return the line of a setting of a fixed-step method."""
+    """Return the line of the price list for a setting of a fixed-step method."""
     price = found.vtk or found.compiled
     more = {
         **_off(found.off, found.rocks, sampled),
@@ -105,7 +108,7 @@ def priced_steps(found: Measured, sampled: list[Sampled]) -> Priced:
 
 
 def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced:
-    """Return the line of a coarser terrain."""
+    """Return the line of the price list for a coarser terrain; rocks : number of rocks that were flown."""
     setting = {"part": found.part, "triangles": found.triangles}
     return Priced(
         setting=setting,
@@ -116,14 +119,14 @@ def priced_terrain(found: Coarser, rocks: int, sampled: list[Sampled]) -> Priced
 
 
 def priced_full_terrain(triangles: int, seconds_per_1000: float) -> Priced:
-    """Return the line of the full terrain."""
+    """Return the line of the price list for the full terrain."""
     return Priced(
         setting={"part": 1, "triangles": triangles}, error=0.0, seconds_per_1000_rocks=seconds_per_1000, more={}
     )
 
 
 def priced_sample(found: Sampled) -> Priced:
-    """Return the line of a number of rocks."""
+    """Return the line of the price list for a number of rocks."""
     more = {
         "apart": found.apart, "half_width": found.half_width, "p95_energy_half_width": found.energy,
         "seconds": found.seconds,
@@ -195,7 +198,10 @@ KEPT = ("setting", "error", "seconds_per_1000_rocks")
 
 
 def price_list_of(facts: Mapping[str, Any]) -> PriceList:
-    """Return the price list in the values of a cost.json; raise KeyError, TypeError or ValueError for other values."""
+    """Return the price list from the values of a cost.json.
+
+    Raises KeyError, TypeError or ValueError if the values are not a price list.
+    """
     scene = facts["scene"]
     lines = {
         name: [_priced(line) for line in facts[name]]

@@ -8,17 +8,20 @@ from rpf3d_core.accuracy.price_list import Priced, PriceList
 from rpf3d_core.results.series import Colour, Series
 
 LEAST = 1e-4
-"""Smallest drawn error, because logarithms have no place for 0. The word at a point states a smaller error."""
+"""Smallest drawn error, because a logarithmic axis has no 0. The label of a point shows a smaller error as text."""
 BLACK, GREEN, BLUE = (0, 0, 0), (44, 160, 44), (31, 119, 180)
 STEPS = (
     (253, 174, 97), (244, 109, 67), (165, 0, 38), (123, 50, 148), (166, 166, 166), (102, 102, 102), (140, 86, 75),
     (227, 119, 194),
 )  # fmt: skip
-"""Colours of the fixed-step methods in turn; no more methods than these are measured."""
+"""Colours of the fixed-step methods, in their order; there are at least as many colours as measured methods."""
 
 
 def series_of(prices: PriceList) -> list[Series]:
-    """Return all series; seconds are those of 1,000 rocks or, if the number of rocks is the setting, of that number."""
+    """Return all series of a price list.
+
+    The seconds of a point are for 1,000 rocks; in the statistical series they are for the point's number of rocks.
+    """
     groups: dict[str, list[Priced]] = {}
     for line in prices.numerical:
         groups.setdefault(_method_name(line.setting), []).append(line)
@@ -49,7 +52,7 @@ def _series(name: str, kind: str, colour: Colour, lines: Sequence[Priced], secon
 
 
 def _beside(line: Priced) -> str:
-    """Return the word next to a point, with its error if the error is too small to be drawn."""
+    """Return the label of a point, with the error if the error is too small to be drawn."""
     word = word_of(line.setting)
     return word if line.error >= LEAST else f"{word}: {line.error:.1g}"
 
@@ -62,7 +65,7 @@ def _method_name(setting: Mapping[str, Any]) -> str:
 
 
 def word_of(setting: Mapping[str, Any]) -> str:
-    """Return a setting in a word or two."""
+    """Return a short label of a setting, for example "1/4" or "0.001 s"."""
     if "rocks" in setting:
         return f"{setting['rocks']:,}"
     if "part" in setting:

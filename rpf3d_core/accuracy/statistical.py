@@ -1,4 +1,4 @@
-"""The statistical error: maps of a part of all flown rocks, intervals of shares, and the p95 of energy."""
+"""Measure the statistical error: the errors of maps, shares and the p95 of energy for growing numbers of rocks."""
 
 import math
 from typing import NamedTuple
@@ -21,10 +21,11 @@ QUANTILE = 0.95
 class Sampled(NamedTuple):
     """The statistical errors of a number of rocks.
 
-    of_map : distance (-) of their map from the map of infinitely many rocks; apart : between two such maps
-    half_width : of the widest 95 % interval of a share (-)
-    energy : half-width of the 95 % interval of the p95 of energy over that p95 (-), None if unknown
-    seconds : of one core, to fly and count the rocks
+    of_map : estimated distance (-) between the map of these rocks and the map of infinitely many rocks
+    apart : distance (-) between the maps of two different groups of this number of rocks
+    half_width : half-width of the widest 95 % interval of a share (-)
+    energy : half-width of the 95 % interval of the p95 of energy, over this p95 (-); None if unknown
+    seconds : of one core, to fly the rocks and to count them into maps
     """
 
     rocks: int
@@ -36,7 +37,10 @@ class Sampled(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two ensembles of equal size without a common rock: their maps, and the errors of one of them as in `Sampled`."""
+    """Two ensembles of equal size, with different rocks: the maps of both, and the errors of the first ensemble.
+
+    half_width, energy, seconds : as in `Sampled`
+    """
 
     one: Reached
     other: Reached
@@ -46,9 +50,9 @@ class Pair(NamedTuple):
 
 
 def doublings(prepared: Prepared, budget: float) -> list[Sampled]:
-    """Return the errors of 125, 250, ... rocks, until a budget (s of one core) is used up.
+    """Return the errors of 125, 250, 500, ... rocks, until a time budget (s of one core) is used up.
 
-    Each number is flown twice, with different rocks.
+    For each number, two ensembles with different rocks are flown.
     """
     pairs: list[Pair] = []
     rocks, spent = FEWEST, 0.0
@@ -86,7 +90,7 @@ def _sampled(pair: Pair, everything: Reached) -> Sampled:
 
 
 def together(one: Reached, other: Reached) -> Reached:
-    """Return the map of two ensembles without a rock in common."""
+    """Return the common map of two ensembles with different rocks."""
     cells, place = np.unique(np.concatenate([one.cells, other.cells]), return_inverse=True)
     rocks = np.bincount(place, np.concatenate([one.rocks, other.rocks]), len(cells)).astype(np.int64)
     return Reached(cells, rocks, one.flown + other.flown)
@@ -95,12 +99,12 @@ def together(one: Reached, other: Reached) -> Reached:
 def distance_from_truth(some: Reached, everything: Reached) -> float:
     """Return the estimated distance (-) between the map of some rocks and the map of infinitely many rocks.
 
-    The distance of n rocks from all N flown rocks is smaller than that from the truth by the factor sqrt(1 - n/N), the
-    correction for a finite population. Half of the distance between two maps would not do, nor the distance over the
-    square root of two: in a cell that hardly any rock reaches, two small ensembles are no further apart than each is
-    from the truth.
+    The distance between the maps of n rocks and of all N flown rocks is measured. This distance is smaller than the
+    distance from infinitely many rocks by the factor sqrt(1 - n/N), the correction for a finite population. The
+    distance between two small ensembles, divided by two or by sqrt(2), would be wrong: in a cell that hardly any rock
+    reaches, two small ensembles are no further apart than each ensemble is from the map of infinitely many rocks.
 
-    everything : a map that includes the rocks of `some`
+    some : map of n rocks; everything : map of all N flown rocks, which include these n rocks
 
     Sources
     -------
@@ -111,11 +115,13 @@ def distance_from_truth(some: Reached, everything: Reached) -> float:
 
 
 def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
-    """Return the half-width of the 95 % interval of a quantile (-) of values (N,), over the quantile's value (-).
+    """Return the relative half-width (-) of the 95 % interval of a quantile: the half-width over the quantile's value.
 
-    The interval lies between two order statistics: the number of values below the true quantile is binomial, here in
-    its normal limit. Return None if the interval reaches beyond the smallest or largest value, or if the quantile's
-    value is not above 0.
+    The ends of the interval are two of the sorted values: the number of values below the true quantile has a binomial
+    distribution, approximated by a normal distribution. Return None if the interval reaches beyond the smallest or
+    largest value, or if the quantile's value is not above 0.
+
+    values : (N,), NaN values are ignored; quantile : 0.95 for the p95 (-)
 
     Sources
     -------
@@ -132,9 +138,11 @@ def quantile_half_width(values: FloatArray, quantile: float) -> float | None:
 
 
 def floor_of(rocks: int, sampled: list[Sampled]) -> float:
-    """Return the distance (-) between maps of two ensembles of the given number of different rocks, by chance alone.
+    """Return the distance (-) by chance alone between the maps of two ensembles of different rocks.
 
-    The distance comes from the nearest doubling, and errors are proportional to 1 / sqrt(rocks).
+    The distance is that of the nearest measured number of rocks, scaled by 1 / sqrt(rocks).
+
+    rocks : number of rocks of each ensemble
     """
     nearest = min(sampled, key=lambda one: abs(math.log(one.rocks / rocks)))
     return min(math.sqrt(nearest.rocks / rocks) * nearest.apart, 1.0)

@@ -1,4 +1,4 @@
-"""The price list as tables for the screen and for Markdown, and its findings in words."""
+"""Show the price list as tables for the screen and for Markdown, and its findings as sentences."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -88,7 +88,10 @@ def number(value: float | None) -> str:
 
 
 def findings(prices: PriceList, target: float) -> list[str]:
-    """Return sentences on the exactness of events, the largest of the three errors, and the cost of a target."""
+    """Return sentences on the rounding error of exact contacts, the three errors, and the cheapest setting of a target.
+
+    target : largest total error (-)
+    """
     errors = errors_of_scene(prices)
     told = {
         "numerical": "numerical (the scene's method)",
@@ -141,13 +144,13 @@ def _choice(choice: Choice | None) -> str:
 
 
 def ordinal(number: int) -> str:
-    """Return 1st, 2nd, 3rd, 4th, ..., 11th, ..., 21st."""
+    """Return an ordinal number as text: 1st, 2nd, 3rd, 4th, ..., 11th, ..., 21st."""
     word = "th" if number // 10 % 10 == 1 else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
     return f"{number}{word}"
 
 
 def tables(prices: PriceList) -> list[tuple[Row, list[Row]]]:
-    """Return header and rows of the three tables."""
+    """Return header and rows of the numerical, the geometric and the statistical table."""
     return [
         (NUMERICAL_HEADER, numerical_rows(prices)),
         (GEOMETRIC_HEADER, geometric_rows(prices)),

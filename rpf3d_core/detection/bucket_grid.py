@@ -1,4 +1,7 @@
-"""Facets sorted into the square cells of a grid in plan: the buckets of the compiled engine's locator."""
+"""Sort facets into the square cells of a grid in plan: the buckets of the compiled engine's locator.
+
+A bucket is the list of the facets over one cell of the grid. An entry is one facet in one bucket.
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -16,13 +19,13 @@ from rpf3d_core.terrain.frame import FloatArray
 BUCKETS_PER_FACET = 2.0
 """Largest number of buckets per facet; a terrain that fills its box has about one bucket for two facets."""
 FEWEST_BUCKETS = 64
-"""Number of buckets that is allowed however few facets there are."""
+"""Number of buckets that is always allowed, even for very few facets."""
 ENTRIES_PER_FACET = 16
-"""Largest mean number of buckets per facet: 4 is usual; a few wide facets over narrow cells stand in many buckets."""
+"""Largest mean number of entries per facet: 4 is usual; a few wide facets over narrow cells have many entries."""
 SAMPLE = 100_000
 """Least number of facets in the sample that gives the usual facet size and the box of most facets."""
 FAR = 0.005
-"""Share of the facets that the box of most facets leaves out on each side (-)."""
+"""Share of the facets (-) that lie outside the box of most facets, on each side of this box."""
 COARSER = 1.4
 """Least factor by which cells grow if there are too many of them (-)."""
 BAND = 64
@@ -63,10 +66,11 @@ class Buckets(NamedTuple):
 
 
 def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> tuple[Grid, Buckets]:
-    """Sort F facets into buckets; a facet stands in every bucket that its box in plan touches.
+    """Return the grid and its buckets for F facets; a facet is in every bucket whose cell its box in plan touches.
 
-    The boxes are widened by REACH tolerances. Cells at the rim extend outwards without end. The content of the arrays
-    depends neither on where `memory` takes them from nor on how `share` divides the work.
+    The boxes are widened by REACH tolerances. Cells at the rim extend outwards without limit.
+
+    memory : allocates the arrays; share : runs the work in parallel; neither changes the content of the arrays
     """
     grid, starts = _counted(facets, memory, share)
     np.cumsum(starts, out=starts)
@@ -79,23 +83,23 @@ def sorted_into_buckets(facets: Facets, memory: Memory = fresh, share: Share = o
 
 
 def bands(grid: Grid) -> list[Block]:
-    """Return one or two bands of whole rows that cover a grid and share no cell of any level."""
+    """Return one or two bands of whole rows that cover a grid and have no cell of any level in common."""
     middle = (grid.ny // 2 + BAND // 2) // BAND * BAND
     rows = [(0, middle), (middle, grid.ny)] if 0 < middle < grid.ny else [(0, grid.ny)]
     return [Block(left=0, right=grid.nx, bottom=bottom, top=top) for bottom, top in rows]
 
 
 def _counted(facets: Facets, memory: Memory, share: Share) -> tuple[Grid, NDArray[np.int64]]:
-    """Return the grid for some facets, and an array with the number of entries of bucket k at k + 1.
+    """Return the grid for some facets, and an array with the number of entries of bucket k at index k + 1.
 
     Cells are as wide as the median facet. The grid covers the whole terrain or, if that takes too many cells, most
-    facets. Stray facets far off then lie in the buckets at the rim, and the cells under the other facets stay small.
-    Cells are wider if there would still be too many cells, or if wide facets would stand in too many of them.
+    facets. Distant single facets are then in the buckets at the rim, and the cells under the other facets stay small.
+    Cells become wider if there are still too many cells, or if wide facets have too many entries.
     """
     low, high = _plan_boxes(facets)
     cell = max(float(np.median((high - low).max(axis=1))), 8.0 * REACH * facets.tolerance) or 1.0
     most = max(BUCKETS_PER_FACET * len(facets.zone), FEWEST_BUCKETS)
-    # The slack keeps facets that end at a line between cells, as in a raster, out of the cells beyond that line.
+    # Facets of a raster may end at a line between cells; the slack keeps these facets out of the cells beyond the line.
     begin, end = np.array(facets.low[:2]) - 2.0 * REACH * facets.tolerance, np.array(facets.high[:2])
     if _buckets(_cells(begin, end, cell)) > most:
         first, last = np.quantile(low, FAR, axis=0), np.quantile(high, 1.0 - FAR, axis=0)
@@ -119,7 +123,7 @@ def _count_all(facets: Facets, grid: Grid, starts: NDArray[np.int64], share: Sha
 
 
 def _plan_boxes(facets: Facets) -> tuple[FloatArray, FloatArray]:
-    """Return low and high corners (S, 2) m of the boxes in plan of a sample of facets, spread evenly over the file."""
+    """Return the low and high corners (S, 2) m of the boxes in plan of a sample of facets, every n-th facet."""
     step = max(len(facets.zone) // SAMPLE, 1)
     plan = np.asarray(facets.corners)[::step].reshape(-1, 3, 3)[..., :2]
     return plan.min(axis=1), plan.max(axis=1)
@@ -138,13 +142,16 @@ def _buckets(grid: Grid) -> int:
 
 @kernel
 def cell_index(value: float, origin: float, cell: float, count: int) -> int:
-    """Return the cell that a coordinate (m) lies in, clamped to the grid."""
+    """Return the index of the cell that contains a coordinate (m), along one axis; clamped to the grid."""
     return min(max(math.floor((value - origin) / cell), 0), count - 1)
 
 
 @kernel
 def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
-    """Return the cells that the box in plan of facet f, corners (F, 9) m, touches, widened by the slack (m)."""
+    """Return the cells that the box of facet f in plan touches; the box is widened by the slack (m).
+
+    corners : (F, 9) m, of all facets
+    """
     low_x, high_x = min(corners[f, 0], corners[f, 3], corners[f, 6]), max(corners[f, 0], corners[f, 3], corners[f, 6])
     low_y, high_y = min(corners[f, 1], corners[f, 4], corners[f, 7]), max(corners[f, 1], corners[f, 4], corners[f, 7])
     return cells_between(grid, low_x - slack, low_y - slack, high_x + slack, high_y + slack)
@@ -152,7 +159,7 @@ def cells_under(corners: Any, f: int, slack: float, grid: Grid) -> Block:
 
 @kernel
 def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y: float) -> Block:
-    """Return the cells that a box in plan (m) touches; never empty, because cells at the rim extend without end."""
+    """Return the cells that a box in plan (m) touches; never empty, because cells at the rim extend without limit."""
     return Block(
         left=cell_index(low_x, grid.x, grid.cell, grid.nx),
         right=cell_index(high_x, grid.x, grid.cell, grid.nx) + 1,
@@ -163,7 +170,7 @@ def cells_between(grid: Grid, low_x: float, low_y: float, high_x: float, high_y:
 
 @kernel
 def common(a: Block, b: Block) -> Block:
-    """Return the cells that two blocks share; a block without rows or columns if they share none."""
+    """Return the cells that two blocks have in common; a block without rows or columns if there are none."""
     return Block(
         left=max(a.left, b.left), right=min(a.right, b.right), bottom=max(a.bottom, b.bottom), top=min(a.top, b.top)
     )

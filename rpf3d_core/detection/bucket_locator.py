@@ -1,7 +1,8 @@
-"""Locator of the compiled engine: walks the cells of a bucket grid along the arc, which is a straight line in plan.
+"""Locator of the compiled engine: visits the cells of a bucket grid along the arc, which is a straight line in plan.
 
-This is the broad phase. The walk takes the widest cells whose slab the arc flies over (`slabs.py`). In a bucket whose
-slab the arc does not fly over, the walk tests the facets that the arc may touch there (`stretch.py`).
+This is the broad phase. Where the arc stays above the slab of a cell, the search skips the whole cell, and tries wider
+cells (`slabs.py`). Where the arc does not stay above the slab of a bucket, the search tests the facets of this bucket
+that the arc may touch (`stretch.py`).
 """
 
 import math
@@ -23,13 +24,13 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 CLEAR = 3
-"""Cells in a row that an arc flies over before wider cells are tried: most flights are over after a few cells."""
+"""Number of cells that an arc skips in a row before wider cells are tried: most flights end after a few cells."""
 
 
 class BucketLocator(NamedTuple):
-    """Buckets of nx by ny square cells; cells at the rim extend outwards without end, so every point is in a cell.
+    """Buckets of nx by ny square cells; cells at the rim extend outwards without limit, so every point is in a cell.
 
-    x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : over the cells
+    x, y, cell, nx, ny : as in `Grid`; starts, ids, boxes : as in `Buckets`; slabs : slabs of the cells
     """
 
     x: float
@@ -53,7 +54,7 @@ class Crossing(NamedTuple):
 
 
 def bucket_locator(facets: Facets, memory: Memory = fresh, share: Share = one_by_one) -> BucketLocator:
-    """Return the locator over F facets; a facet stands in every bucket that its box in plan touches."""
+    """Return the locator for F facets; a facet is in every bucket whose cell its box in plan touches."""
     grid, buckets = sorted_into_buckets(facets, memory, share)
     return BucketLocator(
         x=grid.x, y=grid.y, cell=grid.cell, nx=grid.nx, ny=grid.ny, starts=buckets.starts, ids=buckets.ids,
@@ -71,9 +72,9 @@ def grid_of(locator: BucketLocator) -> Grid:
 def first_contact_in_buckets(
     locator: BucketLocator, facets: Facets, arc: Arc, left: PreviousContact, end: float
 ) -> Contact:
-    """Return the earliest contact: walk the cells under the arc until the best contact lies within the walked part.
+    """Return the earliest contact: visit the cells under the arc until the best contact lies in a visited cell.
 
-    The facet just left is tested first: if the rock falls back onto it, the rest of the arc need not be searched.
+    The facet that the rock has just left is tested first: if the rock falls back onto this facet, the search is short.
     """
     best = earlier_contact(facets, left.facet, arc, left, NO_CONTACT) if left.facet >= 0 else NO_CONTACT
     i = cell_index(arc.x[0], locator.x, locator.cell, locator.nx)
@@ -109,19 +110,22 @@ def first_contact_in_buckets(
 
 @notices_falls.rule(BucketLocator)
 def notices_them(locator: BucketLocator) -> bool:
-    """Return True."""
+    """Return True: the contacts of this locator are checked for falls."""
     return True
 
 
 @kernel
 def _pace(v: float) -> float:
-    """Return the seconds per metre of a speed along an axis (m/s); inf if the speed is too low to leave any cell."""
+    """Return the inverse (s/m) of a speed v (m/s) along an axis; inf if the speed is too low to leave any cell."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
 @kernel
 def _leave_time(index: int, count: int, level: int, origin: float, cell: float, x: float, pace: float) -> float:
-    """Return when a coordinate leaves cell `index` of a level (s); inf if it does not move or moves out at the rim."""
+    """Return the time (s) when the arc leaves cell `index` of a level along one axis; inf if it never leaves the cell.
+
+    x, pace : start (m) and inverse speed (s/m) along the axis. The arc never leaves a cell at the rim outwards.
+    """
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     edge = (index + 1 if pace > 0.0 else index) << (SHIFT * level)
@@ -136,7 +140,7 @@ def _beyond(index: int, level: int, pace: float) -> int:
 
 @kernel
 def _still_in(index: int, level: int, x: float, origin: float, cell: float, count: int) -> int:
-    """Return the bucket, along an axis, that a coordinate x (m) has reached within cell `index` of a level."""
+    """Return the index of the bucket along an axis that contains coordinate x (m), within cell `index` of a level."""
     if level == 0:
         return index
     first, behind = index << (SHIFT * level), (index + 1) << (SHIFT * level)

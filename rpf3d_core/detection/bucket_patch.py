@@ -1,8 +1,8 @@
-"""Update of buckets and slabs in place where a patch replaces facets; all other entries stay.
+"""Update buckets and slabs in place where a patch replaces facets; all other entries stay.
 
-The entries in the rows of cells that the patch reaches are laid out again, and later entries are moved along. The
-slabs of all levels over the patch are computed again. The result answers as if all facets had been sorted again; only
-the order within a bucket differs, and nothing depends on that order.
+The entries in the rows of cells that the patch touches are written again, and all later entries are moved. The slabs
+of all levels over the patch are computed again. Searches give the same results as if all facets had been sorted again;
+only the order within a bucket differs, and nothing depends on this order.
 """
 
 from typing import Any, NamedTuple
@@ -59,7 +59,10 @@ class BucketPatch(NamedTuple):
 
 
 def block_of(corners: FloatArray, locator: BucketLocator, slack: float) -> Block:
-    """Return the cells that the box in plan of some facets, corners (S, 9) m, touches, widened by a slack (m)."""
+    """Return the cells that the box of some facets in plan touches; the box is widened by a slack (m).
+
+    corners : (S, 9) m, of these facets
+    """
     sides = np.empty(4, np.int64)
     _block(corners, slack, grid_of(locator), sides)
     left, right, bottom, top = sides.tolist()
@@ -77,10 +80,10 @@ def facets_in(locator: BucketLocator, block: Block) -> NDArray[np.int64]:
 
 
 def entries_of(corners: FloatArray, locator: BucketLocator, block: Block, slack: float, most: int) -> Entries:
-    """Return facets, corners (S, 9) m, sorted into the cells of a block.
+    """Return the entries of facets, corners (S, 9) m, in the cells of a block.
 
     slack : m by which the box of a facet is widened; most : largest number of entries
-    Raises TerrainError if the facets have more entries than that.
+    Raises TerrainError if the facets have more than `most` entries.
     """
     starts = np.zeros((block.right - block.left) * (block.top - block.bottom) + 1, np.int64)
     if not _count_some(corners, slack, grid_of(locator), block, most, starts):
@@ -127,12 +130,12 @@ def _move(array: NDArray[Any], begin: int, end: int, shift: int) -> None:
 
 
 def most_entries(facets: int) -> int:
-    """Return how many entries a number of facets may have: the same limit as for a full sort."""
+    """Return the largest number of entries for a number of facets: the same limit as for a full sort."""
     return ENTRIES_PER_FACET * facets
 
 
 def _whole_cells(block: Block, locator: BucketLocator) -> Block:
-    """Return the block widened to whole cells of the coarsest level."""
+    """Return the block widened to whole cells of the highest level."""
     low, high = (block.left, block.bottom), (block.right, block.top)
     (left, bottom), (right, top) = (
         tuple(k // BAND * BAND for k in low), tuple(-(-k // BAND) * BAND for k in high),
@@ -152,7 +155,7 @@ def _over_block(locator: BucketLocator, facets: Facets, block: Block, share: Sha
 
 @kernel
 def cell_in(block: Block, i: int, j: int) -> int:
-    """Return the number, row by row, of the cell of a block in column i and row j of the grid."""
+    """Return the number of a cell within a block, counted row by row, from its column i and row j in the grid."""
     return (j - block.bottom) * (block.right - block.left) + i - block.left
 
 
@@ -196,7 +199,7 @@ def _fill_some(corners: Any, slack: float, grid: Grid, block: Block, cursor: Any
 
 @loop
 def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None:
-    """Count how many entries each bucket of a patch's rows will have, into the place after the bucket's own."""
+    """Count the future entries of each bucket in the rows of a patch; the number of bucket n stands at index n + 1."""
     block, come = patch.block, patch.entries.starts
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -215,7 +218,7 @@ def _count_kept(locator: BucketLocator, patch: BucketPatch, counts: Any) -> None
 def _lay_band(
     locator: BucketLocator, corners: Any, slack: float, patch: BucketPatch, new_ids: Any, new_boxes: Any
 ) -> None:
-    """Write the entries of the buckets of a patch's rows: first the facets that stay, then the new facets."""
+    """Write the entries of all buckets in the rows of a patch: first the facets that stay, then the new facets."""
     at, block, come = 0, patch.block, patch.entries
     for j in range(block.bottom, block.top):
         for i in range(locator.nx):
@@ -261,9 +264,9 @@ def _renew_slabs(
 
 @kernel
 def _raise_levels(corners: Any, f: int, slack: float, grid: Grid, i: int, j: int, table: SlabTable) -> None:
-    """Raise the slabs over the bucket in column i and row j above facet f.
+    """Raise the slabs of all levels over the bucket in column i and row j, so that facet f lies below them.
 
-    The slab of a wider cell is raised only if this bucket is the first bucket of f in that cell.
+    The slab of a wider cell is raised only if this bucket is the first bucket of facet f in the wider cell.
     """
     raise_over(corners, f, table.planes, slab_row(table, 0, i, j))
     cells = cells_under(corners, f, slack, grid)

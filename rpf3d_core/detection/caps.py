@@ -1,7 +1,7 @@
-"""Caps over the gaps of the terrain: a flight through a cap falls below the ground (`terrain/gaps.py`).
+"""Detect rocks that fall through a gap of the terrain; a facet called a cap closes each gap (`terrain/gaps.py`).
 
-Caps are separate facets with a locator of the engine's kind, so contacts with the ground ignore them. An engine over a
-terrain without gaps has None in place of caps, and compiles nothing of this file.
+Caps are separate facets with their own locator, so the search for contacts with the ground ignores them. An engine for
+a terrain without gaps has None in place of caps, and compiles nothing of this file.
 """
 
 import math
@@ -18,15 +18,16 @@ from rpf3d_core.terrain.facets import CRACK, Facets
 from rpf3d_core.values import Vec
 
 ON_GROUND = REACH / CRACK
-"""Tolerances of caps within which a rock that meets the ground behind a cap is on the ground, not in the gap."""
+"""Largest path from a cap to ground behind the cap, in tolerances of caps, for a rock that is still on the ground."""
 
 
 class CapFacets(NamedTuple):
     """Caps over the gaps of a terrain.
 
-    facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the terrain's, so
-        that no rock slips between a cap and the ground
-    layered : True if a rock below the ground may meet other ground from its free side (`terrain.gaps`)
+    facets : `zone` holds the outcome of a rock that passes through; the tolerance is CRACK times the tolerance of the
+        terrain, so that no rock passes between a cap and the ground
+    layered : True if ground lies above other ground, so that a rock below the upper ground may still hit the free side
+        of the lower ground (`terrain.gaps`)
     """
 
     facets: Facets
@@ -53,7 +54,7 @@ NO_LOSS = Loss(math.inf, -1)
 
 @model_function
 def is_on_free_side(contact: object) -> bool:
-    """True if a contact is known to be with the free side of the ground."""
+    """True if a contact stores that the rock meets the free side of the ground."""
 
 
 @is_on_free_side.otherwise
@@ -76,8 +77,8 @@ def loss_on(caps: object, arc: Arc, contact: Any, end: float) -> Loss:
     contact : the first contact with the ground
 
     Caps and ground form one closed surface. So a rock that meets the free side of the ground has not fallen below the
-    ground, unless the terrain is layered. Ground that the rock meets within ON_GROUND tolerances of path behind a cap
-    takes precedence: a rock on the very edge of a hole is still on the ground.
+    ground, unless the terrain is layered. If the rock meets the ground on the first ON_GROUND tolerances of its path
+    behind a cap, the contact with the ground takes precedence: a rock on the edge of a hole is still on the ground.
     """
 
 
@@ -103,5 +104,8 @@ def loss_through_cap(caps: CapLocator, arc: Arc, contact: Any, end: float) -> Lo
 
 @kernel
 def loss_on_way(caps: Any, x: Vec, way: Vec) -> Loss:
-    """Return the first passage through a cap on a straight way (3,) m from x (3,) m; `t` is a share of the way."""
+    """Return the first passage through a cap on a straight path from x (3,) m; `t` is the share of the path (-).
+
+    way : (3,) m, from the start to the end of the path
+    """
     return loss_on(caps, Arc(x=x, v=way, gravity=STRAIGHT), NO_CONTACT, 1.0)  # type: ignore[no-any-return]

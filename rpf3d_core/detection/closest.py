@@ -1,4 +1,4 @@
-"""The facet closest to a point, for the steps of a fixed-step method; one rule per locator."""
+"""Find the facet closest to a point, for the fixed-step method; one rule per locator."""
 
 import math
 from typing import Any, NamedTuple
@@ -23,12 +23,12 @@ class Closest(NamedTuple):
 
 @model_function
 def closest_facet(locator: object, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the facet closest to x within a radius (m); each locator breaks ties in its own way."""
+    """Return the facet closest to x (m) within a radius (m); in a tie, locators may return different facets."""
 
 
 @closest_facet.rule(BucketLocator)
 def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: float) -> Closest:
-    """Return the closest of all facets in the buckets within the radius in plan; the smaller number wins a tie."""
+    """Return the closest facet from the buckets within the radius in plan; the smaller facet number wins a tie."""
     best = Closest(radius, -1)
     cells = cells_between(grid_of(locator), x[0] - radius, x[1] - radius, x[0] + radius, x[1] + radius)
     for j in range(cells.bottom, cells.top):
@@ -42,7 +42,7 @@ def closest_in_buckets(locator: BucketLocator, facets: Facets, x: Vec, radius: f
 
 @kernel
 def _closer(facets: Facets, f: int, x: Vec, best: Closest) -> Closest:
-    """Return the closer of `best` and facet f; the plane of f is tested first, because most planes are further off."""
+    """Return the closer of `best` and facet f; most facets are excluded by the distance from their plane alone."""
     n, a = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
         return best
@@ -63,7 +63,7 @@ def distance_to_facet(facets: Facets, f: int, x: Vec) -> float:
 
 @kernel
 def closest_point(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point of facet f closest to x (m), found from the region of the facet's plane that x lies over.
+    """Return the point of facet f closest to x (m): a corner, a point of an edge, or a point inside the facet.
 
     Sources
     -------

@@ -1,4 +1,4 @@
-"""Contacts of an arc with the terrain: what a locator returns, and what it must know of the contact before."""
+"""Contacts of an arc with the terrain: the result of a locator, and the previous contact that a locator needs."""
 
 import math
 from typing import Any, NamedTuple
@@ -23,12 +23,12 @@ class Contact(NamedTuple):
 
 
 class PreviousContact(NamedTuple):
-    """The facets that a rock stands on, or left when its arc began, and the side of the ground that the rock is on.
+    """The facets of the rock's last contact, where its arc begins, and the side of the ground that the rock is on.
 
-    facet, other : the facet, and the second facet if both hold the rock in a gully; -1 for none
+    facet, other : the facet, and a second facet if both facets hold the rock in a gully; -1 for none
     side : +1.0 for the free side, -1.0 for the back
-    resting : True if the rock slid there, so its speed along the normal is only rounding
-    before : the facet that the rock slid off before `facet` without moving since, -1 if there is none
+    resting : True if the rock was sliding there or at rest, so its speed along the normal is only rounding
+    before : the facet that the rock left at the same place just before `facet`; -1 for none
     """
 
     facet: int
@@ -39,7 +39,10 @@ class PreviousContact(NamedTuple):
 
 
 GRAZING = 1e-9
-"""Sine of the angle to a facet below which a sliding rock moves along it: a million times the rounding of b / |v|."""
+"""Sine of the angle between a rock's velocity and a facet, below which the rock moves along the facet.
+
+A million times the rounding of b / |v|, where b is the speed along the normal and v is the velocity.
+"""
 NO_CONTACT = Contact(t=math.inf, facet=-1, side=1.0, approach=0.0)
 NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, before=-1)
 
@@ -48,13 +51,13 @@ NOTHING_LEFT = PreviousContact(facet=-1, other=-1, side=1.0, resting=False, befo
 def first_contact(locator: object, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the earliest contact of an arc before `end` (s), or NO_CONTACT; one rule per locator.
 
-    A locator decides only which facets are tested and in what order. The result depends on neither.
+    A locator selects the facets to test, and their order. Every locator gives the same result.
     """
 
 
 @model_function
 def radius_of(locator: object) -> float:
-    """Return the radius (m) of the body that a locator finds contacts of; 0 for a lumped mass."""
+    """Return the radius (m) of the rock whose contacts a locator finds; 0 for a lumped mass."""
 
 
 @radius_of.otherwise
@@ -65,10 +68,10 @@ def of_a_point(locator: object) -> float:
 
 @model_function
 def plain_locator(locator: object) -> Any:
-    """Return the locator for points that a locator uses."""
+    """Return the locator for lumped masses that a locator uses inside."""
 
 
 @plain_locator.otherwise
 def plain_already(locator: object) -> Any:
-    """Return the locator itself: it is a locator for points."""
+    """Return the locator unchanged: it is a locator for lumped masses."""
     return locator

@@ -1,12 +1,14 @@
-"""The last guard: a rock that is about to leave the terrain must not do so from below the ground.
+"""Check whether a rock that is about to leave the terrain has fallen through the ground by rounding.
 
-Contact is found to rounding, and rounding has ways that no list is complete of. A rock that no facet took although it
-lies under the ground has fallen through. It is not counted as one that left: it ends where it was last known to be on
-the ground, as `fell_through`, which the summary counts and alerts take for danger.
+Contacts are exact except for rounding, and no list of the effects of rounding is complete. If a rock lies under the
+ground although the search found no contact, the rock has fallen through the ground. The rock then does not count as a
+rock that left the terrain. Its flight ends at the last place where the rock was known to be on the ground, with the
+outcome `fell_through`. The summary counts this outcome, and alerts treat the outcome as a danger.
 
-A few places along the flight are looked at, straight down and straight up. If the rock comes from over the ground to
-below it, and not around the rim, it has fallen. The lines of sight go through the search for contacts one by one, so
-this is an inquiry of steps (`Inquiry`): the search is large, and compiled wherever it is called.
+The check tests a few places along the flight, straight down and straight up. If the rock moves from above the ground
+to below the ground, and not around the rim of the terrain, the rock has fallen. Each line of sight is one search for
+contacts. The search is large and is compiled at each place in the code that calls it. So the check is a record that
+advances step by step (`Inquiry`), and one call of the search serves all lines of sight.
 """
 
 import math
@@ -17,33 +19,37 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facets import Facets
 
 ALONG = 3
-"""Places along a flight that are looked at."""
+"""Number of places along a flight that the check tests, until one of them is under the ground."""
 FIRST = 64.0
-"""Cracks of path to the first of them: 16 times as deep as a rock may lie below a facet that still takes it."""
+"""Path to the first place, in crack widths: 16 times the depth below a facet at which a rock still meets the facet."""
 FURTHER = 256.0
-"""Path to a place over that to the place before."""
+"""Ratio of the path to one place to the path to the previous place (-)."""
 HALVES = 40
-"""How often the time in which a rock came below the ground is halved."""
+"""Number of times that the interval in which a rock passed below the ground is halved."""
 WIDTH = 1.0 / 16.0
-"""How far around a place is looked, over the path to it."""
+"""Distance from a place to the columns around the place, over the path to the place (-)."""
 COLUMNS = ((0.0, 0.0), (1.0, 0.4), (-0.4, 1.0), (-1.0, -0.4), (0.4, -1.0))
-"""Where is looked, in plan: at a place, and around it, for a rock straight below a vertex lies within no facet."""
+"""Offsets in plan of the lines of sight: at a place, and around the place.
+
+The offsets are needed because a rock straight below a vertex may lie within no facet.
+"""
 STEEPEST = 1000.0
-"""Rise of the ground over a path; of what is above a rock, something must be the ground that it has left."""
+"""Largest height of a facet's back above a rock, over the rock's path (-): a higher facet is not the ground it left."""
 STRAIGHT = 1e-100
-"""Gravity (m/s^2) of an arc that is a straight line; not 0, by which the reference engine's boxes would divide."""
+"""Gravity (m/s^2) of an arc that is a straight line; not 0, because the reference engine divides by gravity."""
 OVER, UNDER, BESIDE = 0, 1, 2
-"""Where a place is: over ground, below it, or where there is none."""
+"""Position of a place: above the ground, below the ground, or outside the terrain."""
 
 
 class Inquiry(NamedTuple):
-    """What is known so far of a rock that may have fallen.
+    """The state of the check whether a rock has fallen through the ground.
 
-    open : whether it goes on; fell : if it does not, whether the rock has fallen
-    place, path : number of the place that is looked at, and m to it along the flight
-    over, under : s, the last time that the rock was over the ground, and the first that it was under it
-    line : number of the line of sight: down and up in each column
-    nearest : m to the nearest back above the place; some_over : whether a column around it has ground below it
+    open : True while the check continues; fell : result of a finished check, True if the rock has fallen
+    place, path : number of the tested place, and the path to this place along the flight (m)
+    over, under : last time when the rock was above the ground, and first time when the rock was below the ground (s)
+    line : number of the line of sight: one line down and one line up in each column
+    nearest : distance to the nearest back of a facet above the place (m)
+    some_over : True if a tested column has ground below the place
     """
 
     open: bool
@@ -59,7 +65,10 @@ class Inquiry(NamedTuple):
 
 @kernel
 def inquiry(facets: Facets, open_: bool) -> Inquiry:
-    """An inquiry that has seen nothing."""
+    """Return a check at its start: at the first place, without results.
+
+    open_ : True to start the check; False for a check that is not needed
+    """
     return Inquiry(
         open=open_,
         fell=False,
@@ -75,7 +84,7 @@ def inquiry(facets: Facets, open_: bool) -> Inquiry:
 
 @kernel
 def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
-    """The straight line that is looked along next, from t = 0 to 1 s: down past the terrain, or up past it."""
+    """Return the next line of sight, from t = 0 to 1 s: straight down or straight up to beyond the terrain."""
     x = position(arc, _time(arc, asked))
     (east, north), apart = COLUMNS[asked.line // 2], WIDTH * asked.path
     slack = FIRST * facets.crack
@@ -89,12 +98,16 @@ def line_of_sight(facets: Facets, arc: Arc, asked: Inquiry) -> Arc:
 
 @kernel
 def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -> Inquiry:
-    """The inquiry after its line of sight met a side of a facet `height` metres away; inf if it met none.
+    """Return the state of the check after a line of sight.
 
-    A place is under the ground where neither it nor the places around it have ground straight below them: next to an
-    upright wall it may have the back of the wall's top above it, by rounding; in a gully only the places around it lie
-    under the ground. If no back is near, the rock has not come through any of them, and counts as over the ground.
-    end : s, when the flight ends; later places are not looked at
+    A place counts as under the ground if no column, at the place or around the place, has ground below. One column is
+    not enough: next to a vertical wall, rounding may put the back of the wall's top above the place, and in a gully
+    the columns around the place lie under the ground. If no back of a facet is near, the rock has not passed through a
+    facet and counts as above the ground.
+
+    end : s, end of the flight; later places are not tested
+    height : m, distance along the line of sight to the facet that the line met; inf if the line met no facet
+    side : side of this facet that the line met, as in `Contact`
     """
     upwards, around = asked.line % 2 == 1, asked.line > 1
     ground_below, back_above = not upwards and side > 0.0, upwards and side < 0.0
@@ -124,10 +137,13 @@ def answered(arc: Arc, end: float, asked: Inquiry, height: float, side: float) -
 
 @kernel
 def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
-    """The inquiry after it has found where a place is: closed, or with the next place.
+    """Return the state of the check after a place is classified: finished, or at the next place.
 
-    A rock that leaves over the rim may pass under the mesh afterwards. On its way there it is outside the rim, and
-    halving the time between over and under finds such a place. At the first place, "outside" may be rounding at a seam.
+    where : OVER, UNDER or BESIDE
+
+    A rock that leaves across the rim may pass under the mesh later. In between, the rock is outside the rim, and
+    repeated halving of the time between `over` and `under` finds such a place. At the first place the result BESIDE
+    does not finish the check, because it may be rounding at a seam.
     """
     t, place = _time(arc, asked), asked.place + 1
     over, under = t if where == OVER else asked.over, t if where == UNDER else asked.under
@@ -162,5 +178,5 @@ def _found(arc: Arc, end: float, asked: Inquiry, where: int) -> Inquiry:
 
 @kernel
 def _time(arc: Arc, asked: Inquiry) -> float:
-    """When the rock is at the place that is looked at (s)."""
+    """Return the time when the rock is at the tested place (s)."""
     return time_over(arc, 0.0, asked.path) if asked.under == math.inf else 0.5 * (asked.over + asked.under)

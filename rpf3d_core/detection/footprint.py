@@ -1,4 +1,4 @@
-"""Facets of the ground that a patch touches in plan, and the facets next to them, found through the buckets."""
+"""Find the facets of the ground that a patch touches in plan, and their neighbours, with the buckets."""
 
 import math
 from typing import Any, NamedTuple
@@ -32,9 +32,9 @@ class Footprint(NamedTuple):
 def touched(
     corners: FloatArray, locator: BucketLocator, footprint: Footprint, marks: NDArray[np.uint8]
 ) -> NDArray[np.int32]:
-    """Return the facets (N,), in ascending order, that touch a footprint in plan, and mark them GOES.
+    """Return the facets (N,) of the ground that touch a footprint in plan, in ascending order, and mark them GOES.
 
-    corners : (F, 9) m of the ground; marks : (F,) STAYS before the call
+    corners : (F, 9) m, of the ground; marks : (F,) all STAYS before the call
     """
     found = np.empty(_mark(corners, locator, footprint, marks), np.int32)
     _collect(locator, footprint.block, marks, found)
@@ -47,7 +47,7 @@ def beside_what_stays(
 ) -> NDArray[np.bool_]:
     """Return (E,) True for each edge that belongs to a facet marked STAYS.
 
-    edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
+    edges : (E, 2) pairs of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
     out = np.zeros(len(edges), np.bool_)
     _beside(edges, vertices, triangles, locator, marks, out)
@@ -59,7 +59,7 @@ def used_by_what_stays(
 ) -> NDArray[np.bool_]:
     """Return (N,) True for each vertex that belongs to a facet marked STAYS.
 
-    some : (N,) numbers of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,)
+    some : (N,) numbers of vertices; vertices : (V, 3) m; triangles : (F, 3); marks : (F,) of the facets
     """
     out = np.zeros(len(some), np.bool_)
     _used(some, vertices, triangles, locator, marks, out)
@@ -69,7 +69,7 @@ def used_by_what_stays(
 def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -> NDArray[np.bool_]:
     """Return (N,) True for each triangle that touches a footprint in plan.
 
-    thin : (N, 9) m, triangles that may be as thin as a line or a point
+    thin : (N, 9) m, corners of the triangles; a triangle may be as thin as a line or a point
     """
     out = np.zeros(len(thin), np.bool_)
     _near(thin, grid_of(locator), footprint, out)
@@ -79,9 +79,9 @@ def near_patch(thin: FloatArray, locator: BucketLocator, footprint: Footprint) -
 def over_what_goes(
     points: FloatArray, corners: FloatArray, locator: BucketLocator, marks: NDArray[np.uint8]
 ) -> NDArray[np.bool_]:
-    """Return (N,) True for each point (N, 2) m that lies in plan over a facet marked GOES.
+    """Return (N,) True for each point (N, 2) m that lies, in plan, in a facet marked GOES.
 
-    corners : (F, 9) m of the ground; marks : (F,)
+    corners : (F, 9) m, of the ground; marks : (F,) of the facets
     """
     out = np.zeros(len(points), np.bool_)
     _over(points, corners, locator, marks, out)
@@ -156,7 +156,7 @@ def _used(some: Any, vertices: Any, triangles: Any, locator: BucketLocator, mark
 
 @loop
 def _over(points: Any, corners: Any, locator: BucketLocator, marks: Any, out: Any) -> None:
-    """Write True for each point that lies over a facet marked GOES."""
+    """Write True for each point that lies, in plan, in a facet marked GOES."""
     for n in range(len(points)):
         px, py = points[n, 0], points[n, 1]
         k = _bucket_at(locator, px, py)
@@ -181,7 +181,7 @@ def _has(triangles: Any, f: int, v: int) -> bool:
 
 @kernel
 def _holds(corners: Any, f: int, px: float, py: float) -> bool:
-    """True if a point lies in facet f in plan, rim included, whichever way the facet is wound."""
+    """True if a point lies in facet f in plan, edges included; the winding of the facet does not matter."""
     left, right = False, False
     for k in range(3):
         ax, ay = corners[f, 3 * k], corners[f, 3 * k + 1]
@@ -193,7 +193,7 @@ def _holds(corners: Any, f: int, px: float, py: float) -> bool:
 
 @kernel
 def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
-    """True if facet f touches a facet of the patch that stands in cell c of the footprint's block."""
+    """True if facet f touches a facet of the patch that has an entry in cell c of the footprint's block."""
     come = footprint.entries
     for entry in range(come.starts[c], come.starts[c + 1]):
         if _touch(corners, f, footprint.corners, come.ids[entry], footprint.slack):
@@ -203,9 +203,10 @@ def _any_touches(corners: Any, f: int, footprint: Footprint, c: int) -> bool:
 
 @kernel
 def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if two triangles come within the slack (m) of each other in plan: no side of either separates them.
+    """True if triangles f and g are within the slack (m) of each other in plan: no side of a triangle separates them.
 
-    For triangles without area in plan the sides do not test a gap beyond their ends; only the boxes along x and y do.
+    one, other : (N, 9) m, arrays with the corners of f and of g. For a triangle without area in plan, a side cannot
+    detect a gap beyond the ends of the triangle; only the boxes along x and y can.
     """
     for axis in range(2):
         if min(one[f, axis], one[f, 3 + axis], one[f, 6 + axis]) \
@@ -218,7 +219,7 @@ def _touch(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
 
 @kernel
 def _parts(one: Any, f: int, other: Any, g: int, slack: float) -> bool:
-    """True if all of facet g lies outside facet f across the line of one side of f, by more than the slack (m)."""
+    """True if one side of triangle f separates triangle g from triangle f, by more than the slack (m)."""
     for k in range(3):
         ax, ay = one[f, 3 * k], one[f, 3 * k + 1]
         ux, uy = one[f, 3 * ((k + 1) % 3)] - ax, one[f, 3 * ((k + 1) % 3) + 1] - ay

@@ -1,19 +1,20 @@
 """Exact contact of an arc with a facet, without a time step: the narrow phase of both engines.
 
 The height of a parabola above a facet's plane is a quadratic in time, d(t) = c + b t + a t^2. Where d falls through
-zero inside the facet, the rock hits the free side. Where d rises through zero, the rock comes from behind.
+zero inside the facet, the rock hits the free side. Where d rises through zero, the rock hits the back.
 
 Rounding decides nothing silently (docs/explanation/physics.md):
 
-- A facet that the rock has just left is known to be at d = 0: that root is divided out, the later root is kept.
+- For a facet that the rock has just left, d = 0 at t = 0: this root is divided out, and the later root is kept.
 - A rock within tolerance of another facet, or below that facet by at most a crack's width, hits the facet at t = 0
   if it moves into the facet.
 - The free side includes a rim as wide as the tolerance, so neighbours overlap and no rock passes between them. The
-  back excludes that rim, so a rock that skims a crest is never taken for a rock from inside the ground.
-- A glancing arc that reaches a plane just before the facet begins meets the facet where the arc comes over the facet
-  (`_entry_time`).
-- If a rock would leave the terrain, or slid and would come behind the ground, the arc is searched again with slightly
-  wider facets (`contact_or_crack`). In that search a facet also carries a rock that moves along its edge, just outside.
+  back excludes this rim, so a rock that just touches a crest never counts as a rock from inside the ground.
+- A glancing arc may reach the plane of a facet just outside the facet. The arc then meets the facet where it crosses
+  the facet's edge (`_entry_time`).
+- If a rock would leave the terrain, or if a sliding rock would meet the back of the ground, the search runs again with
+  slightly wider facets (`contact_or_crack`). In this search a facet also carries a rock that moves along its edge,
+  just outside the facet.
 """
 
 import math
@@ -39,9 +40,12 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 GLANCING = 1.0 / 128.0
-"""Sine of the angle to a facet above which rounding of heights, tolerance / 200, is within tolerance along it."""
+"""Sine of the angle between an arc and a facet, below which the arc counts as glancing.
+
+Above this sine, the rounding of a height (tolerance / 200) moves a contact along the facet by less than the tolerance.
+"""
 UPRIGHT = 1e-6
-"""Vertical component of a unit normal below which a facet counts as a wall: its plan is too narrow to decide in."""
+"""Vertical component of a unit normal below which a facet counts as a wall: in plan the facet is too narrow to test."""
 
 
 @kernel
@@ -67,7 +71,7 @@ def earlier_contact(facets: Facets, f: int, arc: Arc, left: PreviousContact, bes
 
 @kernel
 def falling_time(c: float, b: float, a: float) -> float:
-    """Return when c + b t + a t^2 falls through zero at t >= 0; inf if it never does.
+    """Return the time t >= 0 when c + b t + a t^2 falls through zero; inf if it never falls through zero.
 
     The result is the root with 2 a t + b < 0, in the form without cancellation between b and the square root.
     """
@@ -87,23 +91,23 @@ def falling_time(c: float, b: float, a: float) -> float:
 
 @kernel
 def _return_time(left: PreviousContact, b: float, a: float) -> float:
-    """Return when a rock returns to the facet that it has just bounced off: its root at t = 0 is divided out."""
+    """Return the time when a rock returns to the facet of its last bounce; the root at t = 0 is divided out."""
     rising, bending = left.side * b, left.side * a
     return -rising / bending if rising > 0.0 and bending < 0.0 else math.inf
 
 
 @kernel
 def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: float, b: float, a: float) -> float:
-    """Return when a rock within tolerance of a plane meets the plane: at once, unless it leaves faster than rounding.
+    """Return the time when a rock near the plane of facet f meets the plane; 0 for at once, inf for never.
 
     c, b, a : height (m), speed (m/s) and half the acceleration (m/s^2) away from the plane, on the rock's side
 
     A rock that rises through the plane from below, as across a crack, meets the plane where the rock falls back onto
-    it. A rock that moves along the plane meets the plane if gravity presses the rock on (a < 0). Gravity does not press
-    a rock on a wall, but rounding may take the rock into the wall by GRAZING of its path: the rock meets the wall where
-    it is no longer near the plane. A rock that slides into the corner under an overhang meets the overhang, though
-    gravity pulls the rock away: the rock cannot fall through the floor. In a second search this holds for every facet;
-    otherwise the rock would fall past a face that is nearly a wall.
+    the plane. A rock that moves along the plane meets the plane at once if gravity presses the rock against it (a < 0).
+    Gravity does not press a rock against a wall, but rounding may move the rock into the wall by GRAZING of its path:
+    the rock meets the wall where the rock is no longer near the plane. A rock that slides into the corner under an
+    overhang meets the overhang, although gravity pulls the rock away: the rock cannot fall through the floor. In the
+    second search this rule applies to every facet; otherwise the rock would fall past a facet that is nearly vertical.
     """
     grazes = b * b <= GRAZING * GRAZING * dot(arc.v, arc.v)
     if grazes and (a < 0.0 or b >= 0.0):
@@ -120,10 +124,10 @@ def _time_from_near(facets: Facets, f: int, arc: Arc, left: PreviousContact, c: 
 
 @kernel
 def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if facet f carries a rock that moves along the plane of f: a sliding rock must move onto f.
+    """True if facet f carries a rock that moves along the plane of facet f.
 
-    The facet that the rock has just slid off takes the rock back only along an edge. A rock at rest may go on over any
-    other facet (`_approach` prefers the right one).
+    A sliding rock must move onto facet f. The facet that the rock has just left carries the rock only along an edge of
+    the facet. A rock at rest may continue on any other facet (`_approach` prefers the right facet).
     """
     if not left.resting or facets.tolerance > facets.crack:
         return True
@@ -134,10 +138,10 @@ def _carries(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
 
 @kernel
 def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a rock that leaves one facet within tolerance of f, towards the plane of f, still misses f.
+    """True if a rock that moves from its last facet towards the plane of the near facet f does not hit facet f.
 
-    The rock misses f if the two facets form a convex edge and the rock moves away from f: the plane of f lies above the
-    rock's path there, f itself does not.
+    The rock does not hit facet f if the two facets form a convex edge and the rock moves away from facet f. Only the
+    plane of facet f lies above the rock's path there, not the facet.
     """
     if not lies_below(facets, left.facet, f, left.side, facets.tolerance):
         return False
@@ -146,10 +150,11 @@ def _passes_over(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> boo
 
 @kernel
 def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> bool:
-    """True if a sliding rock at the rim of f, towards the plane of f, moves over other ground or off the terrain.
+    """True if a sliding rock at the rim of facet f moves away from facet f: onto another facet, or off the terrain.
 
-    In any direction the rock comes over one of the upward facets that meet at its position. The rock is connected to
-    the other facets only by the tolerance. Beyond the rim of the terrain there is no facet.
+    The rock moves towards the plane of facet f. In every direction the rock moves onto one of the upward facets that
+    meet at its position. All other facets there count only because of the tolerance. Beyond the rim of the terrain
+    there is no facet.
     """
     n, v = stored_normal(facets, f), arc.v
     level2 = v[0] * v[0] + v[1] * v[1]
@@ -160,12 +165,12 @@ def _goes_elsewhere(facets: Facets, f: int, arc: Arc, left: PreviousContact) -> 
 
 @kernel
 def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if the motion of a rock at the rim of f leads over f.
+    """True if a rock at the rim of facet f moves onto facet f.
 
-    For facets that face upwards this is decided in plan. There the facets around a vertex have no gap and no overlap,
-    so every direction leads over one of them. Projected at right angles onto each facet in turn, the same
-    direction may lead over none, and the rock would fall between the facets. A wall has no plan; there that projection
-    counts. A rock at rest, or a rock that moves straight into f, does not leave f.
+    For upward facets the direction in plan decides. In plan the facets around a vertex have no gap and no overlap, so
+    every direction leads onto one of these facets. If the direction were projected at right angles onto each facet, it
+    might lead onto none of them, and the rock would fall between the facets. A wall has no area in plan, so for a wall
+    the projection at right angles decides. A rock at rest, or a rock that moves straight into facet f, stays on it.
     """
     way = _way_over(facets, f, arc.v, side)
     length = norm(way)
@@ -176,9 +181,10 @@ def _comes_over(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
-    """Return the velocity v brought into the plane of f.
+    """Return the velocity v projected into the plane of facet f.
 
-    Where f faces upwards, v keeps its components in plan; where f is a wall, v loses its component along the normal.
+    On an upward facet the projection is vertical, so v keeps its components in plan. On a wall the projection removes
+    the component along the normal.
     """
     n = stored_normal(facets, f)
     return (v[0], v[1], -(n[0] * v[0] + n[1] * v[1]) / n[2]) if side * n[2] > UPRIGHT else without(v, n)
@@ -186,10 +192,10 @@ def _way_over(facets: Facets, f: int, v: Vec, side: float) -> Vec:
 
 @kernel
 def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
-    """True if, in a second search, a rock moves along an edge of f, outside f by at most a crack's width.
+    """True if, in the second search, a rock moves along an edge of facet f, at most a crack's width outside facet f.
 
-    A rock that moves along the line between two facets may leave both by rounding and lead onto neither: at a
-    T-junction, or at the foot of a wall. One of the facets must carry the rock on.
+    A rock that moves along the edge between two facets may leave both facets by rounding, at a T-junction or at the
+    foot of a wall. One of the facets must still carry the rock.
     """
     if facets.tolerance < facets.crack:
         return False
@@ -198,10 +204,10 @@ def _goes_beside(facets: Facets, f: int, arc: Arc, side: float) -> bool:
 
 @kernel
 def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return the speed (m/s) at which a rock meets the plane of f; for a rock at rest, the pull along f (m/s^2).
+    """Return the speed (m/s) at which a rock meets the plane of facet f; for a rock at rest, a pull (m/s^2).
 
-    The pull of gravity along f counts only if the direction of descent leads onto f. So of several facets under a rock
-    at rest the facet with the steepest way down wins.
+    The pull is the component of gravity along facet f if the direction of descent leads onto facet f, otherwise 0. So
+    among several facets under a rock at rest, the facet with the steepest descent wins.
     """
     if t == 0.0 and arc.v[0] == 0.0 and arc.v[1] == 0.0 and arc.v[2] == 0.0:
         down = gravity_along(n, arc.gravity)
@@ -215,7 +221,7 @@ def _approach(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, best: Contact) -> Contact:
     """Return the contact at time t with facet f if the contact is inside the facet and before `best`; else `best`.
 
-    A contact at t = 0 may be NEAR tolerances off in every direction, along the facet as well as across it.
+    A contact at t = 0 may be NEAR tolerances away from the facet, along its plane as well as along its normal.
     """
     if t > best.t or t == math.inf:
         return best
@@ -239,12 +245,14 @@ def _prefer(facets: Facets, f: int, arc: Arc, n: Vec, t: float, side: float, bes
 
 @kernel
 def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
-    """Return when an arc that passed the plane of f outside f, at time t, comes over f; inf if it has sunk by then.
+    """Return the time when an arc that crossed the plane of facet f outside the facet, at time t, meets facet f.
 
-    The planes of two facets with a common edge are known only to rounding. A glancing arc may reach the plane of one
-    facet just before that facet begins, and the plane of the other just after that facet ends: the arc would slip
-    between them. The arc meets f where it comes over f, unless it is more than NEAR tolerances below the plane by then.
-    An arc that bounced off the other facet may still rise there; it meets f where it falls back onto the plane.
+    Return inf if the arc is too far below the plane when it crosses the facet's edge.
+
+    The planes of two facets with a common edge are known only to rounding. A glancing arc may cross the plane of each
+    facet just outside this facet, and would then pass between the two facets. So the arc meets facet f where it
+    crosses the edge of facet f, if it is at most NEAR tolerances below the plane there. If the arc bounced off the
+    neighbouring facet and still rises there, the arc meets facet f where it falls back onto the plane.
     """
     p, v = position(arc, t), velocity(arc, t)
     later = 0.0
@@ -266,10 +274,10 @@ def _entry_time(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> float:
 
 @kernel
 def _came_over_edge(facets: Facets, f: int, arc: Arc, n: Vec, t: float) -> bool:
-    """True if an arc that rises through the plane of f at time t was already on the plane at the edge of f.
+    """True if an arc that rises through the plane of facet f at time t was already on the plane at an edge of facet f.
 
-    A rock that flies in the plane of one facet may cross onto a second facet that bends away. Rounding then puts the
-    rock just behind the second facet at the common edge, although the rock has never been in the ground.
+    A rock that flies in the plane of one facet may pass to a neighbouring facet that bends away. Rounding then puts the
+    rock just behind the neighbouring facet at the common edge, although the rock has never been in the ground.
     """
     p, v = position(arc, t), velocity(arc, t)
     since = math.inf

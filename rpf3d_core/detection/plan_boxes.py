@@ -1,20 +1,20 @@
-"""Boxes in plan, counted in parts of one cell and packed into four bytes: a bucket's boxes fit into one cache line.
+"""Boxes in plan, measured in parts of a cell and packed into four bytes: the boxes of a bucket fit into one cache line.
 
-The same function rounds the box of a facet and the box of a probe to parts, and never falls as a coordinate grows. So
-boxes that overlap in metres also overlap in parts, whatever the rounding; a few more boxes overlap in parts only.
+One function rounds the coordinates of all boxes to parts, and its result never decreases when a coordinate increases.
+So boxes that overlap in metres also overlap in parts, for any rounding; a few more boxes overlap only in parts.
 """
 
 from rpf3d_core.jit.dispatch import kernel
 
 PARTS = 128
-"""Parts of a cell, along x and along y: as many as a byte can count next to its guard bit."""
+"""Number of parts of a cell along each axis: the largest number that a byte can count in addition to its guard bit."""
 GUARDS = 0x80808080
 """The highest bit of each of four bytes."""
 
 
 @kernel
 def part_of(value: float, origin: float, per_cell: float, index: int) -> int:
-    """Return the part of cell `index` that a coordinate (m) lies in, or the nearest; per_cell : cells per metre."""
+    """Return the part of cell `index` nearest to a coordinate (m), along one axis; per_cell : cells per metre."""
     return int(min(max(((value - origin) * per_cell - index) * PARTS, 0.0), PARTS - 1.0))
 
 
@@ -26,14 +26,17 @@ def packed_box(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
 
 @kernel
 def packed_probe(low_x: int, high_x: int, low_y: int, high_y: int) -> int:
-    """Return a box to compare with packed boxes: the bytes that theirs must not exceed, each with its guard set."""
+    """Return the probe of a box: the largest bytes of packed boxes that overlap this box, each byte with its guard bit.
+
+    `overlap` compares a probe with a packed box.
+    """
     return GUARDS | high_x | (PARTS - 1 - low_x) << 8 | high_y << 16 | (PARTS - 1 - low_y) << 24
 
 
 @kernel
 def overlap(box: int, probe: int) -> bool:
-    """True if a packed box and a probe have a part in common: four comparisons of bytes in one subtraction.
+    """True if a packed box and the box of a probe overlap: one subtraction compares four pairs of bytes.
 
-    A byte of the box that exceeds the probe's byte borrows the guard bit.
+    A byte of the box that exceeds the probe's byte clears the guard bit.
     """
     return (probe - box) & GUARDS == GUARDS

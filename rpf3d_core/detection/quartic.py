@@ -1,9 +1,9 @@
-"""The fall of a quartic polynomial through zero: first its critical points, then brackets between them.
+"""Find the first time when a quartic polynomial falls through zero, without missing a root.
 
-The squared distance of a parabola from a line or a point is a quartic. The second derivative is a quadratic. Between
-the roots of the second derivative the first derivative is monotone, and between the roots of the first derivative the
-quartic is monotone. So every root has a bracket of its own, and no root is missed. The search uses only basic
-arithmetic and square roots, so every machine finds the same bits.
+The squared distance of a parabola from a line or a point is a quartic in time. The second derivative is a quadratic.
+Between the roots of the second derivative the first derivative is monotone, and between the roots of the first
+derivative the quartic is monotone. So every root has its own bracket, and the search misses no root. The search uses
+only basic arithmetic and square roots, so every machine finds the same bits.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import NamedTuple
 from rpf3d_core.jit.dispatch import kernel
 
 ROOT_STEPS = 120
-"""Largest number of steps within a bracket: bisection alone takes 64 in one scale, false position about ten."""
+"""Largest number of steps within a bracket; usually about ten are enough, and bisection alone takes 64."""
 
 
 class Quartic(NamedTuple):
@@ -39,9 +39,9 @@ def slope_of(q: Quartic) -> Quartic:
 
 @kernel
 def first_fall(q: Quartic, begin: float, end: float) -> float:
-    """Return the first t in (begin, end] by which q has fallen from above zero to at most zero; inf if it never does.
+    """Return the first t in (begin, end] where q falls from above zero to zero or below; inf if there is none.
 
-    begin, end : finite; a q that is zero at `begin` has not fallen there
+    begin, end : finite; if q is zero at `begin`, this is not a fall
     """
     slope = slope_of(q)
     one, other = _bends(slope_of(slope))
@@ -76,9 +76,9 @@ def _bends(q: Quartic) -> tuple[float, float]:
 
 @kernel
 def _sign_change(q: Quartic, low: float, high: float) -> float:
-    """Return where q changes its sign between low and high, by the Illinois method: the upper end of the last bracket.
+    """Return the t between low and high where q changes its sign: the upper end of the last bracket (Illinois method).
 
-    q has one sign at low, and the other sign or zero at high.
+    q has one sign at low, and the opposite sign or zero at high.
     """
     q_low, q_high = value_at(q, low), value_at(q, high)
     positive, kept = q_low > 0.0 or (q_low == 0.0 and q_high < 0.0), 0

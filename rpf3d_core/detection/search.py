@@ -1,8 +1,8 @@
-"""Search for the next contact of a rock: once as the facets are, again with wider ones, and for falls.
+"""Find the next contact of a rock: search once, search again with wider facets, and check for falls through the ground.
 
-A locator finds the first contact of an arc (`contact.py`). This module decides whether that answer stands. A rock that
-would leave the terrain, or come behind it, searches again with facets that are a crack wider; if it may have fallen
-through the ground, lines of sight decide (`fallen.py`).
+A locator finds the first contact of an arc (`contact.py`). This module decides whether this contact is final. If the
+rock would leave the terrain or meet the back of the ground, the search runs again with facets that are wider by a
+crack. If the rock may have fallen through the ground, lines of sight decide (`fallen.py`).
 """
 
 import math
@@ -16,14 +16,14 @@ from rpf3d_core.terrain.facet_geometry import NEAR
 from rpf3d_core.terrain.facets import CRACK, Facets
 
 LAST_LOOK = 1.0 + 2.0**-40
-"""Tolerance of the last search over a crack; larger than 1 only to distinguish the last search from the second."""
+"""Tolerance of the last search, in crack widths; above 1 only to distinguish the last search from the second search."""
 FALLEN = -2
-"""What stands for a facet where the rock has fallen through the ground."""
+"""Facet number that marks a contact as a fall through the ground."""
 
 
 @model_function
 def comes_behind(contact: object, left: PreviousContact) -> bool:
-    """True if a rock that was on one side of the ground meets the ground from the other side."""
+    """True if a rock meets the ground from the opposite side of the ground to its last contact."""
 
 
 @comes_behind.otherwise
@@ -34,69 +34,69 @@ def not_known_to(contact: object, left: PreviousContact) -> bool:
 
 @comes_behind.rule(Contact)
 def meets_the_other_side(contact: Contact, left: PreviousContact) -> bool:
-    """True if the sides differ: on ground without holes the rock has fallen through."""
+    """True if the side of the contact differs from the last side: without holes, the rock has fallen through."""
     return left.facet >= 0 and contact.side != left.side
 
 
 @model_function
 def notices_falls(locator: object) -> bool:
-    """Return whether a rock that leaves the terrain is looked at again, or may have fallen through it."""
+    """True if rocks that leave the terrain, or meet its back, are checked for a fall through the ground."""
 
 
 @notices_falls.otherwise
 def takes_them_as_they_are(locator: object) -> bool:
-    """Return False: fixed steps are there to show what falls through, and spheres have contacts of their own."""
+    """Return False: fixed-step methods exist to show falls, and spheres have a separate contact test."""
     return False
 
 
 @model_function
 def sight(contact: object) -> tuple[float, float]:
-    """How far along a line of sight it met a facet (share of the line; inf if it met none), and the facet's side."""
+    """Return the share of a line of sight (-) up to the facet that it met (inf for no facet), and the facet's side."""
 
 
 @sight.otherwise
 def sees_nothing(contact: object) -> tuple[float, float]:
-    """Nothing: no inquiry looks with it."""
+    """Return inf: the check for falls does not use contacts of this kind."""
     return math.inf, 1.0
 
 
 @sight.rule(Contact)
 def seen(contact: Contact) -> tuple[float, float]:
-    """When it met it, for a line of sight takes one second."""
+    """Return the contact's time as the share, because a line of sight takes one second, and the contact's side."""
     return (contact.t if contact.t <= 1.0 else math.inf), contact.side
 
 
 @model_function
 def fall_of(contact: object) -> Any:
-    """The contact that stands for a fall through the ground."""
+    """Return the contact that marks a fall through the ground."""
 
 
 @fall_of.otherwise
 def no_fall(contact: object) -> Any:
-    """The same: no inquiry has found one."""
+    """Return the contact unchanged: the check for falls does not use contacts of this kind."""
     return contact
 
 
 @fall_of.rule(Contact)
 def fall_of_point(contact: Contact) -> Contact:
-    """None, but marked."""
+    """Return no contact (time inf), with FALLEN in place of the facet."""
     return Contact(t=math.inf, facet=FALLEN, side=1.0, approach=0.0)
 
 
 @model_function
 def is_fall(contact: object) -> bool:
-    """Return whether a contact is one that `fall_of` gave."""
+    """True if a contact marks a fall through the ground, as made by `fall_of`."""
 
 
 @is_fall.otherwise
 def is_no_fall(contact: object) -> bool:
-    """Return False."""
+    """Return False: contacts of this kind never mark a fall."""
     return False
 
 
 @is_fall.rule(Contact)
 def is_marked(contact: Contact) -> bool:
-    """Return whether it is marked."""
+    """True if the contact has FALLEN in place of the facet."""
     return contact.facet == FALLEN
 
 
@@ -106,14 +106,14 @@ def contact_or_crack(
 ) -> Contact:
     """Return the earliest contact of an arc; without one, search again with slightly wider facets.
 
-    A gap that is wider than the tolerance may still be a crack and no hole. Examples: the sliver between an edge and a
-    vertex that lies on the edge but for rounding (a T-junction), or the few tolerances that a rock has drifted on its
-    way from facet to facet. The second search runs only for rocks that would leave the terrain or come behind the
-    ground, so all other rocks meet the facets at their true size. In the second search the rim of a facet is CRACK
-    tolerances wide.
+    A gap wider than the tolerance may still be a crack and not a hole. Examples: the thin gap between an edge and a
+    vertex that lies on the edge except for rounding (a T-junction), or the distance of a few tolerances that a rock has
+    drifted while it moved from facet to facet. The second search runs only for rocks that would leave the terrain or
+    meet the back of the ground, so all other rocks meet the facets at their true size. In the second search the rim of
+    a facet is CRACK tolerances wide.
 
-    A rock without a contact after that may have fallen through the ground (`fallen.py`). If it has, and was sliding, a
-    last search follows: the rock then meets any facet at its position that it moves into.
+    A rock that still has no contact may have fallen through the ground (`fallen.py`). If the rock has fallen and was
+    sliding, a last search follows. In this search the rock meets any facet at its position that it moves into.
 
     end : s, when the arc leaves the box around the terrain; longest : s, when the flight segment ends in mid-air
     """
@@ -162,12 +162,12 @@ def _with_tolerance(facets: Facets, tolerance: float) -> Facets:
 
 @kernel
 def flight_end(facets: Facets, arc: Arc, radius: float) -> float:
-    """Return when an arc has left the box around the terrain (s), sideways or downwards; later it can hit nothing.
+    """Return the time (s) when an arc leaves the box around the terrain, sideways or downwards; no contact is later.
 
     radius : m, by which the box is wider for a sphere; 0 for a lumped mass
 
-    Downwards the box is NEAR CRACK tolerances larger: a rock that starts, or comes over a facet, that far below the
-    facet's plane can still hit the facet.
+    Downwards the box is larger by NEAR x CRACK tolerances: a rock this far below the plane of a facet, at its start or
+    when it passes the facet's edge, can still hit the facet.
     """
     slack = facets.tolerance
     end = fall_time(arc.v[2], max(arc.x[2] - facets.low[2] + NEAR * CRACK * slack + radius, 0.0), arc.gravity)

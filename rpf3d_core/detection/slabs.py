@@ -1,12 +1,12 @@
-"""Slabs: for each cell a plane that all its facets lie below, for cells of several sizes.
+"""Slabs: for each cell, at several cell sizes, a plane above all facets of the cell.
 
-A slab is a plane of unit normal n, n_z >= 0, at the largest height h of the cell's facets along n, measured from the
+A slab is a plane with unit normal n, n_z >= 0, at the largest height h of the cell's facets along n, measured from the
 origin: n . p <= h for all points p of the facets. Along an arc n . x is concave, because gravity only bends the arc
 downwards. So an arc above the slab at both ends of a stretch is above the slab in between, and meets no facet of the
-cell there. A slab leans with the ground, so an arc that follows a steep face stays above most slabs.
+cell there. A slab is inclined like the ground, so an arc along a steep bench face stays above most slabs.
 
-Cells of level 0 are the buckets. A cell of each higher level covers 4 by 4 cells of the level below. Where no ground
-is near, a flight crosses one large cell instead of many small cells.
+Cells of level 0 are the buckets. A cell of a higher level covers 4 by 4 cells of the next lower level. Where no ground
+is near, the search for contacts skips one large cell instead of many small cells.
 """
 
 import math
@@ -23,7 +23,7 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot
 
 SHIFT = 2
-"""A cell is 2^SHIFT cells of the level below wide."""
+"""The width of a cell is 2^SHIFT cells of the next lower level."""
 LEVELS = 4
 """Number of cell sizes: the widest cells are 64 buckets wide."""
 
@@ -40,9 +40,9 @@ class Slabs(NamedTuple):
 
 
 class SlabTable(NamedTuple):
-    """The slabs as rows of a table, while they are computed.
+    """The slabs as rows of a table, used while the slabs are computed.
 
-    planes : (C, 4), first : (LEVELS,), as in `Slabs`; columns : of buckets
+    planes : (C, 4), first : (LEVELS,), as in `Slabs`; columns : number of columns of buckets
     """
 
     planes: Any
@@ -51,7 +51,7 @@ class SlabTable(NamedTuple):
 
 
 def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = one_by_one) -> Slabs:
-    """Return the slabs over the facets in the buckets of a grid."""
+    """Return the slabs of all cells of a grid, at all levels."""
     sizes = [width_of(grid.nx, level) * width_of(grid.ny, level) for level in range(LEVELS)]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     slabs = Slabs(memory("planes", 4 * int(first[-1]), np.float64), first[:-1])
@@ -68,7 +68,7 @@ def slabs_of(facets: Facets, grid: Grid, memory: Memory = fresh, share: Share = 
 
 
 def slab_table(slabs: Slabs, columns: int) -> SlabTable:
-    """Return the table of slabs over a number of columns of buckets; it shares their memory."""
+    """Return the slabs as a table that uses the same memory; columns : number of columns of buckets."""
     return SlabTable(planes=slabs.planes.reshape(-1, 4), first=slabs.first, columns=columns)
 
 
@@ -80,7 +80,7 @@ def width_of(count: int, level: int) -> int:
 
 @kernel
 def slab_row(table: SlabTable, level: int, i: int, j: int) -> int:
-    """Return the row in the table of the slab of a level's cell in column i and row j of that level."""
+    """Return the table row of the slab for the cell in column i and row j of a level."""
     row: int = table.first[level] + j * width_of(table.columns, level) + i
     return row
 
@@ -117,7 +117,7 @@ def clear_block(table: SlabTable, block: Block) -> None:
 def _sum_normals(corners: Any, normals: Any, slack: float, grid: Grid, band: Block, planes: Any) -> None:
     """Add up the normals of the facets in each bucket of a band of rows.
 
-    The loop goes facet by facet, so that it reads memory in order.
+    The loop runs over facets and not over buckets, to read memory in order.
     """
     for f in range(corners.shape[0]):
         cells = common(cells_under(corners, f, slack, grid), band)
@@ -141,9 +141,9 @@ def _lean(table: SlabTable, block: Block) -> None:
 
 @kernel
 def lean_upwards(table: SlabTable, block: Block) -> None:
-    """Add up the sums of a block's buckets over the levels, and scale all sums to length 1.
+    """Add the sums of a block's buckets to the cells of the higher levels, and scale all sums to length 1.
 
-    Where the normals cancel out, or their sum points downwards, the slab is level.
+    Where the normals cancel out, or their sum points downwards, the slab is horizontal.
     """
     planes = table.planes
     for j in range(block.bottom, block.top):
@@ -172,7 +172,7 @@ def _lean_one(planes: Any, row: int) -> None:
 
 @loop
 def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, table: SlabTable) -> None:
-    """Raise the slabs of all levels, over a band of rows of buckets, above the corners of their facets."""
+    """Raise the slabs of all levels in a band of rows of buckets, so that no facet corner lies above its slabs."""
     for f in range(corners.shape[0]):
         under = common(cells_under(corners, f, slack, grid), band)
         if under.bottom >= under.top:
@@ -186,7 +186,7 @@ def _raise_over_facets(corners: Any, slack: float, grid: Grid, band: Block, tabl
 
 @kernel
 def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
-    """Raise one slab above the corners of facet f."""
+    """Raise one slab so that no corner of facet f lies above the slab."""
     x, y, z, high = planes[row, 0], planes[row, 1], planes[row, 2], planes[row, 3]
     for c in range(3):
         high = max(high, x * corners[f, 3 * c] + y * corners[f, 3 * c + 1] + z * corners[f, 3 * c + 2])
@@ -195,9 +195,9 @@ def raise_over(corners: Any, f: int, planes: Any, row: int) -> None:
 
 @kernel
 def flies_over(slabs: Slabs, level: int, k: int, p: Vec, q: Vec, slack: float) -> bool:
-    """True if an arc from p to q (m) stays above the slab of a level's cell k by more than the slack (m).
+    """True if an arc from p to q (m) stays above the slab of cell k of a level by more than the slack (m).
 
-    The slack covers rounding of both heights and of the borders of cells.
+    The slack covers the rounding of both heights and of the borders of cells.
     """
     at = np.uintp(4 * (slabs.first[level] + k))  # unsigned: never an index from the end of the array
     n = slabs.planes[at], slabs.planes[at + np.uintp(1)], slabs.planes[at + np.uintp(2)]

@@ -1,16 +1,17 @@
 """Exact contact of a sphere with a facet: the narrow phase for spheres whose centre follows a parabola.
 
-A sphere touches a facet on its face, on an edge or on a corner. The distance from the plane is a quadratic in time.
-The squared distance from the line of an edge, or from a corner, is a quartic (`quartic.py`). The sphere touches the
-feature where the distance falls through R and the foot of the centre lies on the feature. The normal of the contact
-points from that foot to the centre. So small spheres feel roughness, and large spheres ride over it.
+A feature of a facet is its interior, an edge or a corner. The foot is the point of a feature's plane, line or corner
+that is closest to the centre of the sphere. The distance from the plane is a quadratic in time. The squared distance
+from the line of an edge, or from a corner, is a quartic (`quartic.py`). The sphere touches a feature when the distance
+falls through the radius R while the foot lies on the feature. The normal of the contact points from the foot to the
+centre. So roughness deflects small spheres, and large spheres roll over it.
 
-A feature within tolerance at the start, or overlapped by the sphere, is not treated as a root:
+If the sphere touches or overlaps a feature at the start, two rules replace the search for a root:
 
-- If the sphere approaches the feature, it hits the feature at once. So does a sphere that moves along the feature if
-  the acceleration presses the sphere on.
-- If the sphere recedes from the feature, that root is divided out: the sphere hits the feature when it returns to the
-  same distance.
+- If the sphere approaches the feature, it hits the feature at once. If the sphere moves along the feature, it hits the
+  feature at once when the acceleration presses it against the feature.
+- If the sphere moves away from the feature, the root at the start is divided out: the sphere hits the feature when it
+  returns to the same distance.
 
 The result depends neither on the facet that the sphere has left nor on the order in which facets are tested.
 """
@@ -31,7 +32,7 @@ from rpf3d_core.vectors import add, dot, norm, scale, subtract, without
 class Course(NamedTuple):
     """Motion of a sphere's centre from x (3,) m with velocity v (3,) m/s under a constant acceleration a (3,) m/s^2.
 
-    radius : of the sphere (m); gravity : m/s^2, the scale that separates accelerations from rounding
+    radius : of the sphere (m); gravity : m/s^2, the scale below which accelerations count as rounding
     """
 
     x: Vec
@@ -44,8 +45,8 @@ class Course(NamedTuple):
 class Touch(NamedTuple):
     """Contact of a sphere with a facet after t seconds (inf: none), with the speed `approach` (m/s) into the facet.
 
-    n : (3,) unit, from the point of contact to the centre; along : (3,) unit, of the touched edge, else zero
-    face : True if the sphere touches the face of the facet, False for an edge or a corner
+    n : (3,) unit, from the point of contact to the centre; along : (3,) unit, along the touched edge, else zero
+    face : True if the sphere touches the interior of the facet, False for an edge or a corner
     """
 
     t: float
@@ -58,10 +59,11 @@ class Touch(NamedTuple):
 
 NO_TOUCH = Touch(t=math.inf, facet=-1, approach=0.0, n=(0.0, 0.0, 1.0), along=ZERO, face=False)
 RIM = 2.0
-"""Tolerances by which edges and corners lie deeper than faces.
+"""Depth of edges and corners below the interior of facets, in tolerances.
 
-A sphere that rolls over a plane touches the edges in the plane under its foot. Edges near the foot are within
-tolerance as well: at s from the foot their distance is R + s^2 / 2R. No such edge counts until the sphere would sink.
+A sphere that rolls over a plane touches the edges in this plane under its foot. Edges near the foot are within
+tolerance as well: at a distance s from the foot, an edge is R + s^2 / 2R from the centre. With this depth, such an edge
+counts only if the sphere sinks into the plane.
 """
 ON_RIM = 0.75 * RIM
 """Tolerances below R at which an edge or a corner counts as touched; a quarter of RIM is left for rounding."""
@@ -71,13 +73,13 @@ POLISHED = 1e3
 
 @kernel
 def course_position(course: Course, t: float) -> Vec:
-    """Return the position of the centre after t seconds (m)."""
+    """Return the position of the sphere's centre after t seconds (m)."""
     return add(course.x, scale(t, add(course.v, scale(0.5 * t, course.a))))
 
 
 @kernel
 def course_velocity(course: Course, t: float) -> Vec:
-    """Return the velocity of the centre after t seconds (m/s)."""
+    """Return the velocity of the sphere's centre after t seconds (m/s)."""
     return add(course.v, scale(t, course.a))
 
 
@@ -85,8 +87,9 @@ def course_velocity(course: Course, t: float) -> Vec:
 def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: float, best: Touch) -> Touch:
     """Return the earlier of `best` and the first contact of a course with facet f.
 
-    end : s, finite, of the whole course: roots are searched up to there, so that they have the same bits whatever was
-        tested before; before : s, contacts later than this are not needed
+    end : s, finite, end of the whole course; roots are searched up to this time, so their bits do not depend on the
+        facets tested before
+    before : s, contacts later than this are not needed
     """
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -99,7 +102,7 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
     reach = course.radius + NEAR * facets.tolerance + 0.125 * abs(a) * until * until
     if min(begin, stop) > reach:
         return best
-    for turned in (side, -side):  # beyond the plane, outside the facet, the sphere may come down on either side
+    for turned in (side, -side):  # a sphere that passes the plane outside the facet may hit either side of the facet
         best = _earlier_on_face(facets, f, course, scale(turned, n), turned * c, best)
     for k in range(6):
         best = _earlier_on_rim(facets, f, k, course, end, before, best)
@@ -108,7 +111,10 @@ def earlier_touch(facets: Facets, f: int, course: Course, end: float, before: fl
 
 @kernel
 def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, best: Touch) -> Touch:
-    """Return the earlier of `best` and the contact with the face; the centre starts c (m) above it, along n."""
+    """Return the earlier of `best` and the contact with the interior of facet f.
+
+    n : normal of the facet towards the tested side; c : m, height of the centre above the facet's plane at the start
+    """
     b, a, gap = dot(n, course.v), dot(n, course.a), c - course.radius
     near = NEAR * facets.tolerance
     if c >= 0.0 and gap <= near and contains(facets, f, course.x, False, facets.tolerance):
@@ -126,7 +132,7 @@ def _earlier_on_face(facets: Facets, f: int, course: Course, n: Vec, c: float, b
 
 @kernel
 def _time_from_touch(b: float, a: float, course: Course) -> float:
-    """Return when a sphere that touches a plane meets the plane: at once, when the sphere returns, or never (inf).
+    """Return the time when a sphere that touches a plane hits the plane: 0 for at once, a return time, or inf.
 
     b, a : speed (m/s) and acceleration (m/s^2) of the sphere away from the plane
     """
@@ -140,11 +146,11 @@ def _time_from_touch(b: float, a: float, course: Course) -> float:
 
 @kernel
 def stays_on(facets: Facets, f: int, p: Vec, v: Vec, a: Vec) -> bool:
-    """True if a foot at p (m) on the face of f does not leave the face across an edge.
+    """True if the sphere's foot at p (m) in facet f does not leave the facet across an edge.
 
     v, a : velocity (m/s) and acceleration (m/s^2) of the foot
 
-    On the rim of a face the sphere may touch only the edge, and go around the edge or fly off.
+    At the rim of a facet, the sphere may touch only the edge, and roll around the edge or fly off.
     """
     n, slack = stored_normal(facets, f), facets.tolerance
     speed, pull = GRAZING * norm(without(v, n)), GRAZING * norm(without(a, n))
@@ -198,10 +204,10 @@ def _earlier_on_rim(facets: Facets, f: int, k: int, course: Course, end: float, 
 
 @kernel
 def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Quartic, until: float) -> float:
-    """Return when a sphere that touches an edge or a corner meets it: at once, when the sphere returns, or never (inf).
+    """Return the time when a sphere that touches an edge or a corner hits it: 0 for at once, a return time, or inf.
 
     p, v, a : offset of the centre from the line or corner (m) and its derivatives (m/s, m/s^2); distance : |p| (m)
-    q : squared distance minus squared radius over time; until : s, end of the search
+    q : squared distance minus squared radius, as a polynomial of time; until : s, end of the search
     """
     speed2, pull = dot(course.v, course.v), course.gravity
     rate = dot(p, v) / distance
@@ -220,9 +226,11 @@ def _time_from_rim(course: Course, p: Vec, v: Vec, a: Vec, distance: float, q: Q
 def _time_on_rim(
     facets: Facets, course: Course, at: Vec, along: Vec, length: float, q: Quartic, until: float
 ) -> float:  # fmt: skip
-    """Return when a sphere first touches an edge or a corner: at the first of two falls of q on it; inf if never.
+    """Return the time when a sphere first touches an edge or a corner; inf for never.
 
-    at : corner, or first end of the edge (m); along : (3,) unit, of the edge, else zero; length : of the edge (m)
+    q falls through zero at most twice. The first fall counts at which the foot lies on the edge.
+
+    at : corner, or first end of the edge (m); along : (3,) unit, along the edge, else zero; length : of the edge (m)
     """
     begin = 0.0
     for _ in range(2):
@@ -239,7 +247,7 @@ def _time_on_rim(
 
 @kernel
 def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> float:
-    """Return the time of a contact after a Newton step from positions: a large polynomial has lost digits."""
+    """Return a more exact time of a contact, by a Newton step with positions: a polynomial loses digits by rounding."""
     gap, v = without(subtract(course_position(course, t), at), along), course_velocity(course, t)
     distance = norm(gap)
     rate = dot(gap, v) / distance if distance > 0.0 else 0.0
@@ -252,7 +260,7 @@ def _polished(facets: Facets, course: Course, at: Vec, along: Vec, t: float) -> 
 
 @kernel
 def _sooner(best: Touch, other: Touch) -> Touch:
-    """Return the earlier of two contacts; ties go to the more head-on contact, then by normal, then by facet number."""
+    """Return the earlier of two contacts; in a tie `approach` decides, then the normal, then the facet number."""
     if other.t != best.t:
         return other if other.t < best.t else best
     if other.approach != best.approach:

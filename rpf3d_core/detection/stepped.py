@@ -1,8 +1,8 @@
-"""Contacts found in fixed time steps, as in the thesis and in most programs: a third method, for comparison.
+"""Find contacts in fixed time steps, as in the thesis and in most programs: a third method, for comparison.
 
 Only the search for contacts differs. Rebound, materials, the end of bouncing and outcomes are the same as in every
 other run. At each step the rock is on the exact parabola, so all errors of the result come from the search for
-contacts. The rock may tunnel through the ground, bounce in the air above the ground, or bounce off a neighbouring
+contacts. The rock may pass through the ground, bounce in the air above the ground, or bounce off a neighbouring
 facet: the method exists to show these errors.
 """
 
@@ -18,9 +18,9 @@ from rpf3d_core.terrain.facets import Facets
 from rpf3d_core.vectors import dot
 
 LOOK = 2.0
-"""Distance beyond the threshold within which facets are searched, over the size of a facet (-).
+"""Search radius for facets minus the contact threshold, over the size of a facet (-).
 
-Where no facet is that close, steps are skipped.
+If no facet is within the search radius, steps are skipped.
 """
 
 
@@ -29,9 +29,9 @@ class Stepped(NamedTuple):
 
     locator : rule of `closest_facet`; dt : s; threshold : m, the distance below which the rock is in contact
     look : m, the radius within which facets are searched
-    every_step : True to test each step, as the thesis does; False to test only steps that could be a contact. A rock
-        further off than the threshold stays so while its path is shorter than the difference. The result is the same to
-        the last bit; only the time to compute it differs.
+    every_step : True to test each step, as the thesis does; False to test only steps that could be a contact: a rock
+        cannot reach the threshold until its path is as long as its distance minus the threshold. The result is the
+        same to the last bit; only the computing time differs.
     """
 
     locator: Any
@@ -61,8 +61,8 @@ def stepped(
 def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Contact:
     """Return the contact at the first step where the closest facet is within the threshold and the rock moves into it.
 
-    The normal towards the free side decides whether the rock moves into the facet, wherever the rock is. So a rock that
-    has stepped through the facet by less than the threshold is turned back.
+    The normal towards the free side decides whether the rock moves into the facet, on both sides of the facet. So a
+    rock that has passed through the facet by less than the threshold bounces back to the free side.
     """
     step = 1.0
     while step * method.dt < end:
@@ -80,6 +80,9 @@ def first_contact_at_steps(method: Stepped, facets: Facets, arc: Arc, left: Prev
 
 @kernel
 def _next_possible(method: Stepped, arc: Arc, t: float, distance: float) -> float:
-    """Return the first step at which a rock `distance` (m) off all facets at time t may be within the threshold."""
+    """Return the first step at which a rock may be within the threshold.
+
+    distance : m, lower bound of the distance from the rock to all facets at time t
+    """
     clear = distance - method.threshold
     return math.floor(time_over(arc, t, clear) / method.dt) if clear > 0.0 else 0.0

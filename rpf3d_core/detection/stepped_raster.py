@@ -1,7 +1,8 @@
-"""Contacts on a raster of heights, found in fixed time steps, as in most fast programs.
+"""Find contacts on a raster of heights in fixed time steps, as in most fast programs.
 
-The contact is at the first step at which the rock is below the ground of its cell, wherever the rock passed through the
-ground. A raster has no vertical faces and no overhangs. As in `stepped`, only the search for contacts is different.
+The contact is at the first step at which the rock is below the ground of its cell; the place where the rock passed
+through the ground is not computed. A raster has no vertical faces and no overhangs. As in `stepped`, only the search
+for contacts is different.
 """
 
 import math
@@ -20,7 +21,8 @@ class SteppedRaster(NamedTuple):
     """A fixed-step method over squares of two facets each.
 
     x, y : m, corner of the first square; cell : m, side of a square; nx, ny : squares eastwards and northwards
-    facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet is the next
+    facet : (nx ny,) first facet of each square, south-east of its diagonal, -1 for a hole; the second facet of the
+        square has the next number
     dt : s
     """
 
@@ -53,7 +55,7 @@ def first_contact_below_cells(
 
 @kernel
 def facet_over(method: SteppedRaster, x: float, y: float) -> int:
-    """Return the facet that a point in plan (m) lies over; -1 outside the raster or over a hole."""
+    """Return the facet below a point in plan (m); -1 outside the raster or over a hole."""
     u, v = (x - method.x) / method.cell, (y - method.y) / method.cell
     if not (0.0 <= u < method.nx and 0.0 <= v < method.ny):
         return -1

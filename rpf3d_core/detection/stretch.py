@@ -1,7 +1,7 @@
-"""A stretch of an arc over one bucket, and cheap tests that rule out facets ahead of the exact test.
+"""The stretch of an arc over one bucket, and fast tests that exclude facets before the exact contact test.
 
-Contacts before and after the stretch belong to other buckets and do not count. A facet is ruled out only if it is out
-of reach by REACH tolerances, which is far more than rounding and the slack of a contact.
+Contacts before and after the stretch belong to other buckets and do not count. A facet is excluded only if the stretch
+misses it by REACH tolerances, which is far more than rounding and the slack of a contact.
 """
 
 from typing import NamedTuple
@@ -16,13 +16,13 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
 SLOWEST = 1e-100
-"""Speed in plan (m/s) below which an arc counts as vertical: inverses and products of less might not fit a float."""
+"""Speed in plan (m/s) below which an arc counts as vertical: with lower speeds, floats could overflow or underflow."""
 
 
 class Stretch(NamedTuple):
     """Part of an arc between two times: from p to q (m), at most `bend` (m) above its chord.
 
-    v : (3,) m/s at the start of the arc; gives the direction in plan without the rounding of a short q - p
+    v : (3,) m/s at the start of the arc; its direction in plan is more exact than the direction of a short q - p
     probe : box of the stretch in plan, to compare with the boxes of a bucket's facets (`plan_boxes.overlap`)
     """
 
@@ -52,14 +52,17 @@ def probe_of(grid: Grid, i: int, j: int, p: Vec, q: Vec) -> int:
 
 @kernel
 def out_of_reach(facets: Facets, f: int, stretch: Stretch) -> bool:
-    """True if a stretch cannot touch facet f: it passes outside f in plan, or stays on one side of the plane of f."""
+    """True if a stretch cannot touch facet f, because all of facet f lies on one side of the stretch.
+
+    Either facet f lies beside the stretch in plan, or the stretch stays on one side of the plane of facet f.
+    """
     slack = REACH * facets.tolerance
     return _beside(facets, f, stretch, slack) or _on_one_side(facets, f, stretch, slack)
 
 
 @kernel
 def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """True if all corners of f lie on one side of the stretch's line in plan, by more than the slack (m)."""
+    """True if all corners of facet f lie on one side of the stretch's line in plan, by more than the slack (m)."""
     p, v = stretch.p, stretch.v
     a = _left_of(v, p, corner(facets, f, 0))
     b = _left_of(v, p, corner(facets, f, 1))
@@ -70,13 +73,13 @@ def _beside(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
 
 @kernel
 def _left_of(v: Vec, p: Vec, corner: Vec) -> float:
-    """Return how far a corner lies left of the line through p along v in plan, times the speed in plan (m^2/s)."""
+    """Return the distance of a corner to the left of the line through p along v in plan, times the speed (m^2/s)."""
     return v[0] * (corner[1] - p[1]) - v[1] * (corner[0] - p[0])
 
 
 @kernel
 def _on_one_side(facets: Facets, f: int, stretch: Stretch, slack: float) -> bool:
-    """True if the stretch stays on one side of the plane of f: both ends do, and the bend does not reach the plane."""
+    """True if the stretch, with both ends and its bend, stays on one side of the plane of facet f, by the slack (m)."""
     n, origin = stored_normal(facets, f), corner(facets, f, 0)
     begin, end = dot(n, subtract(stretch.p, origin)), dot(n, subtract(stretch.q, origin))
     bend = n[2] * stretch.bend

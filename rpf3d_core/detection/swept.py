@@ -1,4 +1,4 @@
-"""Contacts of a flying sphere: a locator for points with the sphere's radius, which widens the boxes along the arc."""
+"""Find the contacts of a flying sphere, with a locator for lumped masses and search boxes widened by the radius."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,13 +19,13 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import norm
 
 WIDEST = 2.0
-"""Length of a stretch over the width of a cell (-) up to which slabs are tested on that cell's level."""
+"""Largest length of a stretch over the width of a level's cells (-) for which the slabs of this level are tested."""
 
 
 class SweptStretch(NamedTuple):
-    """A stretch of a course: times `begin` and `leave` (s), and `length` (m), the most that the centre moves.
+    """A stretch of a course: its times `begin` and `leave` (s), and the largest path of the centre, `length` (m).
 
-    low, high : corners (3,) m of the box around all that the sphere sweeps
+    low, high : corners (3,) m of the box around the volume that the sphere passes through
     """
 
     begin: float
@@ -36,7 +36,7 @@ class SweptStretch(NamedTuple):
 
 
 class Swept(NamedTuple):
-    """A locator for a sphere: a locator for points, and the radius of the sphere (m)."""
+    """A locator for a sphere: a locator for lumped masses, and the radius of the sphere (m)."""
 
     locator: Any
     radius: float
@@ -50,7 +50,7 @@ def swept_radius(locator: Swept) -> float:
 
 @plain_locator.rule(Swept)
 def swept_locator(locator: Swept) -> Any:
-    """Return the locator for points, without the sphere."""
+    """Return the locator for lumped masses that the sphere's locator uses."""
     return locator.locator
 
 
@@ -61,7 +61,7 @@ def swept_contact(locator: object, facets: Facets, course: Course, end: float) -
 
 @first_contact.rule(Swept)
 def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact, end: float) -> Touch:
-    """Return the first contact of a sphere; the position shows which facets the sphere has left (`sphere_contact`)."""
+    """Return the first contact of a sphere; the previous contact is not used (`sphere_contact`)."""
     down = (0.0, 0.0, -arc.gravity)
     course = Course(x=arc.x, v=arc.v, a=down, radius=locator.radius, gravity=arc.gravity)
     return swept_contact(locator.locator, facets, course, end)  # type: ignore[no-any-return]
@@ -69,7 +69,7 @@ def first_touch(locator: Swept, facets: Facets, arc: Arc, left: PreviousContact,
 
 @kernel
 def stretch_end(course: Course, begin: float, length: float, end: float) -> float:
-    """Return a time (s) by which the centre has moved at most `length` (m) since `begin`; no later than `end`."""
+    """Return a time (s), at most `end`, up to which the centre moves at most `length` (m) from its place at `begin`."""
     speed, pull = norm(course_velocity(course, begin)), norm(course.a)
     pace = speed + math.sqrt(speed * speed + 2.0 * pull * length)
     leave = begin + 2.0 * length / pace if pace > 0.0 else end
@@ -78,7 +78,10 @@ def stretch_end(course: Course, begin: float, length: float, end: float) -> floa
 
 @kernel
 def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec, Vec]:
-    """Return the corners (3,) m of a box around all that the sphere sweeps between two times, widened by the slack."""
+    """Return the low and high corner (3,) m of a box around the sphere's path between two times (s).
+
+    The box includes the radius of the sphere, and is widened by the slack (m).
+    """
     p, q, lasts = course_position(course, begin), course_position(course, end), end - begin
     a, wide = course.a, course.radius + slack
     sag = (0.125 * lasts * lasts * abs(a[0]), 0.125 * lasts * lasts * abs(a[1]), 0.125 * lasts * lasts * abs(a[2]))
@@ -93,7 +96,7 @@ def box_of(course: Course, begin: float, end: float, slack: float) -> tuple[Vec,
 
 @swept_contact.rule(BucketLocator)
 def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, end: float) -> Touch:
-    """Return the first contact, stretch by stretch; stretches double while the sphere flies over the slabs below."""
+    """Return the first contact, searched stretch by stretch; stretches double while the sphere is above all slabs."""
     base = max(locator.cell, course.radius)
     best, begin, length, slack = NO_TOUCH, 0.0, base, REACH * facets.tolerance
     while True:
@@ -114,7 +117,7 @@ def swept_over_buckets(locator: BucketLocator, facets: Facets, course: Course, e
 
 @kernel
 def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, slack: float) -> bool:
-    """True if the sphere flies over the slabs of all cells below a stretch, by more than the slack (m)."""
+    """True if the sphere stays above the slabs of all cells under a stretch by more than the slack (m)."""
     level, width = 0, locator.cell
     while level < LEVELS - 1 and width * WIDEST < stretch.length:
         level, width = level + 1, width * (1 << SHIFT)
@@ -131,7 +134,7 @@ def _sweeps_over(locator: BucketLocator, course: Course, stretch: SweptStretch, 
 
 @scan.rule(BucketLocator)
 def scan_buckets(locator: BucketLocator, facets: Facets, low: Vec, high: Vec, quest: Any, best: Touch) -> Touch:
-    """Test the facets of all buckets under the box, each facet in the first bucket that it shares with the box."""
+    """Return the best answer among the facets in the box; each facet is tested only in its first bucket there."""
     cells = cells_between(grid_of(locator), low[0], low[1], high[0], high[1])
     for j in range(cells.bottom, cells.top):
         for i in range(cells.left, cells.right):
@@ -155,7 +158,7 @@ def _reaches_into(facets: Facets, f: int, low: Vec, high: Vec) -> bool:
 
 @kernel
 def _first_shared(locator: BucketLocator, facets: Facets, f: int, cells: Block, i: int, j: int) -> bool:
-    """True if the cell in column i and row j is the first cell that the box of facet f shares with a block."""
+    """True if the cell in column i and row j is the first cell of a block that the box of facet f touches."""
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     column = cell_index(min(a[0], b[0], c[0]), locator.x, locator.cell, locator.nx)
     row = cell_index(min(a[1], b[1], c[1]), locator.y, locator.cell, locator.ny)

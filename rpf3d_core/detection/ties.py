@@ -1,6 +1,6 @@
-"""Tie-breaking among facets that an arc meets at the same instant.
+"""Select one facet if an arc meets several facets at the same time.
 
-Speeds, normals and positions decide, so the order of the facets in the file does not.
+Speeds, normals and positions decide, so that the result does not depend on the order of the facets in the file.
 """
 
 from rpf3d_core.arc import Arc, gravity_along, position, velocity
@@ -13,10 +13,11 @@ from rpf3d_core.vectors import cross, dot, subtract, without
 
 @kernel
 def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float, other: float) -> bool:
-    """True if, of facets f and g, both met after t seconds of an arc, facet f takes the contact.
+    """True if the contact belongs to facet f and not to facet g, when an arc meets both facets after t seconds.
 
-    The facet that is met more head-on wins (approach for f, other for g: m/s), then the larger components of the
-    normal, then `_lies_first`.
+    The facet with the larger speed into the facet wins, then the larger components of the normal, then `_lies_first`.
+
+    approach, other : m/s, speeds into facet f and into facet g
     """
     if approach != other:
         return approach > other
@@ -29,10 +30,11 @@ def wins_tie(facets: Facets, f: int, g: int, arc: Arc, t: float, approach: float
 
 @kernel
 def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> bool:
-    """True if, of two facets in one plane, f lies further left of the rock's motion, or further ahead; else by number.
+    """True if facet f takes precedence over facet g, for two facets in one plane with normal n.
 
-    A comparison along the rock's motion does not depend on the axes either. A rock that moves straight into the plane
-    has no motion along the plane, and gets none. Only then does the reported facet depend on the order in the file.
+    The facet further to the left of the rock's motion takes precedence, then the facet further ahead, then the smaller
+    number. A comparison along the rock's motion does not depend on the coordinate axes. A rock that moves straight into
+    the plane has no motion along the plane. Only then does the reported facet depend on the order in the file.
     """
     p, v = position(arc, t), velocity(arc, t)
     way = without(v, n) if v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0 else gravity_along(n, arc.gravity)
@@ -46,7 +48,7 @@ def _lies_first(facets: Facets, f: int, g: int, arc: Arc, t: float, n: Vec) -> b
 
 @kernel
 def _reach(facets: Facets, f: int, p: Vec, axis: Vec) -> Vec:
-    """Return how far the corners of facet f lie from p (m) along an axis times its length, furthest first."""
+    """Return the offsets of the corners of facet f from p (m) along an axis, largest first, times the axis length."""
     a, b, c = (dot(subtract(corner(facets, f, 0), p), axis), dot(subtract(corner(facets, f, 1), p), axis),
                dot(subtract(corner(facets, f, 2), p), axis))  # fmt: skip
     return max(a, b, c), max(min(a, b), min(max(a, b), c)), min(a, b, c)

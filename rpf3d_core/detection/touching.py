@@ -1,4 +1,4 @@
-"""Searches among the facets around a sphere: first contact, contact most against a vector, nearest feature."""
+"""Searches among the facets around a sphere: first contact, contact most opposed to a vector, nearest feature."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from rpf3d_core.vectors import dot, norm, scale, subtract, without
 
 
 class Sweep(NamedTuple):
-    """Search for the first contact of a course, which ends after `end` (s), within its first `before` seconds."""
+    """Search for the first contact of a course within its first `before` seconds; the course ends after `end` (s)."""
 
     course: Course
     end: float
@@ -22,12 +22,13 @@ class Sweep(NamedTuple):
 
 
 class Against(NamedTuple):
-    """Search for the contact of a sphere with centre x (3,) m that stands most against a vector `way` (3,).
+    """Search for the contact of a sphere whose normal is most opposed to a vector `way` (3,).
 
-    v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
-    radius : of the sphere (m); noise : rounding of the way, in its unit
+    x : (3,) m, centre of the sphere; v, down : (3,) m/s and m/s^2, velocity and acceleration of the sphere
+    radius : of the sphere (m); noise : rounding of `way`, in the unit of `way`
 
-    Contacts that the sphere moves away from do not count. A face counts only if the sphere stays on the face.
+    A contact does not count if the sphere moves away from it. The interior of a facet counts only if the sphere stays
+    on the facet.
     """
 
     x: Vec
@@ -46,7 +47,7 @@ class Nearest(NamedTuple):
 
 @model_function
 def looked_at(quest: object, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the better answer to a search, of `best` and facet f; the order of the facets does not matter."""
+    """Return the better answer to a search: `best`, or the answer for facet f; the order of facets does not matter."""
 
 
 @model_function
@@ -56,15 +57,15 @@ def scan(locator: object, facets: Facets, low: Vec, high: Vec, quest: object, be
 
 @looked_at.rule(Sweep)
 def swept(quest: Sweep, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the earlier contact, of `best` and the first contact with facet f."""
+    """Return the earlier contact: `best` or the first contact with facet f."""
     return earlier_touch(facets, f, quest.course, quest.end, quest.before, best)
 
 
 @looked_at.rule(Nearest)
 def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the nearer feature, of `best` and facet f.
+    """Return the nearer feature: `best` or the nearest feature of facet f.
 
-    If x lies on f, the direction from f to x is the normal of f turned upwards.
+    If x lies on facet f, the direction from facet f to x is the upward normal of facet f.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -79,10 +80,11 @@ def nearest(quest: Nearest, facets: Facets, f: int, best: Touch) -> Touch:
 
 @looked_at.rule(Against)
 def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
-    """Return the contact that stands more against the way; `Touch.t` is the way along its normal, below zero.
+    """Return the contact whose normal is more opposed to `way`: `best` or the contact with facet f.
 
-    A face that the sphere stands on takes precedence over an edge that stands against the way as much. The margin is
-    the angle at which an edge within tolerance of the sphere may appear.
+    `Touch.t` is the component of `way` along the normal of the contact, below zero. The interior of a facet takes
+    precedence over an edge with the same component. The margin is the largest angle between the normals of the
+    interior and of an edge within tolerance of the sphere.
     """
     n = stored_normal(facets, f)
     if n[0] == 0.0 and n[1] == 0.0 and n[2] == 0.0:
@@ -111,7 +113,7 @@ def against(quest: Against, facets: Facets, f: int, best: Touch) -> Touch:
 
 @kernel
 def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: float) -> bool:
-    """True if a sphere that moves straight along its way passes an edge or corner that is only near to it (`RIM`)."""
+    """True if a sphere that moves straight along `way` passes near an edge or a corner without contact (`RIM`)."""
     way = without(quest.way, along)
     toward, clear = dot(m, way) * distance, quest.radius - ON_RIM * tolerance
     return (distance * distance - clear * clear) * dot(way, way) > toward * toward
@@ -119,14 +121,14 @@ def _passes(quest: Against, tolerance: float, m: Vec, along: Vec, distance: floa
 
 @kernel
 def _on_face(quest: Against, facets: Facets, f: int, p: Vec) -> bool:
-    """True if p (m) lies on the face of f, and the sphere neither moves nor rolls off the face across an edge."""
+    """True if p (m) lies in the interior of facet f, and the sphere does not leave the facet across an edge."""
     off = without(subtract(quest.x, p), stored_normal(facets, f))
     return norm(off) <= 2.0 * facets.tolerance and stays_on(facets, f, p, quest.v, quest.down)
 
 
 @kernel
 def _rim_of(facets: Facets, f: int, p: Vec) -> Vec:
-    """Return the direction (3,) unit of the edge of f that p (m) lies on; zero at a corner."""
+    """Return the direction (3,) unit of the edge of facet f on which p (m) lies; zero at a corner."""
     for k in range(3):
         begin = corner(facets, f, k)
         if norm(subtract(p, begin)) <= facets.tolerance:

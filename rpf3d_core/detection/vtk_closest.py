@@ -1,4 +1,4 @@
-"""The facet closest to a point by VTK's own search, as in the thesis (section 3.4)."""
+"""Find the facet closest to a point with VTK's own search, as in the thesis (section 3.4)."""
 
 from typing import Any
 

@@ -1,7 +1,7 @@
 """Locator of the reference engine: VTK's static cell locator finds the facets in boxes along the arc.
 
 This is the broad phase. vtkStaticCellLocator returns a superset of the cells within a box, quickly on meshes of
-millions of triangles. Both engines share the narrow phase (`contact.py`). The thesis uses VTK too (section 3.4).
+millions of triangles. Both engines share the narrow phase (`narrow_phase.py`). The thesis uses VTK too (section 3.4).
 """
 
 import math
@@ -19,13 +19,13 @@ from rpf3d_core.terrain.facet_geometry import REACH
 from rpf3d_core.terrain.facets import Facets
 
 FIRST_BOX = 2.0
-"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the box before it."""
+"""Length of the first box along an arc, in median facet sizes; each box is twice as long as the previous box."""
 CELLS_PER_BUCKET = 1
 """Facets per bucket of VTK. VTK returns whole buckets: its default of 10 gives four times as many facets to test."""
 LONGEST_BOX = 16.0
 """Length of the longest box along an arc, in median facet sizes."""
 MOST_SIZES = 1e5
-"""Largest diagonal of a terrain in facet sizes: the size is at least diagonal / MOST_SIZES, so that boxes stay few."""
+"""Largest diagonal of a terrain in facet sizes: the size is at least diagonal / MOST_SIZES, to limit the boxes."""
 SAMPLE = 100_000
 """Least number of facets in the sample that gives the usual facet size."""
 
@@ -45,7 +45,7 @@ class VtkLocator:
 
 
 def _median_size(points: np.ndarray) -> float:
-    """Return the side (m) of a square as large as two facets of the median area, from corners `points` (3 F, 3) m."""
+    """Return the side (m) of a square with the area of two median facets, from corners `points` (3 F, 3) m."""
     a, b, c = points.reshape(-1, 3, 3)[:: max(len(points) // (3 * SAMPLE), 1)].transpose(1, 0, 2)
     return float(np.sqrt(np.median(np.linalg.norm(np.cross(b - a, c - a), axis=1))))
 
@@ -76,7 +76,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
     best, begin, length = NO_CONTACT, 0.0, FIRST_BOX
     while True:
         leave = min(time_over(arc, begin, length * locator.size), end)
-        if not leave > begin:  # NaN, or a step that rounding swallows
+        if not leave > begin:  # NaN, or a step that is zero after rounding
             leave = end
         locator.locator.FindCellsWithinBounds(_box(arc, begin, leave, REACH * facets.tolerance), locator.found)
         for k in range(locator.found.GetNumberOfIds()):
@@ -88,7 +88,7 @@ def first_contact_in_boxes(locator: VtkLocator, facets: Facets, arc: Arc, left: 
 
 @notices_falls.rule(VtkLocator)
 def notices_them(locator: VtkLocator) -> bool:
-    """Return True."""
+    """Return True: the contacts of this locator are checked for falls."""
     return True
 
 

@@ -1,9 +1,9 @@
-"""Berms: ridges along lines, raised over the ground. Facets are cut where a ridge begins and where its slope changes.
+"""Add berms to a terrain: ridges along lines. Facets are cut where a ridge begins and where its slope changes.
 
-A berm adds to the height of the ground below it: nothing outside its foot, its full height on its crest, and a linearly
-increasing height in between. The berm therefore follows the ground, a surface that was one sheet stays one sheet, and
-no rock can get between berm and ground, because there is no ground below the berm. Facets are cut in space by vertical
-planes, as in `clipping`.
+A berm raises the ground: by nothing outside its foot, by its full height on its crest, and by a linearly increasing
+height in between. The berm therefore follows the ground, and a terrain of one sheet stays one sheet. The raised facets
+replace the ground, so no rock can move between berm and ground. Facets are cut in space by vertical planes, as in
+`clipping`.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ Polygon = list[FloatArray]
 ON_LINE = 1e-9
 """Distance (m) from a line within which a corner lies on the line."""
 SLACK = 1e-6
-"""Distance (m) within which places become one."""
+"""Distance (m) within which two places become one place."""
 
 
 def raised(terrain: Terrain, ridge: Ridge, zone: str) -> Terrain:
@@ -57,7 +57,7 @@ def _as_vertices(
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return the vertices (V, 3) of a terrain extended by new places, and the vertex (P,) of each place.
 
-    old : (N,) vertices that lie on places, and are moved onto them; place : (N,) the place of each
+    old : (N,) vertices that are moved to their place; place : (N,) the place of each of these vertices
     """
     number = np.full(len(places), -1, dtype=np.int64)
     number[place[::-1]] = old[::-1]
@@ -72,7 +72,7 @@ def _as_vertices(
 def _touched(terrain: Terrain, ridge: Ridge) -> NDArray[np.int64]:
     """Return the facets (N,) that may overlap the ridge in plan.
 
-    A facet is left out if one side of a polygon of the ridge, or of its box, separates it from that polygon.
+    A facet cannot overlap a polygon of the ridge if a side of the polygon, or of the polygon's box, separates both.
     """
     plan = terrain.vertices[:, :2]
     touched = np.zeros(len(terrain.triangles), dtype=bool)
@@ -105,7 +105,7 @@ def _parts(corners: FloatArray, ridge: Ridge) -> list[Polygon]:
 
 
 def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon]]:
-    """Return the part of a polygon inside a convex polygon of the plan (empty for none), and the parts outside."""
+    """Return the part of a polygon inside a convex polygon in plan (empty for none), and the parts outside."""
     within, beyond = polygon, []
     for k in range(len(piece)):
         within, right = _halves(within, piece[k], piece[(k + 1) % len(piece)])
@@ -116,10 +116,10 @@ def _cut_out(polygon: Polygon, piece: FloatArray) -> tuple[Polygon, list[Polygon
 
 
 def _halves(polygon: Polygon, begin: FloatArray, end: FloatArray) -> tuple[Polygon, Polygon]:
-    """Return the parts of a convex polygon to the left and right of a line in plan; a part that only touches is empty.
+    """Return the parts of a convex polygon to the left and right of a line in plan.
 
-    The place where an edge is cut does not depend on the direction of the edge: both facets at the edge get the same
-    place.
+    A part that only touches the line is empty. The point where the line cuts an edge does not depend on the direction
+    of the edge, so both facets at the edge get the same point.
     """
     points = np.array(polygon)
     off = left_of(points[:, :2], begin, end - begin)
@@ -151,7 +151,7 @@ def _beside(terrain: Terrain, cut: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _without_repeats(ring: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return a ring of places without places that repeat the previous one."""
+    """Return a ring of places without places that are equal to the previous place."""
     return np.asarray(ring[ring != np.roll(ring, 1)])
 
 
@@ -161,6 +161,8 @@ def _triangles(
     """Return facets (F, 3) that fill rings, the owner (F,) of each, and the places extended by the centres of rings.
 
     Places that lie on an edge of a ring become corners of the ring, so that neighbours share whole edges.
+
+    owners : the facet of the original terrain that each ring is a part of
     """
     order = np.argsort(places[:, 0], kind="stable")
     x = places[order, 0]
@@ -185,7 +187,10 @@ def _triangles(
 def _with_places_between(
     places: FloatArray, order: NDArray[np.int64], x: FloatArray, ring: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return a ring extended by all places on its edges, in order along them; order : of the places by x."""
+    """Return a ring extended by all places on its edges, in their order along the ring.
+
+    order : (P,) places sorted by x; x : (P,) m, their sorted coordinates
+    """
     whole = []
     for a, b in zip(ring, np.roll(ring, -1), strict=True):
         begin, way = places[a], places[b] - places[a]
@@ -206,7 +211,10 @@ def _with_places_between(
 def _with_facets(
     terrain: Terrain, facets: NDArray[np.int64], owner: NDArray[np.int64], on_ridge: NDArray[np.bool_], zone: str
 ) -> Terrain:
-    """Return the terrain with facets (N, 3) that replace their owners (N,); facets on the ridge (N,) get the zone."""
+    """Return the terrain after each facet in `owner` is replaced by its parts; parts on the ridge get the zone.
+
+    facets : (N, 3) vertices of the parts; owner : (N,) facet that each part replaces; on_ridge : (N,)
+    """
     zones = terrain.zones if zone in terrain.zones else (*terrain.zones, zone)
     number = np.where(on_ridge, zones.index(zone), terrain.zone[owner]).astype(np.int32)
     corners: IntArray = facets.astype(np.int32)

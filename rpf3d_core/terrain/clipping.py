@@ -1,4 +1,4 @@
-"""Facets cut off exactly at an outline in plan: vertical planes clip each facet in space.
+"""Cut facets exactly along an outline in plan: vertical planes clip each facet in space.
 
 Clipping in space, not in plan, works for vertical and overhanging faces alike (Sutherland and Hodgman 1974,
 Communications of the ACM 17(1):32-42, doi 10.1145/360767.360802, against one convex prism at a time).
@@ -13,18 +13,19 @@ from rpf3d_core.terrain.facets import area_vectors
 from rpf3d_core.terrain.frame import FloatArray
 
 MOST_CORNERS = 9
-"""Room for the corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
+"""Largest number of corners of a triangle clipped by three planes: 6, and 9 if rounding bends its straight edges."""
 FACETS_A_TILE = 32
-"""Number of facets in a tile: each prism is tested against every tile, and then against the facets of the tiles it
-meets."""
+"""Mean number of facets in a tile.
+
+Each prism is tested against every tile, and then against the facets of the tiles that the prism may overlap.
+"""
 
 
 class _Tiles(NamedTuple):
     """Facets grouped into tiles of the plan.
 
-    order : (F,) facets by tile; start, facets : (N,) of each tile, its first place in that order and its number of
-        facets
-    low, high : (N, 2) m, the box in plan around the facets of a tile
+    order : (F,) facets, sorted by tile; start : (N,) first index of each tile in `order`
+    facets : (N,) number of facets of each tile; low, high : (N, 2) m, the box in plan around the facets of each tile
     """
 
     order: NDArray[np.int64]
@@ -35,9 +36,10 @@ class _Tiles(NamedTuple):
 
 
 def facets_within(corners: FloatArray, prisms: FloatArray) -> FloatArray:
-    """Return the parts (P, 3, 3) m of facets that lie, in plan, in triangles that do not overlap one another.
+    """Return the parts (P, 3, 3) m of facets that lie inside an area in plan, given as triangles without overlap.
 
-    corners : (F, 3, 3) m, F >= 1; prisms : (T, 3, 2) m in plan, wound either way
+    corners : (F, 3, 3) m, F >= 1, of the facets
+    prisms : (T, 3, 2) m, triangles in plan, with either winding; each triangle stands for a vertical prism
     """
     found = [np.empty((0, 3, 3))]
     tiles = _tiles_of(corners)
@@ -79,9 +81,9 @@ def _tiles_of(corners: FloatArray) -> _Tiles:
 
 
 def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
-    """Return (T, 3) true for edges where a wall that stands exactly on the edge belongs to the prism on the other side.
+    """Return (T, 3) true for each edge of a prism where vertical facets on the edge belong to the neighbouring prism.
 
-    Of the two prisms at an edge exactly one gets the wall.
+    At an edge between two prisms, exactly one prism gets such facets.
     """
     edges = [[(*prism[k].tolist(), *prism[(k + 1) % 3].tolist()) for k in range(3)] for prism in prisms]
     known = {edge for row in edges for edge in row}
@@ -90,7 +92,10 @@ def _left_to_neighbours(prisms: FloatArray) -> NDArray[np.bool_]:
 
 
 def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
-    """Return the facets (N,) of the tiles that a prism may meet: not outside its box, nor beyond one of its edges."""
+    """Return the facets (N,) of all tiles that may overlap a prism.
+
+    A tile cannot overlap the prism if it lies outside the prism's box, or entirely outside one edge of the prism.
+    """
     meets = ((tiles.high >= prism.min(axis=0)) & (tiles.low <= prism.max(axis=0))).all(axis=1)
     for k in range(3):
         begin, along = prism[k], prism[(k + 1) % 3] - prism[k]
@@ -103,7 +108,7 @@ def _near(tiles: _Tiles, prism: FloatArray) -> NDArray[np.int64]:
 
 
 def _off(points: FloatArray, begin: FloatArray, end: FloatArray) -> FloatArray:
-    """Return the distance of points (..., 3) to the left of a line in plan, times the line's length (...) m^2."""
+    """Return the distance of points (..., 3) to the left of a line in plan, times the line's length, (...) m^2."""
     along = end - begin
     return np.asarray(along[0] * (points[..., 1] - begin[1]) - along[1] * (points[..., 0] - begin[0]))
 
@@ -128,9 +133,9 @@ def _clipped(triangles: FloatArray, prism: FloatArray) -> FloatArray:
 def _cut(
     points: FloatArray, count: NDArray[np.int64], begin: FloatArray, end: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return convex polygons (N, 9, 3) of `count` (N,) corners without the parts to the right of a line in plan.
+    """Return convex polygons (N, 9, 3) without the parts to the right of a line in plan, and their corner counts (N,).
 
-    The second result is the number of corners (N,) of each result.
+    points : (N, 9, 3) m, corners of the polygons; count : (N,) number of corners of each polygon
     """
     off = _off(points, begin, end)
     kept, corners, every = np.zeros_like(points), np.zeros_like(count), np.arange(len(points))

@@ -1,7 +1,7 @@
-"""A cloud of unordered points, cut into triangles in plan (Delaunay).
+"""Make a mesh from a cloud of unordered points, by Delaunay triangulation in plan.
 
-A triangle with a side longer than a given length spans a gap of the survey and is left out: large gaps are holes. If
-two points have the same place in plan, the first one counts.
+A triangle with a side longer than a given length spans a gap of the survey and is omitted: large gaps are holes. If
+two points have the same place in plan, the first point counts.
 """
 
 from typing import Any
@@ -17,17 +17,17 @@ from rpf3d_core.terrain.frame import FloatArray
 from rpf3d_core.terrain.grid_rows import Mesh, origin_of
 
 GAP = 10.0
-"""Default longest side over the usual longest side of a triangle, which is their median (-)."""
+"""Default limit of a triangle's longest side, over the median of the longest sides of all triangles (-)."""
 SLOTS = 2
-"""Least number of slots in the table of places over the number of points (-)."""
+"""Least number of slots in the hash table of points, over the number of points (-)."""
 
 
 def cloud_mesh(
     points: FloatArray, longest_edge: float | None = None, origin: tuple[float, float, float] | None = None
 ) -> Mesh:
-    """Return the mesh over points (N, 3) m, without points that hold a NaN; all facets face up.
+    """Return the mesh over points (N, 3) m, without points that have a NaN coordinate; all facets face up.
 
-    longest_edge : m, of a triangle in plan; None for GAP times the usual length
+    longest_edge : m, largest side of a triangle in plan; None for GAP times the median
     origin : of the local frame (m); None for the middle of the points
 
     Raises TerrainError if no triangle is left, or a point is infinite.
@@ -52,7 +52,7 @@ def cloud_mesh(
 
 
 def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) -> IntArray:
-    """Return the triangles without a side that is too long, counter-clockwise."""
+    """Return the triangles that have no side longer than the limit (m; None for GAP), wound counter-clockwise."""
     a, b, c = (plan[triangles[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     turned = np.where(area[:, None] < 0.0, triangles[:, [0, 2, 1]], triangles)
@@ -63,7 +63,10 @@ def _looking_up(plan: FloatArray, triangles: IntArray, longest: float | None) ->
 
 
 def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
-    """Return the number of the point (of N) at each of M places, which equal points bit for bit."""
+    """Return the number (M,) of the point with exactly the coordinates of each place.
+
+    plan : (N, 2) m, the points; places : (M, 2) m, each equal to a point bit for bit
+    """
     table = np.full(1 << (SLOTS * len(plan)).bit_length(), -1, np.int32)
     keys, wanted = plan.view(np.int64), np.ascontiguousarray(places).view(np.int64)
     out = np.empty(len(places), np.int32)
@@ -74,14 +77,14 @@ def _numbers(plan: FloatArray, places: FloatArray) -> NDArray[np.int32]:
 
 @kernel
 def _slot(a: int, b: int, mask: int) -> int:
-    """Return the first slot to try for a pair of keys: their bits folded, so that no product exceeds 64 bits."""
+    """Return the first slot of the hash table for a pair of keys; bit shifts only, because products would overflow."""
     mixed = (a ^ (a >> 29)) ^ ((b >> 7) ^ (b >> 41))
     return int((mixed ^ (mixed >> 17) ^ (mixed >> 33)) & mask)
 
 
 @loop
 def _enter(keys: Any, table: Any) -> None:
-    """Put the number of each pair of keys into the table, unless the table has an equal pair; open addressing."""
+    """Write the number of each pair of keys into the hash table (open addressing); of equal pairs only the first."""
     mask = len(table) - 1
     for n in range(len(keys)):
         slot = _slot(keys[n, 0], keys[n, 1], mask)
@@ -96,7 +99,7 @@ def _enter(keys: Any, table: Any) -> None:
 
 @loop
 def _look_up(keys: Any, table: Any, wanted: Any, out: Any) -> None:
-    """Write the number of the entry for each pair of keys."""
+    """Write into `out` the number of the table entry that equals each wanted pair of keys."""
     mask = len(table) - 1
     for n in range(len(wanted)):
         slot = _slot(wanted[n, 0], wanted[n, 1], mask)

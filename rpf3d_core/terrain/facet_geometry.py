@@ -1,4 +1,4 @@
-"""The geometry of one facet, for the kernels."""
+"""Geometry of one facet, for the compiled functions (kernels): distances, containment, and exits from the facet."""
 
 import math
 
@@ -10,34 +10,42 @@ from rpf3d_core.vectors import cross, dot, norm, scale, subtract, without
 ALONG_EDGE = 1e-14
 """Sine below which a direction on a facet counts as parallel to an edge: thirty times its rounding."""
 ALONG_GULLY = 1e-10
-"""Sine below which a direction counts as parallel to the line between two facets. The direction of that line is
-known to 1e-16 over the sine of the angle between the facets."""
-PARALLEL = 1e-5
-"""Sine below which two facets count as one plane: above it their normals give the line between them to better than
-1e-10."""
-BESIDE = 16.0
-"""Length, in widths of a crack, for which a path along an edge must stay within a crack of the facet that carries
-the rock on."""
-FLAT = 1.0 / 64.0
-"""Sine below which a direction on a facet may run along an edge, just outside the facet, where the rock must not
-fall."""
-NEAR = 4.0
-"""Tolerances within which a rock counts as on the plane of a facet.
+"""Sine below which a direction counts as parallel to the line between two facets.
 
-More than one: a rock within one tolerance of the edge of a facet it stands on is off the neighbouring facets by
-as much again. What the rock does within that distance must not add up to a fall.
+The direction of this line is known to 1e-16 over the sine of the angle between the facets.
+"""
+PARALLEL = 1e-5
+"""Sine of the angle between two facets, below which the facets count as one plane.
+
+Above this sine, the normals give the line between the facets to better than 1e-10.
+"""
+BESIDE = 16.0
+"""Least length of a path along an edge, in crack widths, for a facet to carry the rock along the edge.
+
+On this length the path must stay at most a crack's width outside the facet.
+"""
+FLAT = 1.0 / 64.0
+"""Sine of the angle to an edge, below which a direction may lead along the edge just outside the facet.
+
+A rock that moves in such a direction must not fall.
+"""
+NEAR = 4.0
+"""Distance from the plane of a facet, in tolerances, within which a rock counts as on the plane.
+
+The distance is more than one tolerance. A rock may be one tolerance outside the edge of its facet, and then another
+tolerance away from the neighbouring facet. Such distances must not add up to a fall.
 """
 TIP = 2.0
-"""Slacks around a facet's box within which points beyond its corners may count as in the facet.
+"""Distance outside a facet's box, in slacks, up to which a point beyond a corner may count as in the facet.
 
-Beyond the tip of a needle a point can be near both edges and still far from the corner: by one over the sine of
-half the angle. The locator's choice of facets would then decide.
+Beyond the tip of a needle-shaped facet, a point can be near both edges and still far from the corner: by the slack over
+the sine of half the angle. Without this limit the result would depend on which facets the locator tests.
 """
 REACH = 1024.0
-"""Tolerances around a facet's box within which a locator must offer the facet.
+"""Distance outside a facet's box, in tolerances, within which a locator must test the facet.
 
-A rock may be NEAR CRACK = 256 tolerances off the plane of a facet, and TIP times as many off its corners: 768
-together.
+A rock may be NEAR x CRACK = 256 tolerances away from the plane of a facet, and TIP times this distance away from its
+corners: 768 tolerances in total.
 """
 
 
@@ -82,7 +90,7 @@ def _is_at_box(facets: Facets, f: int, p: Vec, slack: float) -> bool:
 
 @kernel
 def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]:
-    """Return the squared length of edge k, and the distance of p inwards from the edge times its length (m^2, m^2)."""
+    """Return the squared length (m^2) of edge k of facet f, and the inward distance of p times the length (m^2)."""
     begin = corner(facets, f, k)
     edge = subtract(corner(facets, f, (k + 1) % 3), begin)
     inward = cross(stored_normal(facets, f), edge)
@@ -91,23 +99,23 @@ def edge_distance(facets: Facets, f: int, k: int, p: Vec) -> tuple[float, float]
 
 @kernel
 def edge_inward(facets: Facets, f: int, k: int) -> Vec:
-    """Return the vector in the plane of f, perpendicular to edge k and into the facet, of the edge's length (m)."""
+    """Return a vector perpendicular to edge k of facet f, in the facet's plane, inwards, of the edge's length (m)."""
     edge = subtract(corner(facets, f, (k + 1) % 3), corner(facets, f, k))
     return cross(stored_normal(facets, f), edge)
 
 
 @kernel
 def on_plane(facets: Facets, f: int, x: Vec) -> Vec:
-    """Return the point of the plane of f closest to x (m), which removes the rounding of x."""
+    """Return the point of facet f's plane that is closest to x (m); this removes the rounding of x."""
     n = stored_normal(facets, f)
     return subtract(x, scale(dot(n, subtract(x, corner(facets, f, 0))), n))
 
 
 @kernel
 def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
-    """Return the point common to two planes that is closest to x (m); x itself if the planes are almost the same.
+    """Return the point closest to x (m) on the line between the planes of two facets.
 
-    x lies on the plane of the first facet.
+    Return x if both planes are almost the same. x lies on the plane of the first facet.
     """
     n, m = stored_normal(facets, first), stored_normal(facets, second)
     across = without(m, n)
@@ -120,10 +128,10 @@ def on_line(facets: Facets, first: int, second: int, x: Vec) -> Vec:
 
 @kernel
 def line_exit(facets: Facets, f: int, x: Vec, direction: Vec, parallel: float, slack: float) -> float:
-    """Return the distance (m) along a direction in the plane of f after which a rock at x leaves the facet.
+    """Return the distance (m) along a direction in the plane of facet f after which a rock at x leaves the facet.
 
-    parallel : sine below which the direction runs along an edge and does not cross the edge
-    slack : m by which the rock may pass an edge that it crosses at a sine below `FLAT`
+    parallel : sine of the angle to an edge below which the direction counts as parallel and does not cross the edge
+    slack : m, distance beyond an edge at which the rock leaves, if it crosses the edge at a sine below `FLAT`
     """
     leave = math.inf
     for k in range(3):
@@ -142,7 +150,8 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
     """Return the distance (m) along a direction after which a rock at x leaves the box of facet f.
 
     slack : m by which the box is widened
-    Beyond the tip of a needle a path may run along both edges for a long distance.
+
+    Without the box, a path beyond the tip of a needle-shaped facet could stay near both edges for a long distance.
     """
     a, b, c = corner(facets, f, 0), corner(facets, f, 1), corner(facets, f, 2)
     leave = math.inf
@@ -158,9 +167,9 @@ def _box_exit(facets: Facets, f: int, x: Vec, direction: Vec, slack: float) -> f
 def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) -> bool:
     """True if facet f lies below the plane of another facet, as on the far side of a convex edge.
 
-    No corner of f is more than `slack` (m) above the plane, and at least one corner is more than `slack` below it.
+    No corner of facet f is more than `slack` (m) above the plane, and at least one corner is more than `slack` below.
 
-    side : 1 or -1, the side of the other facet, along its normal or against it, that counts as above
+    side : the side of the other facet that counts as above: 1 along its normal, -1 against its normal
     """
     n, origin = stored_normal(facets, other), corner(facets, other, 0)
     highest, lowest = -math.inf, math.inf
@@ -172,9 +181,9 @@ def lies_below(facets: Facets, f: int, other: int, side: float, slack: float) ->
 
 @kernel
 def goes_beside(facets: Facets, f: int, x: Vec, way: Vec) -> bool:
-    """True if a path `way` (3,) from x in the plane of f stays in f, or outside f within a crack along an edge.
+    """True if a path from x in the plane of facet f stays in the facet, or within a crack's width outside an edge.
 
-    It must do so for more than `BESIDE` cracks. A path of length zero counts as true.
+    way : (3,), direction of the path; zero counts as true. The path must stay there for more than `BESIDE` cracks.
     """
     length = norm(way)
     if length == 0.0:

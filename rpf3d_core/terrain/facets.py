@@ -1,6 +1,6 @@
 """The terrain as arrays: `Terrain` for general use, `Facets` for the kernels.
 
-Both engines read `Facets`; the reference engine reads them through `plain`, which gives Python floats.
+Both engines read `Facets`. For the reference engine, `plain` converts the arrays so that indexing gives Python floats.
 """
 
 import math
@@ -21,16 +21,16 @@ IntArray = NDArray[np.int32]
 RELATIVE_TOLERANCE = 2.0**-40
 """Contact tolerance over the terrain's diagonal (-).
 
-A contact point is computed from coordinates no larger than the diagonal L with a few dozen roundings, each at most
-2^-53 L; 2^-40 L leaves a factor of 200 above that, and is 1 nm on a pit of 1 km.
+A contact point is computed from coordinates up to the diagonal L with a few dozen roundings, each at most 2^-53 L. The
+tolerance 2^-40 L is 200 times larger; on a pit of 1 km it is 1 nm.
 """
 
 
 CRACK = 64.0
 """Width, in tolerances, up to which a crack between facets is ignored.
 
-2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width, so the
-locators offer all facets that may count.
+The width is 2^-34 of the terrain's diagonal: 60 nm on a pit of 1 km, 3 nm on a scene of 60 m. REACH covers this width,
+so the locators test all facets that may count.
 """
 SURVEYED = 2.0**-57
 """Contact tolerance over the largest coordinate of the input (-), used if it exceeds the tolerance from the diagonal.
@@ -124,7 +124,10 @@ def contact_tolerance(low: Sequence[float], high: Sequence[float], origin: Seque
 
 
 def unit_normals(vertices: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the unit normals (F, 3) of facets with vertices (V, 3) m and triangles (F, 3); zero without area."""
+    """Return the unit normals (F, 3) of facets; zero for a facet without area.
+
+    vertices : (V, 3) m; triangles : (F, 3)
+    """
     return _geometry(vertices, triangles)[0][:, 9:]
 
 

@@ -1,7 +1,7 @@
-"""The local frame: the input's axes turned z up, minus one origin.
+"""The local frame: the input's coordinates with z turned up, relative to an origin.
 
-Survey coordinates are large (5e5, 4.5e6): subtracting one origin when the terrain is read keeps float64 rounding near
-1e-13 m instead of 1e-9 m (docs/explanation/physics.md).
+Survey coordinates are large (5e5, 4.5e6). The origin is subtracted when the terrain is read, which keeps float64
+rounding near 1e-13 m instead of 1e-9 m (docs/explanation/physics.md).
 """
 
 from typing import Literal, NamedTuple

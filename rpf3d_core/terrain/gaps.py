@@ -1,14 +1,16 @@
-"""Gaps of a terrain, and the caps that close them: a rock that passes through a cap falls below the ground.
+"""Find the gaps of a terrain, and make the caps that close them: a rock that passes through a cap falls below ground.
 
 A gap is a region in plan, within the convex hull of the terrain, where the mesh has no ground: a hole, a strip between
-two components, or a bay of the rim. Its cap is a triangulation over the corners of the border around the gap, at their
-heights. Cap and terrain together are therefore watertight, and a cap lies over no ground.
+two components, or a bay of the rim. The cap of a gap is a triangulation over the corners of the border around the gap,
+at the heights of these corners. Cap and terrain together are therefore watertight, and no ground lies below a cap.
 
-The border alone gives the number of times a place in plan is covered: facets that face up count 1, facets that face
-down count -1, so the sum is the winding number of the border around the place. The sum is constant on each face of the
-drawing that the border makes in plan, and a face with a sum below 1 is a gap. An overhang over ground counts 1 - 1 + 1.
-Walls stand around the hull unless it is a rectangle along the axes (`outer_walls.py`).
-A hole in a steep face has hardly any area in plan; its ring is closed in its own plane (`steep_gaps.py`).
+The border alone gives the number of times that the ground covers a place in plan. Facets that face up count 1, facets
+that face down count -1, so the sum is the winding number of the border around the place. In plan the border divides the
+hull into regions (polygons, `faces` in the code). The sum is constant in each region, and a region with a sum below 1
+is a gap. An overhang above ground counts 1 - 1 + 1.
+
+Walls stand around the hull, except on sides that lie on the terrain's box (`outer_walls.py`). A hole in a steep slope
+has hardly any area in plan; the cap of such a hole lies in the plane of the hole (`steep_gaps.py`).
 """
 
 from typing import NamedTuple
@@ -33,8 +35,8 @@ class Caps(NamedTuple):
     """Triangles that close the gaps of a terrain.
 
     corners : (T, 3, 3) m, counter-clockwise seen from the free side
-    outcome : (T,) of a rock that passes through: LOST_TO_HOLE; LEFT_TERRAIN in a bay of the outer rim and at its walls
-    layered : true if ground lies above other ground, so that a rock below the upper ground may still meet the lower one
+    outcome : (T,) outcome of a rock that passes through: LEFT_TERRAIN in a bay and at outer walls, else LOST_TO_HOLE
+    layered : true if ground lies above other ground, so that a rock below the upper ground may still hit lower ground
     """
 
     corners: FloatArray
@@ -45,9 +47,10 @@ class Caps(NamedTuple):
 class Outline(NamedTuple):
     """The border in plan.
 
-    places : (P, 2) m; height : (P,) m, the lowest where border corners lie above each other
-    sides : (S, 2) places, the ground to the left; ring : (P,) the smallest place that sides connect each place to
-    lines : (S,) the sides as lines
+    places : (P, 2) m; height : (P,) m, the lowest height if border corners lie above each other
+    sides : (S, 2) the two places of each side; the ground is to the left
+    ring : (P,) number of the ring of each place: the smallest number of a place in the ring
+    lines : (S,) the sides as line objects of shapely
     """
 
     places: FloatArray
@@ -95,9 +98,9 @@ def _outline(border: FloatArray) -> Outline:
 
 
 def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], bool]:
-    """Return the faces (polygons in plan) within the hull that no ground covers, and if any face is covered twice.
+    """Return the regions (polygons in plan) within the hull without ground, and true if any region is covered twice.
 
-    Faces no wider than a crack do not count.
+    Regions no wider than a crack do not count.
     """
     nothing = np.empty(0, object), False
     if len(outline.sides) == 0:
@@ -113,10 +116,10 @@ def _gaps_in_plan(outline: Outline, crack: float) -> tuple[NDArray[np.object_], 
 
 
 def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
-    """Return a point well inside each face: (G, 2), the centroid of the face's largest triangle.
+    """Return a point well inside each region, (G, 2): the centroid of the region's largest triangle.
 
-    `shapely.point_on_surface` may give a corner where a face is pinched. It is used only if rounding makes a face as
-    thin as the crack of a T-junction, so that the face cannot be cut into triangles.
+    `shapely.point_on_surface` may return a corner of a region with a narrow part. So this function is used only if a
+    region, after rounding, is as thin as the crack of a T-junction and cannot be cut into triangles.
     """
     parts, face = shapely.get_parts([_triangles_of(face) for face in faces], return_index=True)
     order = np.lexsort((-shapely.area(parts), face))
@@ -125,7 +128,7 @@ def _inner_points(faces: NDArray[np.object_]) -> FloatArray:
 
 
 def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
-    """Return a face cut into triangles; a point of the face if rounding leaves no convex corner to start from."""
+    """Return the triangles of a region; a point of the region if rounding makes the triangulation fail."""
     try:
         return shapely.constrained_delaunay_triangles(face)
     except shapely.errors.GEOSException:
@@ -133,9 +136,9 @@ def _triangles_of(face: shapely.Polygon) -> shapely.Geometry:
 
 
 def _winding(outline: Outline, points: FloatArray) -> Ids:
-    """Return how often the border runs counter-clockwise around each point (Q, 2) m: (Q,).
+    """Return the winding number (Q,) of the border around each point (Q, 2) m; counter-clockwise is positive.
 
-    A ray to the east counts sides that cross it northwards, minus sides that cross it southwards.
+    The winding number is the number of sides that cross a ray to the east northwards, minus the number southwards.
     """
     sides = outline.places[outline.sides]
     far = sides[:, :, 0].max() + 1.0
@@ -151,10 +154,9 @@ def _winding(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray[np.bool_]:
-    """Return which faces (G,) are open to the outside of the hull and touch only one ring of the border.
+    """Return (G,) true for each region that is a bay: open to the outside, and at only one ring of the border.
 
-    An open face that touches several rings lies between components of the terrain: a rock that flew over it would find
-    ground again.
+    An open region at several rings lies between components of the terrain: behind this region there is ground again.
     """
     owner, corners = _edges_of(faces)
     middle = shapely.points(0.5 * (corners[:, 0] + corners[:, 1]))
@@ -172,7 +174,7 @@ def _bays(faces: NDArray[np.object_], outline: Outline, crack: float) -> NDArray
 
 
 def _edges_of(faces: NDArray[np.object_]) -> tuple[Ids, FloatArray]:
-    """Return the face (N,) and the ends (N, 2, 2) m of each edge around the faces."""
+    """Return the region (N,) and the ends (N, 2, 2) m of each edge around the regions."""
     rings, of_ring = shapely.get_rings(faces, return_index=True)
     points, of_point = shapely.get_coordinates(rings, return_index=True)
     same = of_point[1:] == of_point[:-1]
@@ -187,7 +189,7 @@ def _places_at(outline: Outline, points: FloatArray) -> Ids:
 
 
 def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tuple[FloatArray, Ids]:
-    """Return triangles (T, 3, 3) m that close the faces, at the heights of the border, and the face (T,) of each."""
+    """Return triangles (T, 3, 3) m that close the regions, at the heights of the border, and their regions (T,)."""
     parts, face = shapely.get_parts(shapely.constrained_delaunay_triangles(faces), return_index=True)
     plan = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3].reshape(-1, 2)
     place = _places_at(outline, plan)
@@ -199,7 +201,7 @@ def _triangles(faces: NDArray[np.object_], outline: Outline, crack: float) -> tu
 
 
 def _lowest_at(points: FloatArray, outline: Outline, crack: float) -> FloatArray:
-    """Return the lowest height (N,) m of the sides through each point (N, 2) m, where sides cross in plan."""
+    """Return the lowest height (N,) m of the border sides at each point (N, 2) m where sides cross in plan."""
     places, height = outline.places[outline.sides], outline.height[outline.sides]
     tree, there = shapely.STRtree(outline.lines), shapely.points(points)
     point, side = np.concatenate([tree.query(there, "dwithin", crack), tree.query_nearest(there)], axis=1)

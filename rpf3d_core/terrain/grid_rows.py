@@ -1,8 +1,8 @@
-"""An organised grid of points as a mesh, built row by row: there is nothing to weld, and the winding is uniform.
+"""Make a mesh from an organised grid of points, row by row; the mesh needs no welding, and its winding is uniform.
 
-Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`); a
-square with a hole at a corner is a hole. A grid is one sheet whichever way its rows run, so all of its facets face the
-side that most of its area in plan faces.
+Four neighbouring points make a square of two triangles, all cut along the same diagonal (`squares.grid_triangles`). A
+square with a missing point at a corner is a hole. Rows may run in any direction: if most of the area in plan would face
+down, all facets are turned over.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ NOT_FINITE = "the terrain has a vertex that is NaN or infinite; every coordinate
 
 
 class Mesh(NamedTuple):
-    """A mesh; vertices : (V, 3) m, local; triangles : (F, 3); origin : of the local frame (m)."""
+    """A triangle mesh; vertices : (V, 3) m, in the local frame; triangles : (F, 3); origin : of the local frame (m)."""
 
     vertices: FloatArray
     triangles: IntArray
@@ -63,9 +63,9 @@ def grid_mesh(
 
 
 def origin_of(boxes: FloatArray) -> tuple[float, float, float]:
-    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3), in whole metres. Raises TerrainError.
+    """Return the origin of the local frame (m): the middle of boxes (N, 2, 3), in whole metres.
 
-    A box that is not finite is an error.
+    Raises TerrainError if a box is not finite.
     """
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):

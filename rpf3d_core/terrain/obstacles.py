@@ -14,8 +14,8 @@ class Obstacles:
     """The obstacles of a scene, N of them, numbered over all effects. Coordinates are in the terrain's local frame.
 
     names : such as "barriers.fence_1" or "forest"; owner : (N,) index into names of each obstacle
-    lines : (name, points (P, 3) m along its foot) of each obstacle that is a line
-    stems : (T, 4) m, foot and diameter of each tree
+    lines : name and points (P, 3) m along the foot of each obstacle that is a line
+    stems : (T, 4) m, foot (x, y, z) and diameter of each tree
     """
 
     names: tuple[str, ...]
@@ -25,7 +25,7 @@ class Obstacles:
 
 
 def all_of(parts: Sequence[Obstacles]) -> Obstacles:
-    """Return the obstacles of several effects as one, numbered consecutively."""
+    """Return the obstacles of several effects in one record, numbered consecutively."""
     names = tuple(name for part in parts for name in part.names)
     before = np.cumsum([0, *(len(part.names) for part in parts)])
     owners = [part.owner + n for part, n in zip(parts, before[:-1], strict=True)]

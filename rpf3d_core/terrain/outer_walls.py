@@ -1,7 +1,7 @@
 """Vertical walls around the convex hull of a terrain: a rock that leaves the hull in plan has left the terrain.
 
-Beyond the hull there is no more ground in any direction, so a fall there is not a flight over ground. Sides of the hull
-that lie on the sides of the terrain's box need no wall, because flights end there anyway.
+A rock outside the hull can never be above ground again, so its flight ends at the wall. Sides of the hull that lie on
+the sides of the terrain's box need no wall, because flights end there anyway.
 """
 
 import numpy as np
@@ -10,11 +10,11 @@ import shapely
 from rpf3d_core.terrain.frame import FloatArray
 
 TALLER = 16.0
-"""Distance by which walls reach beyond the heights of the border, over its extent (-): no rock flies over them."""
+"""Height of the walls above and below the border, over the border's extent (-): no rock flies over the walls."""
 
 
 def outer_walls(border: FloatArray, crack: float) -> FloatArray:
-    """Return triangles (T, 3, 3) m that face inwards, along the sides of the hull that are not sides of its box.
+    """Return the walls as triangles (T, 3, 3) m that face inwards; sides of the hull on its box get no wall.
 
     border : (B, 3, 3) m, as `border.border_of` gives it; crack : m, within which a side lies on a side of the box
     """
@@ -30,7 +30,10 @@ def outer_walls(border: FloatArray, crack: float) -> FloatArray:
 
 
 def _walls(sides: FloatArray, points: FloatArray) -> FloatArray:
-    """Return two triangles for each side (N, 2, 2) m, with the hull to its left, far above and below points (P, 3)."""
+    """Return two wall triangles for each side (N, 2, 2) m; walls reach far above and below the points (P, 3) m.
+
+    The hull lies to the left of each side.
+    """
     low, high = points[:, 2].min(), points[:, 2].max()
     reach = TALLER * float(np.ptp(points, axis=0).max())
     (a, b), z = sides.transpose(1, 0, 2), np.ones((len(sides), 1))

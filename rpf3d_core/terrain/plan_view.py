@@ -1,4 +1,4 @@
-"""The terrain seen from above, as pixels: the facet that each pixel shows."""
+"""View the terrain from above as an image: find the uppermost facet under each pixel."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from rpf3d_core.terrain.facets import IntArray, Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 CANDIDATES_AT_ONCE = 500_000
-"""Pairs of facet and pixel processed together: this bounds the memory to about 50 MB, and stays fast."""
+"""Number of pairs of facet and pixel that are processed together: limits the memory to about 50 MB, and is fast."""
 
 EDGE = 1e-9
 """Barycentric slack (-): a pixel centre on an edge belongs to both facets, so it is never lost."""
@@ -92,10 +92,10 @@ def _candidates(
 def _pixel_boxes(
     vertices: FloatArray, triangles: IntArray, shape: tuple[int, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the facets (N,) whose box holds a pixel centre; and column and row of the first pixel, and their counts.
+    """Return the facets (N,) whose box contains a pixel centre, the first pixel of each box, and the pixel counts.
 
-    Both arrays are (N, 2). Of millions of facets only a few hold a pixel centre: the others are dropped by rows first,
-    then by columns.
+    The first pixel (N, 2) is column and row; the counts (N, 2) are numbers of columns and rows. Of millions of facets,
+    only a few contain a pixel centre: the others are removed by rows first, then by columns.
     """
     height, width = shape
     row, rows = _pixels(vertices[:, 1], triangles, height)
@@ -108,9 +108,9 @@ def _pixel_boxes(
 
 
 def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Return the first of `count` pixels in each facet's box (F,) and their number (F,), along one axis.
+    """Return the first pixel (F,) in the box of each facet and the number of pixels (F,), along one axis.
 
-    places : (V,) coordinates of the vertices along the axis, in pixels
+    places : (V,) coordinates of the vertices along the axis, in pixels; count : number of pixels of the image
     """
     after = np.ceil(np.clip(places, -1.0, count)).astype(np.int32)
     before = np.floor(np.clip(places, -1.0, count)).astype(np.int32)
@@ -121,10 +121,10 @@ def _pixels(places: FloatArray, triangles: IntArray, count: int) -> tuple[IntArr
 
 
 def _planes(corners: FloatArray) -> FloatArray:
-    """Return the coefficients (9, F) of three linear functions of (column, row) over facets of corners (F, 3, 3).
+    """Return the coefficients (9, F) of three linear functions of column and row over facets with corners (F, 3, 3).
 
-    The functions are the weights of the second and third corner, and the height. They are not finite for a vertical
-    facet.
+    The functions are the weights of the second and third corner, and the height. The coefficients of a vertical facet
+    are not finite.
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):

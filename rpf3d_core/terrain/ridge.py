@@ -1,4 +1,4 @@
-"""Ridges along lines in plan: the shape of a berm over the ground, as convex polygons."""
+"""Make the shape of a berm along a line in plan: convex polygons with heights above the ground."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -9,13 +9,13 @@ import numpy as np
 from rpf3d_core.terrain.frame import FloatArray
 
 SHARPEST = 0.2
-"""Least value of 1 + cosine of the angle by which the line of a berm may bend: 143 degrees."""
+"""Least value of 1 + cos(angle) at a bend of a berm's line: the line may bend by at most 143 degrees."""
 
 
 class Ridge(NamedTuple):
     """A berm as K convex polygons in plan.
 
-    corners : of each polygon (N, 2) m, counter-clockwise; heights : (N,) m over the ground, at these corners
+    corners : (N, 2) m, corners of each polygon, counter-clockwise; heights : (N,) m above the ground, at these corners
     """
 
     corners: tuple[FloatArray, ...]
@@ -25,8 +25,9 @@ class Ridge(NamedTuple):
 def ridge_along(line: FloatArray, height: float, width: float, crest: float) -> Ridge | None:
     """Return the ridge along a line (P, 2) m in plan; None if the line bends too sharply for its width.
 
-    height : m, over the ground; width, crest : m, at the foot and at the top, 0 <= crest < width
-    At both ends of the line the ridge has its full height, and slopes down beyond them as it does to its sides.
+    height : m, above the ground; width, crest : m, width at the foot and at the top, 0 <= crest < width
+
+    At both ends of the line the ridge has its full height. Beyond the ends it slopes down, as on its sides.
     """
     way = np.diff(line, axis=0)
     along = way / np.hypot(way[:, 0], way[:, 1])[:, None]

@@ -1,8 +1,8 @@
-"""The ring between the terrain that stays and a patch, cut into triangles in plan.
+"""Fill the ring between a patch and the rest of the terrain with triangles, in plan.
 
-A Delaunay triangulation of the corners on both sides. Each given edge is then enforced by swapping the diagonals that
-cross it (Sloan 1993, Computers & Structures 47:441). No point is added, so no point lies in the middle of an edge: the
-seam has no T-junction. The orientation of three points is computed exactly.
+The points on both sides of the ring get a Delaunay triangulation. To make each given edge an edge of the triangulation,
+the diagonals that cross this edge are swapped (Sloan 1993, Computers & Structures 47:441). No point is added, so no
+point lies in the middle of an edge: the seam has no T-junction. The orientation of three points is computed exactly.
 """
 
 from collections import deque
@@ -21,20 +21,22 @@ Edge = tuple[int, int]
 Place = tuple[float, float]
 
 AROUND = 4.0
-"""Distance, over the width of the ring, of four extra points around the ring, so that all of its edges lie inside."""
+"""Distance of four extra points around the ring, over the width of the ring (-): all edges of the ring lie inside."""
 SURE = 4e-16
-"""Rounding of the orientation of three points over the sum of its two products: (3 + 16 eps) eps (Shewchuk 1997,
-Discrete Comput Geom 18:305), eps = 2^-53."""
+"""Largest rounding error of the orientation of three points, over the sum of its two products (-).
+
+The bound is (3 + 16 eps) eps with eps = 2^-53 (Shewchuk 1997, Discrete Comput Geom 18:305).
+"""
 TURNS = 64
-"""Number of swaps for each edge that crosses a given edge, after which the edge counts as impossible."""
+"""Largest number of swaps, per diagonal that crosses a given edge, before the given edge counts as impossible."""
 CROSSING = "edges of the ground and of the patch cross or lie upon each other in plan, for the ground overhangs there"
 
 
 def triangles_between(plan: FloatArray, edges: IntArray) -> IntArray:
     """Return triangles (T, 3), counter-clockwise, over points (N, 2) m in plan, that contain all edges (E, 2).
 
-    The triangles cover the hull of the points, including its bays: the caller selects. Raises TerrainError if two
-    points coincide in plan, or two edges cross.
+    The triangles cover the whole convex hull of the points; the caller selects the triangles of the ring. Raises
+    TerrainError if two points coincide in plan, or two edges cross.
     """
     given = {(min(a, b), max(a, b)) for a, b in edges.tolist()}
     try:
@@ -79,7 +81,7 @@ class _Mesh:
         return turn(self._at[a], self._at[b], self._at[c])
 
     def bring_in(self, u: int, v: int, given: set[Edge]) -> None:
-        """Swap diagonals until u v is an edge."""
+        """Swap diagonals until the points u and v are joined by an edge; given : edges that must not be swapped."""
         crossing = deque(self._crossing(u, v))
         for _ in range(TURNS * (len(crossing) + 1)):
             if not crossing:
@@ -97,7 +99,7 @@ class _Mesh:
         raise TerrainError(CROSSING)
 
     def _swap(self, a: int, b: int, c: int, d: int) -> None:
-        """Replace the edge a b of two triangles by the other diagonal, c d."""
+        """Replace the edge a b between two triangles by the other diagonal of their quadrilateral, c d."""
         del self._left[a, b], self._left[b, a]
         self._beside[a].discard(b)
         self._beside[b].discard(a)
@@ -105,7 +107,7 @@ class _Mesh:
         self._add(d, c, a)
 
     def _crossing(self, u: int, v: int) -> list[Edge]:
-        """Return the edges that u v crosses, starting at u; none if u v is already an edge."""
+        """Return the edges that the line from u to v crosses, in order from u; none if u v is already an edge."""
         if v in self._beside[u]:
             return []
         p, q = self._first_crossed(u, v)
@@ -157,7 +159,10 @@ def turn(a: Place, b: Place, c: Place) -> float:
 
 
 def rim_edges(triangles: IntArray, vertices: int) -> NDArray[np.int64]:
-    """Return the sides (E, 2) of triangles (F, 3) along which no other triangle runs in the opposite direction."""
+    """Return the sides (E, 2) of triangles (F, 3) that no other triangle has in the opposite direction.
+
+    vertices : number of vertices of the mesh
+    """
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     ahead, back = sides[:, 0] * vertices + sides[:, 1], sides[:, 1] * vertices + sides[:, 0]
     back.sort()

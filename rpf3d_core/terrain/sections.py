@@ -1,6 +1,6 @@
-"""The ground straight below points in plan, and along lines: exact, from the facets, for objects placed on a terrain.
+"""Find the ground at points and along lines in plan, exactly from the facets, to place objects on a terrain.
 
-Where several sheets lie above each other, the highest sheet counts.
+If several sheets of ground lie above each other, the highest sheet counts.
 """
 
 from collections.abc import Iterator
@@ -14,19 +14,18 @@ from rpf3d_core.terrain.facets import Terrain
 from rpf3d_core.terrain.frame import FloatArray
 
 AT_ONCE = 65_536
-"""Number of facets processed together."""
+"""Number of facets that are processed together."""
 NEAR = 1e-9
-"""Share of a facet's width in plan (-) by which the facet is widened, so that no place on an edge lies outside both
-facets."""
+"""Share of a facet's width in plan (-) by which the facet is widened: every point on an edge lies in a facet."""
 SHORTEST = 1e-6
-"""Length (m) of a line without ground up to which the gap is a crack and not a hole."""
+"""Longest part of a line (m) without ground that counts as a crack and not as a hole."""
 
 
 class Section(NamedTuple):
     """N segments of a line in plan, each over one facet, in order.
 
-    share : (N, 2) of the line's length at which each begins and ends; z : (N, 2) m, the ground there
-    facet : (N,) under each segment
+    share : (N, 2) begin and end of each segment, as shares of the line's length (-)
+    z : (N, 2) m, height of the ground at begin and end; facet : (N,) facet under each segment
     """
 
     share: FloatArray
@@ -35,9 +34,9 @@ class Section(NamedTuple):
 
 
 def ground_at(terrain: Terrain, points: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the height (N,) m of the ground at points (N, 2) m in plan, and the facet (N,).
+    """Return the height (N,) m of the ground at points (N, 2) m in plan, and the facet (N,) at each point.
 
-    Where there is no ground the height is -inf and the facet -1.
+    Without ground the height is -inf and the facet is -1.
     """
     z, facet = np.full(len(points), -np.inf), np.full(len(points), -1, dtype=np.int64)
     for f, p in _pairs(terrain, points):
@@ -108,7 +107,7 @@ def _spread(values: NDArray[np.int64], counts: NDArray[np.int64]) -> tuple[NDArr
 
 
 def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section | None:
-    """Return the ground along a straight line in plan from begin (2,) to end (2,) m; None if there is a hole below."""
+    """Return the ground along a straight line in plan from begin (2,) to end (2,) m; None if the line meets a hole."""
     length = float(np.hypot(*(end - begin)))
     facets = _facets_near(terrain, begin, end)
     corners = terrain.vertices[terrain.triangles[facets]]
@@ -135,8 +134,7 @@ def section_of(terrain: Terrain, begin: FloatArray, end: FloatArray) -> Section 
 def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArray[np.int64]:
     """Return the facets (N,) that a line may cross in plan.
 
-    A facet is left out if its box does not meet the box of the line, or if the facet lies entirely on one side of the
-    line.
+    A facet cannot cross the line if their boxes do not overlap, or if the facet lies entirely on one side of the line.
     """
     low, high = np.minimum(begin, end), np.maximum(begin, end)
     x, y = (terrain.vertices[:, k] for k in (0, 1))
@@ -150,8 +148,8 @@ def _facets_near(terrain: Terrain, begin: FloatArray, end: FloatArray) -> NDArra
 def _shares_over(corners: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the shares (N,), (N,) of a line at which it enters and leaves facets (N, 3, 3) in plan.
 
-    Cyrus and Beck 1978, Computers and Graphics 3:23-28. For a facet without area in plan, and one that the line misses,
-    the second share is below the first.
+    The second share is below the first share if the facet has no area in plan, or if the line does not cross the facet.
+    Source: Cyrus and Beck 1978, Computers and Graphics 3:23-28.
     """
     plan = corners[..., :2]
     u, w = plan[:, 1] - plan[:, 0], plan[:, 2] - plan[:, 0]

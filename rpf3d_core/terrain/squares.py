@@ -1,4 +1,4 @@
-"""A grid of points cut into triangles."""
+"""Cut the squares of a grid of points into triangles."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Holes in faces so steep that the holes have hardly any area in plan, closed in the plane of their own ring."""
+"""Close holes in steep slopes, in the plane of the hole's border: in plan such holes have hardly any area."""
 
 import numpy as np
 import shapely
@@ -8,15 +8,18 @@ from rpf3d_core.terrain.mesh.border import Corners
 from rpf3d_core.terrain.mesh.components import components
 
 STEEP = 0.2
-"""Vertical component of a ring's area vector over its length (-) below which the ring is closed in its own plane: 78
-degrees."""
+"""Vertical component of a ring's unit area vector (-), below which the ring is closed in its own plane.
+
+The plane of such a ring is steeper than 78 degrees.
+"""
 
 
 def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, FloatArray]:
     """Return the remaining border sides, and the triangles (T, 3, 3) m that close the holes in steep faces.
 
-    A ring is a hole if it runs clockwise seen from the free side of the facets around it. A ring around a component
-    runs counter-clockwise and stays. A ring that crosses itself in its own plane stays as well.
+    A ring is a hole if it runs clockwise, seen from the free side of the facets around the ring. A ring around a
+    component runs counter-clockwise and is not closed here. A ring that crosses itself in its own plane is not closed
+    here either.
 
     border : (B, 3, 3) m, as `border.border_of` gives it; crack : width (m) up to which a hole is a crack
     """
@@ -35,7 +38,7 @@ def without_steep_rings(border: FloatArray, crack: float) -> tuple[FloatArray, F
 
 
 def _ring_of(border: FloatArray) -> Corners:
-    """Return the number of the ring of each side: (B,). Rings that touch count as one."""
+    """Return the ring number (B,) of each border side; rings that touch count as one ring."""
     ends = border[:, :2].reshape(-1, 3) + 0.0
     points, number = np.unique(ends, axis=0, return_inverse=True)
     first, second = number.reshape(-1, 2).astype(np.int32).T
@@ -44,7 +47,7 @@ def _ring_of(border: FloatArray) -> Corners:
 
 
 def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
-    """Return the area vector (R, 3) m2 of each ring, and the sum (R, 3) of its facets' normals by side length."""
+    """Return the area vector (R, 3) m^2 of each ring, and the sum (R, 3) m of its facets' normals times side length."""
     count = int(label.max()) + 1
     a, b, third = border.transpose(1, 0, 2)
     a, way = a - border[0, 0], b - a
@@ -58,9 +61,11 @@ def _sums(border: FloatArray, label: Corners) -> tuple[FloatArray, FloatArray]:
 
 
 def _closed(sides: FloatArray, towards: FloatArray, crack: float) -> FloatArray | None:
-    """Return triangles (T, 3, 3) m over one ring of sides (N, 2, 3), which face along a vector (3,).
+    """Return triangles (T, 3, 3) m that close one ring of sides (N, 2, 3) m.
 
-    Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to that vector.
+    Return None if the sides are not one ring, or if the ring crosses itself in the plane perpendicular to `towards`.
+
+    towards : (3,), direction that the triangles face; crack : m, width up to which a hole is a crack
     """
     ring = _in_order(sides)
     if ring is None:

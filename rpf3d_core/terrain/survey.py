@@ -1,4 +1,4 @@
-"""Terrain from points and triangles that do not come from a file, such as a survey over ROS."""
+"""Make a terrain from points and triangles that do not come from a file, such as a survey received over ROS."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from rpf3d_core.terrain.mesh.zero_area import NO_AREA_AT_ALL, without_area
 def mesh_terrain(vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float | None = None) -> Terrain:
     """Return the terrain of vertices (V, 3) m, z up, and triangles (F, 3): one zone, repaired winding, a local origin.
 
-    weld_tolerance : vertices nearer than this (m) become one; None if they are welded already
+    weld_tolerance : vertices nearer than this (m) become one vertex; None if the mesh is already welded
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Zones drawn in plan: the facets that a polygon covers."""
+"""Assign zones to facets by polygons in plan."""
 
 from dataclasses import replace
 
@@ -14,13 +14,13 @@ Flags = NDArray[np.bool_]
 
 
 def in_plan(frame: Frame, points: FloatArray) -> FloatArray:
-    """Return plan coordinates (..., 2) m of local points (..., 3), in the input's axes: x y, or x z if y is up."""
+    """Return plan coordinates (..., 2) m of local points (..., 3) in the input's axes: x y, or x z if y points up."""
     there = frame.points_to_input(points)
     return there[..., :2] if frame.up == "z" else there[..., ::2]
 
 
 def covered(polygons: MultiPolygon, plan: FloatArray) -> Flags:
-    """Return (N,) true for plan points (N, 2) m in the polygons or on their rim."""
+    """Return (N,) true for each plan point (N, 2) m in the polygons or on their outline."""
     shapely.prepare(polygons)
     return np.asarray(shapely.intersects_xy(polygons, plan[:, 0], plan[:, 1]), dtype=bool)
 

@@ -1,1 +1,1 @@
-"""Faults of a mesh and their repair: welding, winding, edges, borders."""
+"""Find and repair the faults of a mesh: welding, winding, edges, borders."""

@@ -1,7 +1,7 @@
-"""The border of a mesh: the sides of facets along which no neighbour runs in the opposite direction.
+"""Find the border of a mesh: the sides of facets that no neighbour has in the opposite direction.
 
-Seen from the free side, the terrain lies to the left of each side. The sides of a whole mesh form closed rings:
-counter-clockwise around a component, clockwise around a hole.
+Seen from the free side, the terrain lies to the left of each border side. The border sides of a whole mesh form closed
+rings: counter-clockwise around a component, clockwise around a hole.
 """
 
 from typing import Any
@@ -20,14 +20,14 @@ Corners = NDArray[np.integer[Any]]
 def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh) -> FloatArray:
     """Return the border sides (B, 3, 3) m: begin, end and third corner of their facet.
 
-    A side counts as many times as facets run along it more often than in the opposite direction. An edge between two
-    facets therefore does not count, and neither does one between two facets and two duplicates of them. Facets with two
-    corners on one vertex have no sides.
+    Sides of opposite directions along one edge cancel out in pairs; the remaining sides are the border. So an edge
+    between two facets is not on the border, also if both facets have a duplicate. Facets with two corners on one vertex
+    have no sides.
 
     Parameters
     ----------
     vertices : (V, 3) m
-    triangles : (F, 3), wound alike
+    triangles : (F, 3), with consistent winding
     """
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     balance = memory("border_balance", len(vertices), np.int64)
@@ -42,8 +42,8 @@ def border_of(vertices: FloatArray, triangles: IntArray, memory: Memory = fresh)
 def net_sides(gone: Corners, came: Corners) -> Corners:
     """Return the sides (N, 3) that a border gains if triangles `gone` (G, 3) are replaced by triangles `came` (C, 3).
 
-    A side of the old border that has a neighbour afterwards is included in the opposite direction (`border_after`). A
-    side left open by a removed triangle has the third corner of that triangle.
+    A side that leaves the border, because it gets a neighbour, is included in the opposite direction; `border_after`
+    then cancels both. A side left open by a removed triangle has the third corner of this triangle.
     """
     triangles = np.concatenate([gone[:, [0, 2, 1]], came]).astype(np.int64)
     sides = np.concatenate([triangles[:, [k, (k + 1) % 3, (k + 2) % 3]] for k in range(3)])
@@ -53,7 +53,7 @@ def net_sides(gone: Corners, came: Corners) -> Corners:
 def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
     """Return the border (B, 3, 3) m plus gained sides (N, 3, 3) m, without pairs of opposite sides.
 
-    Vertices are identified by their coordinates, so vertices that stay must keep every bit.
+    Vertices are identified by their coordinates, so unchanged vertices must have exactly the same coordinates.
     """
     sides = np.concatenate([border, gained])
     ends = np.ascontiguousarray(sides[:, :2]).reshape(-1, 3) + 0.0  # -0.0 and 0.0 are one coordinate
@@ -63,7 +63,10 @@ def border_after(border: FloatArray, gained: FloatArray) -> FloatArray:
 
 
 def left_over(number: Corners) -> NDArray[np.bool_]:
-    """Return true (N,) for sides left after opposite sides cancel out; sides : (N, 2) numbers of their ends."""
+    """Return (N,) true for each side that remains after opposite sides cancel out.
+
+    number : (N, 2) vertex numbers of the ends of each side
+    """
     low, high = number.min(axis=1).astype(np.int64), number.max(axis=1).astype(np.int64)
     up = number[:, 0] < number[:, 1]
     edge = np.unique(low * (int(high.max(initial=0)) + 1) + high, return_inverse=True)[1]
@@ -80,9 +83,10 @@ def left_over(number: Corners) -> NDArray[np.bool_]:
 
 
 def _marks(vertices: int) -> NDArray[np.int64]:
-    """Return a number of 43 bits for each vertex, so scattered that sums of them hardly ever agree by chance.
+    """Return a pseudo-random number of 43 bits for each vertex; different sums of these numbers are almost never equal.
 
-    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to less than 2^63.
+    The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA). A million of these numbers add up to
+    less than 2^63.
     """
     z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -92,9 +96,9 @@ def _marks(vertices: int) -> NDArray[np.int64]:
 
 @loop
 def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
-    """Add up at each vertex the marks of the ends of its outgoing sides, minus those of the starts of incoming sides.
+    """Write the balance of each vertex: the marks where its outgoing sides end, minus those where incoming sides start.
 
-    The balance is 0 where every side has an opposite side, so a vertex with another balance lies on the border.
+    If every side at a vertex has an opposite side, the balance is 0. So a vertex with another balance is on the border.
     """
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -106,7 +110,10 @@ def _weigh_sides(triangles: Any, marks: Any, balance: Any) -> None:
 
 @loop
 def _sides_between(triangles: Any, balance: Any, sides: Any) -> int:
-    """Return the number of sides between two vertices out of balance; write as many as `sides` (N, 3) has rows."""
+    """Return the number of sides between two vertices with a balance other than 0, and write these sides.
+
+    sides : (N, 3), receives begin, end and third corner of the first N sides
+    """
     count = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]

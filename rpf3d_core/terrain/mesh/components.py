@@ -11,7 +11,7 @@ Index = NDArray[np.int32]
 
 
 def components(count: int, a: Index, b: Index) -> Index:
-    """Return the smallest node that each node is connected to, (count,); the order of the pairs does not matter.
+    """Return the component of each node, named by its smallest node; the order of the pairs does not matter.
 
     Parameters
     ----------
@@ -32,10 +32,10 @@ def components(count: int, a: Index, b: Index) -> Index:
 
 @loop
 def _join(above: Any, a: Any, b: Any) -> None:
-    """Attach the larger root of each pair to the smaller root, then every node to its root.
+    """Attach the larger root of each pair to the smaller root, then every node to its root (union-find).
 
     Path halving at every look-up keeps paths short (Tarjan & van Leeuwen 1984, J. ACM 31:245). A node is always
-    attached to a smaller one, so in rising order the parent of each node is already attached to its root.
+    attached to a smaller node. So the last loop, in ascending order, finds each parent already attached to its root.
     """
     for p in range(len(a)):
         i, j = a[p], b[p]

@@ -1,4 +1,4 @@
-"""The edges of a triangle mesh: the facets that meet at each edge, and the direction of the edge in each facet."""
+"""Find the edges of a triangle mesh, the facets at each edge, and the direction of the edge in each facet."""
 
 from typing import Any, NamedTuple
 
@@ -13,13 +13,14 @@ Flags = NDArray[np.bool_]
 
 
 class Edges(NamedTuple):
-    """Edges of a mesh, each with its run of uses; a use is one side of a facet.
+    """Edges of a mesh, each with its uses; a use is one side of a facet, and the uses of an edge are consecutive.
 
     low, high : (E,) the vertices of each edge, low < high
     start : (E,) first use of each edge; uses : (E,) number of uses
     facet : (U,) the facet of each use
-    down : (U,) true if the facet runs from high to low
-    A facet with two corners on one vertex has no sides here: its neighbours meet as if the facet did not exist.
+    down : (U,) true if the side of the facet goes from vertex `high` to vertex `low`
+
+    A facet with two corners on one vertex has no uses: its neighbours meet as if the facet did not exist.
     """
 
     low: Index
@@ -50,20 +51,20 @@ def collapsed(triangles: Index) -> Flags:
 
 
 def shared_by_two(edges: Edges) -> tuple[Index, Index, Flags]:
-    """Return the facets (P,), (P,) on both sides of each manifold edge, and true (P,) if their windings agree there."""
+    """Return the two facets (P,), (P,) at each edge of exactly two facets, and (P,) true if their windings agree."""
     first = edges.start[edges.uses == 2]
     agree = edges.down[first] != edges.down[first + 1]
     return edges.facet[first], edges.facet[first + 1], agree
 
 
 def facets_on_borders(edges: Edges) -> Index:
-    """Return the facets (B,) of all uses of edges without exactly two uses: boundaries and non-manifold edges."""
+    """Return the facets (B,) at all edges of one facet, or of three or more facets."""
     return np.asarray(edges.facet[np.repeat(edges.uses != 2, edges.uses)])
 
 
 @loop
 def _reach(triangles: Any) -> int:
-    """Return the largest difference between the two vertices of a side."""
+    """Return the largest difference between the vertex numbers of a side."""
     reach = 0
     for f in range(len(triangles)):
         a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
@@ -75,8 +76,8 @@ def _reach(triangles: Any) -> int:
 def _write_side_keys(triangles: Any, vertices: int, reach: int, keys: Any) -> None:
     """Write a key for each side into keys (3 F,), at k F + f for side k of facet f.
 
-    A key packs the lower vertex, the reach to the higher vertex (`reach` bits) and the direction, so that sorting
-    brings the uses of an edge together. Sides of collapsed facets come last.
+    A key packs the lower vertex, the difference to the higher vertex (`reach` bits) and the direction. After sorting,
+    the uses of an edge are therefore consecutive. Sides of collapsed facets are last.
     """
     count = len(triangles)
     for f in range(count):

@@ -21,12 +21,13 @@ from rpf3d_core.values import Vec
 class FaultReport:
     """Contents and faults of a terrain's mesh; lengths in m, areas in m^2.
 
-    files : where the mesh came from
+    files : names of the mesh files
     triangles, vertices, edges : counts, after welding
-    area, area_by_zone : of all facets, and of the facets of each zone
-    pieces : number of components, which no edge connects
-    boundary_edges : edges of one facet; holes : closed rings of them, besides one outer ring for each component (rings
-        that touch at a vertex count as one)
+    area, area_by_zone : area of all facets, and of the facets of each zone
+    pieces : number of components, which have no edge in common
+    boundary_edges : number of edges of one facet
+    holes : number of closed rings of boundary edges, without one outer ring for each component (rings that touch at a
+        vertex count as one ring)
     non_manifold_edges : edges of three facets or more
     zero_area_facets, duplicate_facets : counts; these facets are kept, so facet numbers are those of the files
     flipped_facets : facets that were turned over to face the free side
@@ -77,7 +78,7 @@ class FaultReport:
 def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
     """Return the areas by zone; zones whose names differ only in a final number are summed.
 
-    A sum stands at the place of its first zone.
+    A sum takes the position of its first zone.
     """
     families: dict[str, list[str]] = {}
     for zone in area_by_zone:
@@ -89,9 +90,9 @@ def _folded(area_by_zone: dict[str, float]) -> dict[str, float]:
 
 
 def fault_report(terrain: Terrain, winding: Winding, edges: Edges, files: tuple[str, ...]) -> FaultReport:
-    """Return the faults of a terrain whose winding is repaired.
+    """Return the fault report of a terrain after the repair of its winding.
 
-    The edges may be those from before the repair, which changes only their `down`, and `down` is not used here.
+    edges : edges of the mesh before or after the repair; the repair changes only `down`, which is not used here
     """
     area = np.sqrt(np.einsum("ij,ij->i", winding.areas, winding.areas))
     flat = without_area(terrain.vertices, terrain.triangles, winding.areas)
@@ -130,7 +131,10 @@ def _extent(terrain: Terrain) -> tuple[Vec, Vec]:
 
 
 def _pieces(piece: Index, edges: Edges) -> Index:
-    """Return (F,) components across all shared edges, from components across edges of exactly two facets."""
+    """Return the component (F,) of each facet, connected by all shared edges.
+
+    piece : (F,) component of each facet, connected only by edges of exactly two facets
+    """
     crowded = np.repeat(edges.uses > 2, edges.uses)
     if not crowded.any():
         return piece
@@ -139,7 +143,7 @@ def _pieces(piece: Index, edges: Edges) -> Index:
 
 
 def _holes(vertices: int, edges: Edges, boundary: Flags, piece: Index) -> int:
-    """Return the number of rings of boundary edges, minus one for each component that has any."""
+    """Return the number of holes: the rings of boundary edges, minus one ring for each component with a boundary."""
     ring = components(vertices, edges.low[boundary], edges.high[boundary])[edges.low[boundary]]
     owner = piece[edges.facet[edges.start[boundary]]]
     rings = np.unique(np.stack([owner, ring], axis=1), axis=0)
@@ -158,9 +162,9 @@ def _duplicates(triangles: Index, vertices: int) -> int:
 
 
 def _marks(vertices: int) -> NDArray[np.uint64]:
-    """Return a 64-bit number for each vertex, scattered so that sums of different triples hardly ever agree.
+    """Return a pseudo-random 64-bit number for each vertex; sums of different triples are almost never equal.
 
-    The finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
+    The function is the finaliser of SplitMix64 (Steele, Lea & Flood 2014, OOPSLA).
     """
     z = np.arange(1, vertices + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

@@ -1,7 +1,7 @@
-"""Components of a consistently wound mesh that face the wrong way: the result of `winding`, without sorting.
+"""Turn over components that face the wrong side, in a mesh with consistent winding; faster than `winding`.
 
-An open component has to face up, a closed one outwards. Only a mesh with facets that face up and others that face down
-needs this test of each component.
+An open component must face up, a closed component must face outwards. The result is the same as in `winding`, but no
+sorting is needed. Only a mesh with both upward and downward facets needs this test of each component.
 """
 
 from typing import Any
@@ -18,10 +18,13 @@ from rpf3d_core.vectors import dot
 def turn_wrong_pieces(
     vertices: FloatArray, triangles: IntArray, starts: IntArray, to: IntArray, memory: Memory, share: Share
 ) -> None:
-    """Turn over components that face down, or inwards if they are closed; each facet keeps its first corner.
+    """Turn over open components that face down and closed components that face inwards.
+
+    Each facet keeps its first corner.
 
     vertices : (V, 3) m; triangles : (F, 3), changed in place
-    starts (V + 1,), to : ends of the sides that start at each vertex; no side runs twice in the same direction
+    starts (V + 1,), to : end vertices of the sides that start at each vertex v, to[starts[v] : starts[v + 1]]; no side
+        occurs twice in the same direction
     """
     count = len(triangles)
     of, cursor = memory("out_of", len(to), np.int32), memory("out_cursor", len(starts), np.int32)
@@ -48,7 +51,7 @@ def _fill_of(triangles: Any, begin: int, end: int, cursor: Any, of: Any) -> None
 
 @loop
 def _join(starts: Any, to: Any, of: Any, above: Any, border: Any) -> None:
-    """Attach each facet to the smallest facet of its component, as `components`; mark facets on a border."""
+    """Attach each facet to the smallest facet of its component, as in `components`; mark facets on a border."""
     for f in range(len(above)):
         above[f], border[f] = f, False
     for v in range(len(starts) - 1):
@@ -89,7 +92,7 @@ def _sum_up(vertices: Any, triangles: Any, above: Any, border: Any, sums: Any) -
 
 @loop
 def _turn_some(triangles: Any, above: Any, border: Any, sums: Any) -> None:
-    """Turn over the facets of the components whose sum is below 0."""
+    """Turn over the facets of components with a negative area in plan, or a negative volume if they are closed."""
     for f in range(len(above)):
         piece = above[f]
         if sums[piece, 0 if border[piece] else 1] < 0.0:

@@ -1,9 +1,9 @@
-"""The test whether a mesh needs repair: most surveys arrive welded and wound, and a few passes over the mesh prove it.
+"""Test whether a mesh needs repair, and repair the mesh only then: most surveys are already welded and wound.
 
-Vertices that only welding would join lie on borders, where facets that should meet do not. So only border vertices are
-compared with each other. (A facet shorter than the tolerance within a closed fan is left unchanged, although `weld`
-would collapse it.) Every side of a facet is looked up at the vertex that it runs from: the winding agrees if no side
-runs twice in the same direction.
+If welding would join two vertices, both lie on borders, because the facets there do not meet. So only border vertices
+are compared with each other. (A facet shorter than the tolerance and surrounded by other facets stays unchanged,
+although `weld` would collapse the facet.) The winding is consistent if no side occurs twice in the same direction; to
+test this, the sides are listed by the vertex at which they start.
 """
 
 import math
@@ -24,7 +24,7 @@ from rpf3d_core.terrain.survey import mesh_terrain
 from rpf3d_core.vectors import dot, subtract
 
 UP, DOWN, MIXED = 1, -1, 0
-"""The direction that the facets of a mesh face."""
+"""Direction of the facets of a mesh: all face up, all face down, or neither."""
 FLAT = "the terrain is none: no facet has an area, for the corners of each lie on one line"
 
 
@@ -32,10 +32,12 @@ def ready_mesh(
     vertices: FloatArray, triangles: IntArray, zone: str, weld_tolerance: float, memory: Memory = fresh,
     share: Share = one_by_one,
 ) -> Mesh:  # fmt: skip
-    """Return a mesh of vertices (V, 3) m and triangles (F, 3), repaired if necessary: welded, wound, local.
+    """Return a mesh of vertices (V, 3) m and triangles (F, 3) in the local frame; weld and rewind only if necessary.
 
-    `survey.mesh_terrain` makes the repairs, and the layout is the same. Raises TerrainError in the same cases, and if a
-    triangle refers to a vertex that does not exist.
+    `survey.mesh_terrain` makes the repairs. Raises TerrainError in the same cases as `mesh_terrain`, and if a triangle
+    refers to a vertex that does not exist.
+
+    zone, weld_tolerance : as in `mesh_terrain`; memory : allocates the arrays; share : runs the work in parallel
     """
     if len(triangles) == 0:
         raise TerrainError("the terrain holds no triangles; it needs at least one")
@@ -67,7 +69,7 @@ def _moved(vertices: FloatArray, triangles: IntArray, memory: Memory, share: Sha
 
 
 def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
-    """Return UP or DOWN if all facets face there, else MIXED. Raises TerrainError if no facet has an area."""
+    """Return UP or DOWN if all facets face up or down, else MIXED. Raises TerrainError if no facet has an area."""
     seen = share([lambda a=a, b=b: _look(mesh.vertices, mesh.triangles, a, b) for a, b in halves(len(mesh.triangles))])  # type: ignore[misc]
     up, down, level = (sum(counts) for counts in zip(*seen, strict=True))
     if up + down + level == 0:
@@ -76,7 +78,7 @@ def _looks(mesh: Mesh, memory: Memory, share: Share) -> int:
 
 
 def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray]:
-    """Return the ends of the sides that start at each vertex v: to[starts[v] : starts[v + 1]]."""
+    """Return `starts` and `to`: the sides that start at vertex v end at the vertices to[starts[v] : starts[v + 1]]."""
     count = len(mesh.vertices)
     starts, to = memory("out_starts", count + 1, np.int32), memory("out_to", 3 * len(mesh.triangles), np.int32)
     starts[:] = 0
@@ -92,7 +94,7 @@ def _sides(mesh: Mesh, memory: Memory, share: Share) -> tuple[IntArray, IntArray
 def _is_sound(
     mesh: Mesh, starts: IntArray, to: IntArray, tolerance: float, memory: Memory, share: Share
 ) -> bool:  # fmt: skip
-    """True if no side runs twice in the same direction, and no two border vertices are within the tolerance (m)."""
+    """True if no side occurs twice in the same direction, and no two border vertices are within the tolerance (m)."""
     border = memory("border", len(mesh.vertices), np.bool_)
     border[:] = False
     parts = halves(len(mesh.vertices))
@@ -103,7 +105,7 @@ def _is_sound(
 
 
 def _repaired(vertices: FloatArray, triangles: IntArray, zone: str, tolerance: float, memory: Memory) -> Mesh:
-    """Return the mesh as `mesh_terrain` repairs it, in arrays of the memory."""
+    """Return the mesh after the repairs of `mesh_terrain`, copied into arrays of `memory`."""
     terrain = mesh_terrain(vertices, triangles, zone, tolerance)
     local = memory("vertices", 3 * len(terrain.vertices), np.float64).reshape(-1, 3)
     corners = memory("triangles", 3 * len(terrain.triangles), np.int32).reshape(-1, 3)
@@ -134,7 +136,7 @@ def _move(vertices: Any, begin: int, end: int, x: float, y: float, z: float, loc
 
 @loop
 def _look(vertices: Any, triangles: Any, begin: int, end: int) -> tuple[int, int, int]:
-    """Return how many of some facets face up, down, and neither way; facets without area are not counted."""
+    """Return the numbers of upward, downward and vertical facets from `begin` to `end`, without facets without area."""
     up, down, level = 0, 0, 0
     for f in range(begin, end):
         a, b, c = (vertex(vertices, triangles[f, 0]), vertex(vertices, triangles[f, 1]),
@@ -183,9 +185,9 @@ def _fill_out(triangles: Any, begin: int, end: int, cursor: Any, to: Any) -> Non
 
 @loop
 def _sides_agree(starts: Any, to: Any, begin: int, end: int, border: Any) -> bool:
-    """True if no side of these vertices runs twice in the same direction; mark the ends of unpaired sides.
+    """True if no side occurs twice in the same direction, among the sides that start at vertices `begin` to `end`.
 
-    An unpaired side has no opposite side and lies on a border.
+    A side without an opposite side lies on a border: both of its vertices are marked in `border`.
     """
     for v in range(begin, end):
         for e in range(starts[v], starts[v + 1]):

@@ -1,4 +1,4 @@
-"""Sorting of whole numbers together with their original places."""
+"""Sort integers together with their original positions."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from rpf3d_core.jit.dispatch import loop
 Keys = NDArray[np.int64]
 
 LARGEST_BITS = 63
-"""Bits of a non-negative int64."""
+"""Number of bits of a non-negative int64."""
 
 
 def bits_left(count: int) -> int:
@@ -19,10 +19,11 @@ def bits_left(count: int) -> int:
 
 
 def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
-    """Return keys (N,) >= 0 of at most `bits` bits in rising order, and the original place (N,) of each.
+    """Return keys (N,) >= 0 of at most `bits` bits in ascending order, and the original position (N,) of each key.
 
-    The array `keys` is overwritten. Key and place are packed into one integer if they fit: sorting values is several
-    times faster than sorting indices. Equal keys then stay in their order; otherwise their order is undefined.
+    The array `keys` may be overwritten. Key and position are packed into one integer if they fit, because sorting
+    values is several times faster than sorting indices. In this case equal keys keep their order; otherwise the order
+    of equal keys is undefined.
     """
     if bits > bits_left(len(keys)):
         order = np.argsort(keys)
@@ -36,14 +37,14 @@ def sort_keys(keys: Keys, bits: int) -> tuple[Keys, NDArray[np.int32]]:
 
 @loop
 def _pack(keys: Any, shift: int) -> None:
-    """Append the place of each key to the key, in its low bits."""
+    """Append the position of each key to the key, in its low bits."""
     for i in range(len(keys)):
         keys[i] = (keys[i] << shift) + i
 
 
 @loop
 def _unpack(keys: Any, shift: int, place: Any) -> None:
-    """Split keys and places."""
+    """Split packed integers into keys and positions."""
     for i in range(len(keys)):
         place[i] = keys[i] & ((1 << shift) - 1)
         keys[i] >>= shift

@@ -1,7 +1,7 @@
-"""Welding: points nearer than a tolerance become one vertex.
+"""Weld points: points nearer than a tolerance become one vertex.
 
-No grid of cells is involved, so the border of a cell cannot split a pair. Points are sorted along one oblique
-direction, and two points within the tolerance of each other are within the tolerance along that direction too.
+Points are sorted along one oblique direction. Two points within the tolerance of each other are also within the
+tolerance along this direction. No grid of cells is used, so no pair is missed at the border of a cell.
 """
 
 from collections.abc import Sequence
@@ -20,8 +20,8 @@ Index = NDArray[np.int32]
 OBLIQUE = (0.6180339887498949, 0.4142135623730951, 0.6681786379192989)
 """Sorting direction, unit length: golden ratio - 1, sqrt(2) - 1 and the remaining component.
 
-Any direction gives the right result. A direction that is perpendicular to no survey grid leaves few points at
-equal places.
+Any direction gives the right result. This direction is not perpendicular to the rows of usual survey grids, so few
+points have equal places along the direction.
 """
 
 ROUNDING = 8 * np.finfo(float).eps
@@ -29,14 +29,14 @@ ROUNDING = 8 * np.finfo(float).eps
 
 
 SMALLER_THAN_ONE = 1.0 - 2.0**-40
-"""Keeps the last step within its bits, whatever the rounding."""
+"""Factor that keeps the number of the last step within the available bits, for any rounding."""
 
 
 def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
     """Return the vertices and the vertex of each point: points no further apart than a tolerance become one vertex.
 
-    Chains count: a vertex stands for all points that are linked by steps of at most the tolerance. The vertex lies on
-    the first of these points, and vertices are numbered in order of first appearance.
+    Chains of points become one vertex too, if each point is at most the tolerance from the next point. The vertex lies
+    on the point of the chain with the smallest number, and vertices are numbered in the order of these points.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def weld(points: FloatArray, tolerance: float) -> tuple[FloatArray, Index]:
 
 
 def _at(columns: Sequence[FloatArray], some: Index) -> FloatArray:
-    """Return some of the points with these columns, (N, 3)."""
+    """Return selected points (N, 3); columns : x, y and z of all points; some : (N,) numbers of the selected points."""
     return np.stack([column[some] for column in columns], axis=1)
 
 
@@ -110,7 +110,11 @@ def _runs_of_equals(x: Any, y: Any, z: Any, order: Any, first: Any, run: Any) ->
 
 
 def _first_of_near(places: FloatArray, along: FloatArray, first: Index, tolerance: float, step: float) -> Index:
-    """Return (M,) the smallest of `first` in the chain of each of M places, sorted along OBLIQUE by steps (m)."""
+    """Return for each place the smallest point number in its chain, (M,).
+
+    places : (M, 3) m, sorted along OBLIQUE with a precision of one step (m); along : (M,) m, their places along OBLIQUE
+    first : (M,) point number of each place
+    """
     a, b = _near_pairs(places, along, tolerance, tolerance + step + ROUNDING * float(np.abs(along).max()))
     if len(a) == 0:
         return first
@@ -121,7 +125,7 @@ def _first_of_near(places: FloatArray, along: FloatArray, first: Index, toleranc
 
 
 def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window: float) -> tuple[Index, Index]:
-    """Return pairs of places (a < b) at most the tolerance apart, searched within a window (m) along OBLIQUE."""
+    """Return all pairs of places (a < b) at most the tolerance apart; window : largest distance along OBLIQUE (m)."""
     found_a, found_b = [np.empty(0, np.int32)], [np.empty(0, np.int32)]
     for step in range(1, len(places)):
         a = np.flatnonzero(along[step:] - along[:-step] <= window)
@@ -138,7 +142,7 @@ def _near_pairs(places: FloatArray, along: FloatArray, tolerance: float, window:
 def _number(order: Any, run: Any, first: Any, index: Any, kept: Any) -> int:
     """Write the vertex of each point into `index`, and the point of each vertex into `kept`; return the vertex count.
 
-    The first point of a chain has the smallest number of the chain, so its vertex is known before the others need it.
+    The first point of a chain has the smallest number, so its vertex is known before the other points need the vertex.
     """
     for place in range(len(order)):
         index[order[place]] = first[run[place]]

@@ -1,8 +1,8 @@
-"""Winding repair: every normal points towards the free side.
+"""Repair the winding of a mesh, so that every normal points towards the free side.
 
-First, neighbours are made to agree across every edge that two facets share. Then each component of the mesh is turned
-as a whole: an open component so that it faces up (the sum of n_z times area is not negative), a closed component so
-that it faces outwards (its signed volume is not negative).
+First, facets are turned over so that neighbours agree across every edge of exactly two facets. Then each component of
+the mesh is turned as a whole: an open component so that it faces up (the sum of n_z times area is not negative), a
+closed component so that it faces outwards (its signed volume is not negative).
 """
 
 from typing import NamedTuple
@@ -21,8 +21,8 @@ class Winding(NamedTuple):
     triangles : (F, 3), in the order of the input, each with the same first corner
     areas : (F, 3) m^2, the area of each facet times its unit normal
     flipped : (F,) true for facets that were turned over
-    piece : (F,) the smallest facet that each facet is connected to across edges shared by two facets
-    one_sided : number of components that have only one side (as a Moebius strip); they are left unchanged
+    piece : (F,) component of each facet across edges of exactly two facets: the smallest facet of the component
+    one_sided : number of components that have only one side (as a Moebius strip); these stay unchanged
     """
 
     triangles: Index
@@ -33,7 +33,7 @@ class Winding(NamedTuple):
 
 
 def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Winding:
-    """Return the mesh with all facets that face away from the free side turned over.
+    """Return the mesh after all facets that face away from the free side are turned over.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def repair_winding(vertices: FloatArray, triangles: Index, edges: Edges) -> Wind
 def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
     """Return the component of each facet, true (F,) for facets to turn, and the number of one-sided components.
 
-    After the turns neighbours agree. Each facet f stands for two nodes, f unchanged and f + F turned over; neighbours
-    are joined node by node so that they agree. The two copies of a component stay apart, unless the component is
-    one-sided.
+    After the turns, neighbours agree. Each facet f has two nodes: f for the unchanged facet, f + F for the facet turned
+    over. The nodes of two neighbours are joined if they agree. So each component has two copies, which are separate
+    unless the component is one-sided.
     """
     f, g, agree = shared_by_two(edges)
     if agree.all():
@@ -73,7 +73,10 @@ def _agreement(count: int, edges: Edges) -> tuple[Index, Flags, int]:
 
 
 def _faces_wrong(first: FloatArray, areas: FloatArray, piece: Index, edges: Edges) -> Flags:
-    """Return (F,) true if the component of a facet faces down or inwards; first : (F, 3) m, a corner of each facet."""
+    """Return (F,) true if the component of a facet is open and faces down, or is closed and faces inwards.
+
+    first : (F, 3) m, the first corner of each facet; areas : (F, 3) m^2, as in `Winding`
+    """
     upward = np.bincount(piece, areas[:, 2], len(piece))
     has_border = np.zeros(len(piece), bool)
     has_border[piece[facets_on_borders(edges)]] = True

@@ -1,4 +1,4 @@
-"""Facets without area: the one test for them, for the fault report and for code that must not touch such facets."""
+"""Test for facets without area, used by the fault report and by all code that must exclude such facets."""
 
 import numpy as np
 from numpy.typing import NDArray

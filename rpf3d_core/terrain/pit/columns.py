@@ -1,8 +1,8 @@
-"""Points of a pit in columns: each column is a profile from the floor out to the natural ground.
+"""Make the points of a pit in columns: each column is a profile from the floor outwards to the natural ground.
 
-Columns differ in their number of points, because rows end where the ramp cuts them. Keys give the order in which the
-points of two neighbouring columns follow each other, and an edge joins points of equal keys. Crests, toes and the edges
-of the ramp are therefore lines of edges in the mesh.
+Columns differ in their number of points, because rows end where the ramp cuts them. Each point has a key. The keys give
+the common order of the points of two neighbouring columns, and an edge joins two points of equal key. Crests, toes and
+the edges of the ramp are therefore lines of edges in the mesh.
 """
 
 from typing import NamedTuple
@@ -18,27 +18,26 @@ IndexArray = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 SECTION = 1.0e6
-"""Step of the keys from one section of a profile (wall, ramp, wall, ...) to the next; far above any row or offset."""
+"""Difference of the keys between two sections of a profile (wall, ramp, wall, ...); far above any row or offset."""
 GROUND_KEY, FLOOR_KEY = 5.0e5, -2.0e4
-"""Keys of ground and floor: the key is this value plus the offset in m, so it lies after or before all rows of the
-wall."""
+"""Keys of ground and floor points: this value plus the offset in m, so after or before all rows of the wall."""
 OUTWARD_GROWTH = 1.5
 """Edge length on the natural ground over the edge length in the pit (-)."""
 
 
 class Spacing(NamedTuple):
-    """The edge length aimed at, m."""
+    """The target length of the mesh edges, and distances that depend on this length; edge : m."""
 
     edge: float
 
     @property
     def feature_gap(self) -> float:
-        """Distance (m) to the ramp's edge within which toes and crests merge with it, to avoid thinner slivers."""
+        """Distance (m) to the ramp's edge within which toes and crests merge with the edge, to avoid thin triangles."""
         return min(0.15 * self.edge, 0.5)
 
     @property
     def row_gap(self) -> float:
-        """Distance (m) to the ramp's edge within which all other rows merge with it."""
+        """Distance (m) to the ramp's edge within which all other rows merge with the edge."""
         return 0.4 * self.edge
 
 
@@ -67,10 +66,11 @@ class Columns(NamedTuple):
 
 
 class RampTurn(NamedTuple):
-    """One turn of the ramp as it crosses the N columns; every array is (N,).
+    """One turn of the ramp where it crosses the N columns; every array is (N,).
 
-    exists : true where the ramp is ; face : number of the face that it cuts ; part : share of that face below it (-)
-    height : m ; inner, outer : offsets of its edges, m ; coordinate : height as a bench coordinate
+    exists : true where the ramp exists ; face : number of the bench face that the ramp cuts
+    part : share of this bench face below the ramp (-) ; height : of the ramp, m
+    inner, outer : offsets of the ramp's edges, m ; coordinate : height as a bench coordinate
     """
 
     exists: Mask
@@ -123,7 +123,7 @@ def crossing_of(design: Design, count: int, last: int, turn: int) -> RampTurn:
 
 
 def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatArray, spacing: Spacing) -> Points:
-    """Return the points of faces and benches; dropped points have an offset as well."""
+    """Return the points of bench faces and benches; invalid points, which are omitted later, have an offset as well."""
     shape = (len(rows.kind), len(p))
     below = np.zeros(shape)
     for crossing in crossings:
@@ -142,7 +142,7 @@ def wall_points(design: Design, rows: Rows, crossings: list[RampTurn], p: FloatA
 
 
 def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
-    """Return the distance (W, N), m, by which to move the face that the ramp cuts.
+    """Return the distance (W, N), m, by which to move the rows of the bench face that the ramp cuts.
 
     The berm below the ramp tapers towards the ramp, and the berm above tapers away from it. If a share f of the face
     lies below the ramp, the berm at the toe of the face is f w wide and the berm at its crest (1 - f) w.
@@ -155,7 +155,7 @@ def taper(rows: Rows, crossing: RampTurn, width: FloatArray) -> FloatArray:
 
 
 def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) -> Mask:
-    """Return true for inner bench rows (W, N) for which a tapered berm leaves no room."""
+    """Return (W, N) true for points of inner bench rows that do not fit on a tapered berm."""
     bench, place = (rows.kind == BENCH)[:, None], (rows.berms - np.floor(rows.berms))[:, None] * width
     edge, margin = crossing.part * width, np.minimum(spacing.row_gap, 0.25 * width)
     steps_up = rows.face[:, None] - crossing.face
@@ -165,7 +165,7 @@ def crowds(rows: Rows, crossing: RampTurn, width: FloatArray, spacing: Spacing) 
 
 
 def merges(rows: Rows, crossing: RampTurn, offset: FloatArray, spacing: Spacing) -> Mask:
-    """Return true for points (W, N) that nearly coincide with an edge of the ramp, which replaces them."""
+    """Return (W, N) true for points that nearly coincide with an edge of the ramp; points of the ramp replace them."""
     feature = ((rows.kind == TOE) | (rows.kind == CREST))[:, None]
     gap = np.where(feature, spacing.feature_gap, spacing.row_gap)
     rise = np.abs(rows.height[:, None] - crossing.height)
@@ -202,7 +202,7 @@ def floor_points(design: Design, wall: Points, spacing: Spacing) -> Points:
 
 
 def ground_points(design: Design, wall: Points, crossings: list[RampTurn], spacing: Spacing) -> Points:
-    """Return the points of the natural ground outside the crest, still level: relief is added with the roughness."""
+    """Return the points of the natural ground outside the crest; the ground is still level, relief is added later."""
     crest = wall.offset[-1]
     parts = max(2, round((design.outer - float(crest.mean())) / (OUTWARD_GROWTH * spacing.edge)))
     offset = crest + np.arange(1, parts + 1)[:, None] / parts * (design.outer - crest)
@@ -250,7 +250,10 @@ def joined(blocks: list[Points], rows: Rows, last: int) -> Columns:
 def key_at_top(
     column: IndexArray, offset: FloatArray, key: FloatArray, at_top: Mask, rows: int, last: int
 ) -> FloatArray:
-    """Return the keys towards the next column, where the ramp's top is ground with the crest at its inner edge."""
+    """Return the keys of the points for the connection to the next column, corrected at the top of the ramp.
+
+    The last line across the ramp counts there as natural ground, with the crest at its inner edge.
+    """
     if not at_top.any():
         return key
     key, edge = key.copy(), np.flatnonzero(at_top)[0]
@@ -262,7 +265,10 @@ def key_at_top(
 
 
 def key_at_foot(column: IndexArray, offset: FloatArray, key: FloatArray, at_foot: Mask) -> FloatArray:
-    """Return the keys towards the previous column, where the ramp's foot is floor with the toe at its outer edge."""
+    """Return the keys of the points for the connection to the previous column, corrected at the foot of the ramp.
+
+    The first line across the ramp counts there as floor, with the toe at its outer edge.
+    """
     if not at_foot.any():
         return key
     key, edge = key.copy(), np.flatnonzero(at_foot)[-1]

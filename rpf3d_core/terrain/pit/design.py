@@ -1,11 +1,11 @@
 """The design of a synthetic pit, without any mesh: plan outline, haul ramp, bench widths, zones.
 
-A place on the wall has two coordinates: p, the fraction of the way round the pit (counter-clockwise, 0 at the foot of
-the ramp), and the offset o (m) outwards from the floor outline, along its normal. Offsets along the normal keep the
-faces at their angle, whatever the outline. A profile at p is, from the floor up: face, berm, face, berm, ..., crest.
-The ramp is a strip cut into the profiles at a height that rises with p; the parts above the strip are pushed outwards.
-With every turn the wall therefore moves out by the width of the ramp minus one berm, and all level lines are slowly
-opening spirals that meet the ramp.
+A place on the wall has two coordinates: p, the fraction of a turn around the pit (counter-clockwise, 0 at the foot of
+the ramp), and the offset o (m) outwards from the floor outline, along the outline's normal. With offsets along the
+normal, the bench faces keep their angle for any outline. A profile at p consists, from the floor up, of bench face,
+berm, bench face, berm, ..., crest. The ramp is a strip cut into the profiles at a height that increases with p; the
+parts above the strip are moved outwards. With every turn the wall therefore moves outwards by the width of the ramp
+minus one berm, and all level lines are slowly widening spirals that end at the ramp.
 """
 
 import math
@@ -20,11 +20,11 @@ from rpf3d_core.terrain.pit.parameters import Pit
 SAMPLES = 4096
 """Samples of the plan in one turn: about 1 m apart on a pit of the thesis' size."""
 LOBES = ((3, 0.058, 3.13), (4, 0.022, 4.13), (5, 0.011, 3.47))
-"""Waves of the outline: number round the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
+"""Waves of the outline: number of waves around the pit, amplitude over the radius (-), phase (rad); chosen by eye."""
 WIDENINGS = ((2, 1.0, 0.4), (3, 0.7, 1.9), (7, 0.35, 4.0))
-"""Waves of the bench width round the pit: number, relative amplitude (-), phase (rad); chosen by eye."""
+"""Waves of the bench width: number of waves around the pit, relative amplitude (-), phase (rad); chosen by eye."""
 INNER_SHARE = 0.14
-"""Part of the floor's radius that is meshed with the walls, from the outside (-)."""
+"""Width of the outer ring of the floor that is meshed together with the walls, over the floor's radius (-)."""
 LEAST_STRETCH = 0.25
 """Least length of an offset line over the length of the outline (-); below it the plan counts as folded."""
 MOST_TURNS = 12
@@ -67,7 +67,7 @@ class Design:
 
     @property
     def surface_area(self) -> float:
-        """Rough area of the true surface, m2: only a first value for the edge length."""
+        """Approximate area of the pit's surface, m^2; gives a first value for the edge length."""
         rings = np.linspace(0.0, self.crest_offset, 2)
         plan = math.pi * (self.pit.floor_radius + rings) ** 2
         steepness = 1.0 / math.sin(math.radians(self.pit.face_angle_deg)) * self.pit.levels[-1] / self.crest_offset
@@ -131,7 +131,7 @@ class Design:
 
 
 def sampled(place: FloatArray, end: float, samples: FloatArray) -> FloatArray:
-    """Return the values, at places between 0 and `end`, of a quantity sampled evenly there."""
+    """Return interpolated values at places from 0 to `end`; samples : values at evenly spaced places in this range."""
     values: FloatArray = np.interp(place, np.linspace(0.0, end, len(samples)), samples)
     return values
 
@@ -179,7 +179,7 @@ def radius(pit: Pit, angle: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def evenly_round(pit: Pit, offset: float) -> FloatArray:
-    """Return polar angles (SAMPLES + 1,) round the pit from the foot of the ramp, evenly spaced along an offset line.
+    """Return polar angles (SAMPLES + 1,) around the pit from the foot of the ramp, evenly spaced on an offset line.
 
     offset : of the line, m
     """
@@ -193,7 +193,7 @@ def evenly_round(pit: Pit, offset: float) -> FloatArray:
 
 
 def bench_width(pit: Pit) -> FloatArray:
-    """Return the bench width (SAMPLES + 1,) round the pit, m: waves that reach the least and the greatest width."""
+    """Return the bench width (SAMPLES + 1,) around the pit, m; it varies from the least to the greatest width."""
     p = np.linspace(0.0, 1.0, SAMPLES + 1)
     wave = np.zeros(SAMPLES + 1)
     for number, amplitude, phase in WIDENINGS:
@@ -205,7 +205,10 @@ def bench_width(pit: Pit) -> FloatArray:
 
 
 def obliqueness(pit: Pit, cot: float) -> float:
-    """Return the ramp width along the outline's normal over its true width (-): the ramp moves out while it runs."""
+    """Return the ramp width along the outline's normal over the true ramp width (-).
+
+    The ratio is above 1, because the ramp moves outwards while it climbs.
+    """
     drift = pit.ramp_grade * (cot + 0.5 * sum(pit.bench_widths) * (len(pit.levels) - 1) / pit.levels[-1])
     return math.sqrt(1.0 + drift**2)
 

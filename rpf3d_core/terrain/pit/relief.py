@@ -1,6 +1,6 @@
-"""The relief that makes a designed pit look mined: rough surfaces, cones of loose rock on the benches, hills around it.
+"""Add relief to a designed pit: rough surfaces, cones of loose rock (spills) on the benches, and hills around the pit.
 
-All relief is a function of place and seed alone, so that meshes of any resolution sample the same surface.
+All relief depends only on place and seed, so meshes of any resolution have the same surface.
 """
 
 import math
@@ -15,9 +15,9 @@ from rpf3d_core.terrain.pit.design import Design
 from rpf3d_core.terrain.pit.rows import BENCH, CREST, FACE, TOE
 
 OCTAVES = (24.0, 12.0, 6.0, 3.0)
-"""Wavelengths of the roughness, m. Facets of 1 m2 would only alias shorter waves."""
+"""Wavelengths of the roughness, m; facets of 1 m^2 are too large to show shorter waves."""
 HURST = 0.8
-"""The amplitude grows with the wavelength to this power (-): a common value for rough rock surfaces."""
+"""Exponent of the amplitude as a power of the wavelength (-): a common value for rough rock surfaces."""
 WAVES = 6
 """Number of plane waves of random direction per wavelength."""
 SMOOTH_SHARE = 1.0 / 3.0
@@ -31,13 +31,13 @@ LEAST_SPILL, MOST_SPILL = 0.6, 0.95
 LONGEST_SPILL = 3.0
 """Largest reach of a spill along the bench over its reach across (-)."""
 HIGHEST_SPILL = 0.8
-"""Largest height of a spill over the height of the face that it leans on (-)."""
+"""Largest height of a spill over the height of the bench face behind the spill (-)."""
 SLACK = 1.3
 """Number of columns searched for a spill's points over the number needed if columns were evenly spaced (-)."""
 RAISED = 0.1
-"""A point that a spill raises by more than this, m, lies on the spill."""
+"""Least height (m) by which a spill raises a point that counts as a point of the spill."""
 TRIES = 40
-"""Places tried for a spill; after that the spill is given up, because the ramp leaves no full bench."""
+"""Number of random places tried for a spill; the spill is omitted if the ramp is too near to all of them."""
 
 
 class Waves(NamedTuple):
@@ -79,11 +79,10 @@ def roughness(design: Design, points: FloatArray) -> FloatArray:
 
 
 def steepness(design: Design, columns: Columns) -> FloatArray:
-    """Return the factor (P,) on the roughness of the columns' points for a displacement along z.
+    """Return the factor (P,) from roughness along the normal to displacement along z, for the points of the columns.
 
-    On faces the factor exceeds 1, because the roughness is measured along the normal; at the edges of faces the mean
-    slope counts. A displacement along z, not along the normal, keeps every facet's normal upwards, whatever the
-    roughness.
+    On bench faces the factor is above 1; at the edges of bench faces the mean slope counts. Points move along z and not
+    along the normal, so that every facet's normal points upwards for any roughness.
     """
     steep = math.radians(design.pit.face_angle_deg)
     of_kind = np.ones(max(TOE, FACE, CREST, BENCH) + 1)
@@ -109,7 +108,8 @@ def hills(design: Design, columns: Columns, points: FloatArray) -> FloatArray:
 class Spill(NamedTuple):
     """A cone of loose rock at the toe above bench `level`.
 
-    p : fraction round the pit ; level : number of the level from below ; across, along : its reach, m ; height : m
+    p : fraction of a turn around the pit ; level : number of the level, counted from the floor
+    across, along : reach of the spill across and along the bench, m ; height : m
     """
 
     p: float
@@ -169,7 +169,7 @@ def cone(design: Design, columns: Columns, spill: Spill, points: FloatArray) -> 
 
 
 def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tuple[float, float]:
-    """Return x and y, m, of the place at p on the line of toes that a spill leans on."""
+    """Return x and y, m, of the place at p on the toe line of the bench face behind a spill."""
     toe = columns.wall[toe_row(columns, spill)]
     offset = np.interp(p * columns.around, np.arange(columns.around + 1), np.append(toe, toe[0]))
     x, y = design.plan(np.array([p]), np.array([offset]))
@@ -177,7 +177,7 @@ def on_toe_line(design: Design, columns: Columns, spill: Spill, p: float) -> tup
 
 
 def toe_row(columns: Columns, spill: Spill) -> int:
-    """Return the row of the toe that a spill leans on."""
+    """Return the row of the toe of the bench face behind a spill."""
     return int(np.flatnonzero((columns.rows.kind == TOE) & (columns.rows.face == spill.level + 1))[0])
 
 

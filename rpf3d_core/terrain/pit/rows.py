@@ -1,4 +1,4 @@
-"""The rows of a pit's wall: places that every profile of the wall has, from the edge of the floor to the crest."""
+"""Make the rows of a pit's wall: the points that every profile of the wall has, from the floor's edge to the crest."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class Rows(NamedTuple):
 
 
 def rows_of(design: Design, edge: float) -> Rows:
-    """Return the rows, about `edge` m apart, with one at every toe and crest."""
+    """Return the rows of the wall, about `edge` m apart, with a row at every toe and every crest."""
     levels = design.pit.levels
     found: list[tuple[int, int, float, float, float]] = []
     for face in range(1, len(levels)):
@@ -46,7 +46,7 @@ def rows_of(design: Design, edge: float) -> Rows:
 
 
 def face_rows(design: Design, edge: float, face: int) -> list[tuple[int, int, float, float, float]]:
-    """Return toe, inner rows and crest of a face; without berms the toe is the crest below and not a row of its own."""
+    """Return toe, inner rows and crest of a bench face; without berms only the lowest bench face has a toe row."""
     low, high = design.pit.levels[face - 1], design.pit.levels[face]
     parts = max(1, round((high - low) * np.hypot(1.0, design.cot) / edge))
     berms = float(face - 1)

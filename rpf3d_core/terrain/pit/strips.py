@@ -1,4 +1,4 @@
-"""Triangles between neighbouring lines of points, whatever their numbers of points."""
+"""Fill the strips between neighbouring lines of points with triangles; the lines may differ in their point counts."""
 
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ class StripLines(NamedTuple):
 
 
 def strip_triangles(right: StripLines, left: StripLines) -> tuple[IndexArray, IndexArray]:
-    """Return triangles that fill the strips between lines on their right and on their left, in order of the keys.
+    """Return triangles that fill the strips between right and left lines, in the order of the keys.
 
     Each point except the first of a line makes one triangle: with the previous point on its line and with the point
     last passed on the other line. Points of equal key are passed together, so an edge joins them. The two lines of a

@@ -1,4 +1,4 @@
-"""The mesh of a synthetic pit: its columns of points, joined by triangles, and the zone of each triangle."""
+"""Make the mesh of a synthetic pit: join the columns of points by triangles, and give each triangle a zone."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,11 @@ from rpf3d_core.terrain.pit.strips import StripLines, strip_triangles
 
 IndexArray = NDArray[np.int64]
 STEEP_SHARE = 0.5
-"""A segment of a profile is face if its slope exceeds this share of the faces' slope (-): segments are either level
-or face."""
+"""Least slope of a segment in zone `face`, over the slope of the bench faces (-); other segments are level."""
 ROUNDING = 1.0e-9
 """Precision to which levels are compared, as a share of a bench height (-)."""
 FEWEST_ROUND = 6
-"""Least number of points of a ring of the floor."""
+"""Least number of points in a ring of the floor."""
 
 
 def surface_of(design: Design, columns: Columns, spacing: Spacing) -> tuple[FloatArray, IntArray, IntArray]:

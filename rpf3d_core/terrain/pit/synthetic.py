@@ -17,8 +17,7 @@ from rpf3d_core.terrain.pit.surface import floor_ring_sizes, surface_of
 __all__ = ["Pit", "pit_terrain"]
 
 TRIAL_COLUMNS = 240
-"""Number of columns of the trial mesh, whose points are counted to predict how many columns give the triangles
-wanted."""
+"""Number of columns of the trial mesh; its point count predicts the number of columns for the requested triangles."""
 FEWEST_COLUMNS = 12
 """Least number of columns: fewer would cut across the bends of the pit."""
 
@@ -40,7 +39,7 @@ def pit_terrain(pit: Pit) -> Terrain:
 
 
 def column_count(design: Design, spacing: Spacing, triangles: int) -> int:
-    """Return the number of columns for a mesh of about `triangles` triangles: each point makes one on either side."""
+    """Return the number of columns for a mesh of about `triangles` triangles: about two triangles for each point."""
     trial = columns_of(design, spacing, TRIAL_COLUMNS)
     of_a_column = 2.0 * (len(trial.column) / TRIAL_COLUMNS - 1.0)
     count = triangles / of_a_column
