@@ -30,7 +30,7 @@ from rpf3d_core.values import Vec
 WIDER = 1.25
 """Largest growth of the terrain's diagonal, as a factor, since its tolerance was set.
 
-The tolerance has a factor of 200 in hand (`RELATIVE_TOLERANCE`).
+The tolerance has a margin of a factor of 200 (`RELATIVE_TOLERANCE`).
 """
 
 

@@ -1,4 +1,4 @@
-"""Log the hazard of the terrain's facets to a recording: coloured meshes to switch on and off, and the bench table.
+"""Log the hazard of the terrain's facets to a recording: coloured meshes that can be hidden, and the bench table.
 
 rerun colours vertices, not facets. A layer is therefore a mesh of its own, slightly above the terrain, with duplicated
 vertices where the colour changes, so that each facet has exactly its own colour. It holds only the facets that rocks
@@ -42,7 +42,7 @@ class Layer(NamedTuple):
     """One hazard quantity of the S facets that rocks reached.
 
     values : (S,) in their own unit; scale : of the values; unit : the unit shown
-    per_unit : factor (-), how much of the values' own unit is one of the unit shown
+    per_unit : one unit shown, expressed in the values' own unit, such as 1000 for kJ if the values are in J
     """
 
     entity: str

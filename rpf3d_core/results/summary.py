@@ -103,12 +103,12 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digest of the scene, and the digest of its releases (equal if rocks start alike)."""
+    """Return the digest of the scene, and the digest of its releases; scenes with equal releases share the latter."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:
-    """Return the scene's settings that decide the result; the materials are not among them."""
+    """Return the scene's settings that affect the result, without the materials."""
     names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
         "seed": scene.seed,
