@@ -42,7 +42,7 @@ class BarrierArrivals(NamedTuple):
 class Crossed(NamedTuple):
     """Scratch to recognise a crossing that is found twice: at the joint of two panel pieces, by both pieces.
 
-    piece : (K,) row of the path segment that each of K panel pieces was last compared with
+    piece : (K,) row of the path segment with which each of K panel pieces was compared last
     t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
     last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
@@ -65,7 +65,7 @@ class PathSegment(NamedTuple):
     """Segment p of the recorded paths, and the arc that the segment follows.
 
     pieces : (S, 10) as in `simulation.record.Record`; flies : True for a flight, False for motion on the ground
-    until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground, whose arc is a chord
+    until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground
     """
 
     pieces: Any

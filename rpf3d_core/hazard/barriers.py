@@ -57,8 +57,8 @@ class AtBarrier:
 class BarrierFigures(NamedTuple):
     """Counts at one barrier; `came` is the number of rocks that arrived there.
 
-    height : of the panel (m); capacity : J; first_... : rocks by the result of their first arrival; caught : rocks
-    caught in the end
+    height : of the panel (m); capacity : of the barrier (J)
+    first_... : number of rocks by the result of their first arrival; caught : number of rocks caught in the end
     ..._events : number of events over all rocks; counted : distributions at first arrivals
     """
 

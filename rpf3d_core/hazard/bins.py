@@ -30,7 +30,7 @@ MOST_MASS_OCTAVES = 20
 class Scales(NamedTuple):
     """The largest energy (J), speed (m/s) and height (m) of the bins, the number of bins of each, and bins per octave.
 
-    The largest speed and height are powers of two, so that scaling rounds nothing. If all rocks have one mass and none
+    The largest speed and height are powers of two, so that scaling is exact. If all rocks have one mass and none
     spins, speed has no bins: percentiles of speed then follow from the percentiles of energy.
     """
 

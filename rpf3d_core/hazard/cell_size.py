@@ -18,7 +18,7 @@ from rpf3d_core.values import Vec
 
 ASIDE = 0.2
 """Width over which rocks from one place spread, over the length of the slope (-): 0.1 to 0.2 in field tests (Azzoni &
-de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source stands for the length."""
+de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source is taken as the length."""
 
 LEAST_CELLS = 20
 """Fewest cells along the longer side of a map, even for few rocks: coarser cells show nothing of the ground."""

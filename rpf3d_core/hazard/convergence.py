@@ -87,7 +87,7 @@ def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bo
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """Return the steps for summary.json, and whether the targets were reached."""
+    """Return the section of summary.json: the targets, if they were reached, the last figures, and all steps."""
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

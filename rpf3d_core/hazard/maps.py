@@ -102,7 +102,7 @@ class HazardMaps:
     zones : of the Z zones, each with all its facets; areas : of the areas of interest, in the order of `area_names`
     Zones and areas have no passages (0), areas no height (NaN).
     barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
-    spins : whether rocks spin; energies then include rotation
+    spins : True if rocks spin; energies then include rotation
     lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
     """
 

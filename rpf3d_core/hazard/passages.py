@@ -35,7 +35,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N: the relative variance of
     a share of k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. If all rocks
     cross the cell on tracks of one length, k is their number. If no rock covers any length in a cell, the upper end is
-    that of a share of 0 out of N rocks that would cross the cell straight.
+    the upper end for a share of 0 out of N rocks, if the rocks crossed the cell straight.
 
     Raises
     ------

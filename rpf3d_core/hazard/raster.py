@@ -19,7 +19,7 @@ STEPS = (1.0, 2.0, 5.0)
 """Cell sizes of 1 m and more are these numbers times a power of ten, so cells are easy to count on a map."""
 
 MOST_CELLS = 4_000_000
-"""Most cells of a raster whose cell the scene does not give: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
+"""Most cells of a raster if the scene gives no cell size: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
 """Fewest facets from which the typical size is estimated, if the terrain has as many."""

@@ -103,7 +103,7 @@ def number_cells(slot: Any, cells: Any, used: int, fresh: Any) -> int:
 
 @loop
 def fold_visits(table: SlotTable, visits: Visits, used: int, ahead: Ahead, full: Any) -> int:
-    """Add the first `used` visits, each of one rock to one cell; return the number of bins that overflowed.
+    """Add the first `used` visits to the slots of their cells; return the number of bins that overflowed.
 
     The places of these bins are written to `full`. A place is the flat index of a byte in `Slots.bins`. A byte that
     would reach 256 starts again at 0.

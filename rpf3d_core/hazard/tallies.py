@@ -44,7 +44,7 @@ class Tallies:
     inside: CellTally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
-    spins: bool = False  # whether energies include rotation
+    spins: bool = False  # True if energies include rotation
     barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:

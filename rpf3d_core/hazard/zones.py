@@ -22,7 +22,7 @@ class Matrix(NamedTuple):
     energy_levels (J) and probability_levels (-) : ascending; n levels separate n + 1 bands, and a level belongs to the
         band above it
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
-        lowest; None for no zone. One name may stand in several places.
+        lowest; None for no zone. A name may occur several times.
     percentile : of energy, one of `maps.PERCENTILES`
     object_width : m, of the object that may be hit: probabilities are then those of a hit on the object; None for the
         probabilities of reaching a cell
@@ -48,8 +48,8 @@ class Zone(NamedTuple):
         "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) flag of each cell; guessed : number of these cells whose largest energy replaces a missing percentile
-    object_width : m, of the object for the probabilities of a class; None if they are those of reaching a cell, which
-        grow with the cell
+    object_width : m, of the object that the probabilities of a class refer to; None if they refer to a cell and so grow
+        with the cell
     """
 
     kind: str

@@ -29,12 +29,12 @@ from rpf3d_core.values import Outcome
 BLOCK = 1024
 """Rocks that fly before the next check for a newer trigger: some tens of milliseconds.
 
-The first stage is flown whatever arrives, in blocks as large as those of a run, because rocks that start close
+The first stage is flown without checks, in blocks as large as the blocks of a run, because rocks that start close
 together use the same facets.
 """
 
 SHOWN = 1000
-"""Rocks of the first ensemble whose trajectories, impacts and deposits are kept for display."""
+"""Number of rocks of the first stage whose trajectories, impacts and deposits are kept for display."""
 
 Stop = Callable[[int], bool]
 """Function of a stage's number that returns True if the stage must be given up while its rocks fly.

@@ -104,11 +104,11 @@ class _Found:
         self.gone = touched(facets.corners, locator, self._footprint, marks)
 
     def near(self, thin: FloatArray) -> NDArray[np.bool_]:
-        """Return (N,), True for each of the triangles (N, 9) m that touches the patch."""
+        """Return flags (N,), True for each of the triangles (N, 9) m that touches the patch."""
         return near_patch(thin, self._locator, self._footprint)
 
     def between(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Return (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
+        """Return flags (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
         over = over_what_goes(points, self._ground, self._locator, self._marks)
         flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
         return over & ~near_patch(np.tile(flat, 3), self._locator, self._footprint._replace(slack=0.0))
@@ -130,7 +130,7 @@ def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
 def _ring(
     patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
 ) -> NDArray[np.int64]:
-    """Return the triangles (T, 3) between the ground's edges and the patch's rim; numbers from V on are the patch's."""
+    """Return the triangles (T, 3) between the ground's edges and the patch's rim; the patch's vertices start at V."""
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
     ids = np.unique(edges)

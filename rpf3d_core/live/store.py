@@ -118,7 +118,7 @@ class Store:
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
-        """Wait until everything is on disk, at most `timeout` (s); return True if it is."""
+        """Wait at most `timeout` (s) until all surveys are on disk; return True if they are."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 

@@ -153,7 +153,7 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _lost(findings: Run) -> dict[str, Any]:
-    """Return the share of rocks lost to holes of the terrain, and a sentence on what it means for other shares."""
+    """Return the share of rocks lost to holes of the terrain, and a sentence on its effect on other shares."""
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 

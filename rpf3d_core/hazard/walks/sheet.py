@@ -40,7 +40,7 @@ class Sheet(NamedTuple):
 
     beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if side m of facet g
         is its only neighbour, else NOTHING
-    alone : (F,) whether a facet lies in clear buckets only; clear : (B,) whether a bucket is clear
+    alone : (F,) YES if a facet lies in clear buckets only; clear : (B,) YES if a bucket is clear
     """
 
     beyond: Any

@@ -68,7 +68,7 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
     """Return track k of the `count` tracks into which path segment p is divided.
 
-    pieces : (S, 10), `simulation.record.Record`; the row after p holds the end of the segment
+    pieces : (S, 10), as in `simulation.record.Record`; row p + 1 is the end of the segment
     spins : (S, 2) what spin adds to squared speeds at the ends of segments; None if rocks do not spin
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
