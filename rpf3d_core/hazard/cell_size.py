@@ -21,7 +21,7 @@ ASIDE = 0.2
 de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source is taken as the length."""
 
 LEAST_CELLS = 20
-"""Fewest cells along the longer side of a map, even for few rocks: coarser cells show nothing of the ground."""
+"""Fewest cells along the longer side of a map, even for few rocks: coarser cells do not show the ground's shape."""
 
 
 def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> float:

@@ -55,7 +55,7 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
         some = many[first : first + len(bins)]
         ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            if q == ENERGY or tally.scales.bins[q] > 0:  # speed without bins takes the bin of energy
+            if q == ENERGY or tally.scales.bins[q] > 0:  # else speed has no bins: it uses energy's
                 place = _places(bins, _columns(tally, q), ranks)
             told[q, some] = values[q][place]
         first += len(bins)

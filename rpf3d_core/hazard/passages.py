@@ -1,4 +1,4 @@
-"""Passages per metre: how often each falling rock passes a metre of width across its path, whatever the cell size.
+"""Passages per metre: how often a falling rock passes a metre of width on average, whatever the cell size.
 
 `reach_probability` refers to a whole cell, so it grows with the cell. The number of passages per metre is the density
 of the rocks' tracks in plan (`hazard.walks.ways`), whose definition has no cell. Take the width of an object across the

@@ -29,8 +29,8 @@ from rpf3d_core.values import Outcome
 BLOCK = 1024
 """Rocks that fly before the next check for a newer trigger: some tens of milliseconds.
 
-The first stage is flown without checks, in blocks as large as the blocks of a run, because rocks that start close
-together use the same facets.
+The first stage is flown even if a newer trigger arrives. Its blocks are as large as the blocks of a run, because rocks
+that start close together use the same facets.
 """
 
 SHOWN = 1000

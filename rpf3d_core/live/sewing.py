@@ -1,6 +1,6 @@
 """Write a patch into the arrays of a ground: added facets take the rows of removed facets.
 
-Unused rows hold a facet without area, which no rock can touch and no bucket holds. If more facets are added than
+Unused rows hold a facet without area, which no rock can touch and no bucket lists. If more facets are added than
 removed, the arrays grow into the spare memory behind them.
 """
 

@@ -136,7 +136,7 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 @kernel
 def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, q: int) -> None:
-    """Count impact q of rock r in its square, facet, zone and areas; a vertical facet has no other visits."""
+    """Count impact q of rock r in its square, facet, zone and areas; passing rocks do not visit vertical facets."""
     impacts, spins, facet, mass = flown.impacts, flown.spins, flown.facets[q], flown.mass[r]
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
