@@ -1,4 +1,4 @@
-"""Areas of interest in plan, and the parts of a track inside them: exact, without cells.
+"""Find the parts of a track that lie inside areas of interest: exact, without cells.
 
 A track is a straight line in plan and crosses the outlines of an area, including holes, at exact times. Between two
 crossings the track is either inside or outside.
@@ -18,10 +18,10 @@ from rpf3d_core.values import Vec
 
 
 class Areas(NamedTuple):
-    """A areas with E edges in total, local frame.
+    """The outlines of A areas of interest with E edges in total, local frame.
 
-    edges : (E, 4) x, y, x, y m; first : (A + 1,) the first edge of each area; boxes : (A, 4) lowest x, y, highest x, y
-    crossings : (E,) scratch for times
+    edges : (E, 4) m, x and y of the start and of the end of each edge; first : (A + 1,) first edge of each area
+    boxes : (A, 4) m, lowest x and y, highest x and y of each area; crossings : (E,) scratch for times of crossings (s)
     """
 
     edges: Any
@@ -49,7 +49,7 @@ def _edges(ring: FloatArray) -> FloatArray:
 
 @kernel
 def contains_point(areas: Areas, a: int, x: Vec) -> bool:
-    """True if a point lies in area a in plan: a line eastwards from the point crosses an odd number of edges."""
+    """True if point x lies inside area a in plan: a line eastwards from the point crosses an odd number of edges."""
     inside = False
     for e in range(areas.first[a], areas.first[a + 1]):
         before = areas.edges[e, 1] > x[1]
@@ -61,7 +61,7 @@ def contains_point(areas: Areas, a: int, x: Vec) -> bool:
 
 @kernel
 def crossing_time(areas: Areas, e: int, x: Vec, v_x: float, v_y: float) -> float:
-    """Return the time (s) at which a point that moves from x at a velocity in plan meets the line through edge e."""
+    """Return the time (s) until a point that moves from x at (v_x, v_y) in plan (m/s) meets the line through edge e."""
     px, py = areas.edges[e, 0] - x[0], areas.edges[e, 1] - x[1]
     ex, ey = areas.edges[e, 2] - areas.edges[e, 0], areas.edges[e, 3] - areas.edges[e, 1]
     return float((px * ey - py * ex) / (v_x * ey - v_y * ex))
@@ -82,7 +82,7 @@ def walk_areas(areas: Areas, visits: Visits, track: Track, mass: float) -> None:
 
 @kernel
 def _visit_area(areas: Areas, visits: Visits, track: Track, mass: float, a: int) -> None:
-    """Record a visit to area a for each part of the track inside the area; the middle of each part decides."""
+    """Record a visit to area a for each part of the track inside the area. A part is inside if its middle is."""
     crossings, begin = _sorted_crossings(areas, a, track), 0.0
     for k in range(crossings + 1):
         end = areas.crossings[k] if k < crossings else track.duration

@@ -1,7 +1,7 @@
-"""What each rock of a batch did at each barrier, in order of time: caught, broken through or flown over.
+"""Find the arrivals of each rock at each barrier: the rock was caught, broke through or flew over.
 
-A contact with a panel has a row among the impacts. A flight over a panel leaves no mark on the path, so the recorded
-arcs are intersected with the panels again.
+A contact with a panel is a row of the impacts. A flight over a panel is not recorded, so the recorded arcs are
+intersected with the panels again.
 """
 
 import math
@@ -19,16 +19,16 @@ from rpf3d_core.values import Mode, Outcome
 from rpf3d_core.vectors import dot
 
 NEVER, OVER, THROUGH, HELD = range(4)
-"""What a rock does at its arrival at a barrier; NEVER if it has not arrived."""
+"""Results of a rock's arrival at a barrier: did not arrive, flew over, broke through, was caught."""
 FLIGHT, CAUGHT, FAILED = int(Mode.FLIGHT), int(Outcome.CAUGHT), int(Outcome.FAILED)
 
 
 class BarrierArrivals(NamedTuple):
-    """What a batch of N rocks did at B barriers.
+    """Arrivals of the N rocks of a batch at B barriers.
 
-    did, t, energy, height : (N, B) at the first arrival: NEVER ... HELD, s, J, m above the ground
+    did, t, energy, height : (N, B) of each rock's first arrival: result (NEVER to HELD), s, J, m above the ground
     held : (N, B) 1 if the barrier caught the rock in the end
-    events : (B, 4) how often each of NEVER ... HELD happened, over all rocks
+    events : (B, 4) number of arrivals with each result, NEVER to HELD, over all rocks
     """
 
     did: Any
@@ -40,9 +40,9 @@ class BarrierArrivals(NamedTuple):
 
 
 class Crossed(NamedTuple):
-    """Scratch that recognises a crossing found twice: at the joint of two panel pieces, both pieces find it.
+    """Scratch to recognise a crossing that is found twice: at the joint of two panel pieces, by both pieces.
 
-    piece : (K,) row of the path segment that each of K panel pieces was last compared with
+    piece : (K,) row of the path segment with which each of K panel pieces was compared last
     t, barrier : (K,) time (s) and barrier of each crossing of the current path segment
     last : (B,) time (s) of the latest crossing of each barrier on earlier segments of the path
     """
@@ -62,10 +62,10 @@ class PassingRock(NamedTuple):
 
 
 class PathSegment(NamedTuple):
-    """Segment p of the recorded paths, and the arc that it follows.
+    """Segment p of the recorded paths, and the arc that the segment follows.
 
-    pieces : (S, 10) as in `simulation.record.Record`; flies : whether it is a flight
-    until : the time of the arc at its end: s in flight; a chord is covered in one unit of time
+    pieces : (S, 10) as in `simulation.record.Record`; flies : True for a flight, False for motion on the ground
+    until : time of the arc at the segment's end: s for a flight; 1 for motion on the ground
     """
 
     pieces: Any
@@ -76,7 +76,7 @@ class PathSegment(NamedTuple):
 
 
 def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
-    """Return arrivals of N rocks that have not arrived at any of B barriers."""
+    """Return arrivals in which none of the rocks has arrived at any of the barriers."""
     shape = rocks, barriers
     did, held = (np.zeros(shape, dtype=np.int64) for _ in range(2))
     return BarrierArrivals(
@@ -90,14 +90,14 @@ def empty_arrivals(rocks: int, barriers: int) -> BarrierArrivals:
 
 
 def empty_crossed(panels: int, barriers: int) -> Crossed:
-    """Return scratch for crossings of K panel pieces at B barriers."""
+    """Return empty scratch for the crossings of panel pieces; `panels` and `barriers` are their numbers."""
     number = np.full(panels, -1, dtype=np.int64)
     return Crossed(piece=number, t=np.empty(panels), barrier=number.copy(), last=np.full(barriers, -np.inf))
 
 
 @loop
 def find_arrivals(barriers: Barriers, flown: FlownRocks, crossed: Crossed, found: BarrierArrivals) -> None:
-    """Fill in what each of N rocks did at the barriers."""
+    """Fill `found` with the arrivals of all flown rocks at the barriers."""
     counts, first = flown.counts, flown.first
     for r in range(len(flown.mass)):
         if counts[r, 0] == FAILED:
@@ -139,7 +139,7 @@ def _foot(barriers: Barriers, k: int, x: float, y: float) -> float:
 
 @kernel
 def _note(found: BarrierArrivals, r: int, b: int, did: int, t: float, energy: float, height: float) -> None:
-    """Count what rock r did at barrier b at t (s), and keep it if nothing that it did at this barrier was earlier."""
+    """Count an arrival of rock r at barrier b at t (s); record the arrival if it is the rock's earliest there."""
     found.events[b, did] += 1
     if did == HELD:
         found.held[r, b] = 1
@@ -164,7 +164,7 @@ def _segment(flown: FlownRocks, p: int) -> PathSegment:
 def _cross(
     barriers: Barriers, segment: PathSegment, rock: PassingRock, crossed: Crossed, found: BarrierArrivals
 ) -> None:
-    """Record where a path segment passes barriers without a contact: above them, or where they hold nothing."""
+    """Record where a path segment passes barriers without a contact: above a panel, or through one of capacity 0."""
     p, arc, until = segment.p, segment.arc, segment.until
     cells, number = barriers.cells, 0
     i, j = index_of(arc.x[0], cells.x, cells.cell, cells.nx), index_of(arc.x[1], cells.y, cells.cell, cells.ny)
@@ -196,9 +196,9 @@ def _pass(
     crossed: Crossed,
     found: BarrierArrivals,
 ) -> int:
-    """Record that a path segment passes panel piece k without a contact; return the number of crossings so far.
+    """Record the crossing of panel piece k by a path segment without a contact, if any; return the number of crossings.
 
-    number : of crossings before
+    number : crossings of this path segment found so far
     """
     pieces, p, arc, until = segment.pieces, segment.p, segment.arc, segment.until
     crossing = crossing_of(barriers.panel, barriers.slack, k, arc, until)
@@ -228,7 +228,7 @@ def _passes_as(barriers: Barriers, b: int, height: float, high: float) -> int:
     """Return OVER or THROUGH for a crossing without a contact.
 
     Returns NEVER if the crossing has a row among the impacts, or is below the foot of the panel.
-    height, high : m above the foot, of the rock's centre and of the point of the rock that counts
+    height, high : m above the foot of the panel, of the rock's centre and of the point of the rock that must clear it
     """
     panel = barriers.panel
     if high > panel.height[b] or (panel.height[b] == 0.0 and height >= -BELOW):

@@ -1,8 +1,8 @@
-"""Counts of what rocks did at each barrier: at their first arrival, in the end, and how often in total.
+"""Count the rocks that each barrier caught, that broke through it, and that flew over it.
 
 A rock arrives where its path crosses a panel's plane between the panel's ends, at the panel or above it. A barrier is
-designed for the first arrival, because no barrier has slowed the rock down before. Rocks that break through may come
-back, bounce into the same panel again, or be caught by it later, so rocks and events are counted separately.
+designed for each rock's first arrival, because the barrier has not slowed the rock down before. A rock that breaks
+through may return, bounce into the same panel again, or be caught later. So rocks and events are counted separately.
 """
 
 import threading
@@ -33,8 +33,8 @@ from rpf3d_core.hazard.flown import flown_rocks
 class AtBarrier:
     """Counts and distributions at one barrier.
 
-    first : (4,) number of rocks by what they did at their first arrival, NEVER ... HELD; held : rocks caught in the end
-    events : (4,) how often each of NEVER ... HELD happened
+    first : (4,) number of rocks by the result of their first arrival, NEVER to HELD; held : rocks caught in the end
+    events : (4,) number of arrivals by result, NEVER to HELD
     energy, height, over : at first arrivals: J; m above the ground; m above the panel, for rocks that flew over it
     """
 
@@ -55,9 +55,10 @@ class AtBarrier:
 
 
 class BarrierFigures(NamedTuple):
-    """What a barrier did to the `came` rocks that arrived at it; counts.
+    """Counts at one barrier; `came` is the number of rocks that arrived there.
 
-    height : m, that stands; capacity : J; first_... : rocks, by their first arrival; caught : rocks, in the end
+    height : of the panel (m); capacity : of the barrier (J)
+    first_... : number of rocks by the result of their first arrival; caught : number of rocks caught in the end
     ..._events : number of events over all rocks; counted : distributions at first arrivals
     """
 
@@ -76,7 +77,7 @@ class BarrierFigures(NamedTuple):
 
 
 class BarrierTally:
-    """Counts at B barriers. Call it with each batch of flown rocks, from any thread.
+    """Counts at B barriers. Call the tally with each batch of flown rocks; any thread may call.
 
     names : (B,); gravity : m/s^2; compiled : as in `hazard.tally.CellTally`
     """
@@ -105,7 +106,7 @@ class BarrierTally:
 
     @property
     def figures(self) -> tuple[BarrierFigures, ...]:
-        """What each barrier did, in the scene's order."""
+        """The counts at each barrier, in the scene's order."""
         return tuple(self._figures_of(b) for b in range(len(self.names)))
 
     def _figures_of(self, b: int) -> BarrierFigures:

@@ -1,4 +1,4 @@
-"""The bench table: how many rocks reached, stopped in and stayed in each zone and each area of interest."""
+"""The bench table: the shares of rocks that reached each zone and each area of interest, and that stopped there."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,16 +17,16 @@ TEXT_HEADER = ("zone", "reached", "stopped", "retained", "p95 (kJ)")
 """Header of the printed table, short so that it fits 80 columns; `text_rows` has the same columns."""
 
 AT_MOST = "at most"
-"""Header of the column of the printed table that is added if rocks were lost to holes."""
+"""Header of a column that the printed table has only if rocks were lost to holes."""
 
 TEXT_NOTE = "shares of all rocks (retained: of those that came) with 95 % intervals"
 """Note on the columns of the printed table."""
 
 OPEN = "intervals are of the number of rocks alone; ground and model leave more open"
-"""Note on what the intervals of the printed table do not include."""
+"""Note on the uncertainties that the intervals of the printed table do not include."""
 
 MOST_DECIMALS = 4
-"""Most decimals of a share in per cent: with them, one of ten million rocks still does not look like 0."""
+"""Most decimals of a share in per cent: with 4 decimals, the share of one rock in a million does not look like 0."""
 
 SHORT = 1
 """Usual number of decimals in the printed table; hazard/benches.csv has all decimals."""
@@ -39,10 +39,10 @@ class Bench(NamedTuple):
     """A row of the bench table, for a zone of the terrain (ZONE) or an area of interest (AREA).
 
     reached, stopped : shares of all rocks flown, as in `share_of`
-    retained : of the rocks that reached the place, the share that stopped in it
-    energy_p95 : J, of each rock's maximum in the place, None below 20 rocks
-    lost : share of all rocks flown that were lost to holes of the terrain, None if none were
-    reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if none were lost
+    retained : share of the rocks that reached the place that also stopped there
+    energy_p95 : 95th percentile of each rock's largest energy in the place, J; None for fewer than 20 rocks
+    lost : share of all rocks flown that were lost to holes of the terrain; None if no rock was lost
+    reached_at_most : share of all rocks flown if every lost rock had also reached the place; None if no rock was lost
     """
 
     kind: str
@@ -62,7 +62,7 @@ def bench_table(terrain: Terrain, maps: HazardMaps) -> list[Bench]:
 
 
 def lost_in_words(lost: int, flown: int) -> str:
-    """Return a sentence on rocks lost to holes (at least one), and what that means for every share."""
+    """Return a sentence on the rocks lost to holes, at least one, and on their effect on every share."""
     return (
         f"{lost:,} of {flown:,} rocks ({_percent(lost / flown, SHORT)} %) were lost to holes in the terrain and are "
         "followed no further: each might have come to any zone, cell or area downhill, so a share of 0 there is no "
@@ -101,7 +101,7 @@ def _any_lost(benches: Sequence[Bench]) -> bool:
 def text_rows(benches: Sequence[Bench]) -> list[tuple[str, ...]]:
     """Return rows under `text_header`: the SHOWN zones that most rocks reached, most first, then all areas of interest.
 
-    An area that no rock reached has a row with its interval: that interval is why the area was drawn.
+    An area that no rock reached also has a row: users draw an area to see its interval.
     """
     areas = [bench for bench in benches if bench.kind == AREA]
     return [_text_row(bench) for bench in (*_reached_zones(benches)[:SHOWN], *areas)]
@@ -175,5 +175,5 @@ def _percent(share: float, decimals: int) -> str:
 
 
 def _decimals(share: float) -> int:
-    """Return the decimals that show the first digit of a share > 0 in per cent, MOST_DECIMALS at most."""
+    """Return the number of decimals that show the first digit of a share > 0 in per cent, at most MOST_DECIMALS."""
     return min(max(0, -math.floor(math.log10(100.0 * share))), MOST_DECIMALS)

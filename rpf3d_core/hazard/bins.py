@@ -1,7 +1,7 @@
 """Logarithmic bins for percentiles: bounded memory, and the same result whatever the order of the rocks.
 
-An octave has `PER_OCTAVE` bins. The logarithm of the mantissa 1 + x would cost ten times as much, so bins are even in
-x + BEND x (1 - x) instead, which equals log2(1 + x) at 0, at the square root of 2 and at 1.
+An octave has `PER_OCTAVE` bins. The logarithm of the mantissa 1 + x would cost ten times as much. So the bins have
+equal widths in x + BEND x (1 - x) instead. It equals log2(1 + x) where 1 + x is 1, the square root of 2, or 2.
 """
 
 import math
@@ -15,7 +15,7 @@ from rpf3d_core.terrain.frame import FloatArray
 PER_OCTAVE = 8
 """Bins per octave: the geometric middle of the widest bin lies 4.7 % from the bin's ends."""
 FINE = 128
-"""Bins per octave for zones and areas. These are few, and percentiles that must converge need a fine resolution."""
+"""Bins per octave for zones and areas: they are few, and percentiles that must converge need a fine resolution."""
 BEND = math.sqrt(2.0) / 4.0
 """Coefficient of the polynomial that replaces the logarithm of the mantissa (-)."""
 MANTISSA = 2**52 - 1
@@ -30,8 +30,8 @@ MOST_MASS_OCTAVES = 20
 class Scales(NamedTuple):
     """The largest energy (J), speed (m/s) and height (m) of the bins, the number of bins of each, and bins per octave.
 
-    The largest speed and height are powers of two, so that scaling rounds nothing. If all rocks have one mass and none
-    spins, speed has no bins: percentiles of speed then follow from those of energy.
+    The largest speed and height are powers of two, so that scaling is exact. If all rocks have one mass and none
+    spins, speed has no bins: percentiles of speed then follow from the percentiles of energy.
     """
 
     top: tuple[float, float, float]
@@ -42,7 +42,8 @@ class Scales(NamedTuple):
 class Binning(NamedTuple):
     """The bins of all tallies of an ensemble.
 
-    coarse : scales of squares and facets; fine : of zones and areas; limit : bytes for the bins of squares and facets
+    coarse : scales of squares and facets; fine : scales of zones and areas
+    limit : most bytes for the bins of squares and facets together
     """
 
     coarse: Scales
@@ -59,10 +60,10 @@ def scales_of(
     per_octave: int = PER_OCTAVE,
     spins: bool = False,
 ) -> Scales:
-    """Return scales for rocks that fall at most `drop` (m) below their release and start at most at `fastest`.
+    """Return the scales for rocks that fall at most `drop` (m) below their release.
 
-    fastest : m/s; lightest, heaviest : bounds of the rocks' masses (kg); per_octave : bins
-    spins : whether energies include rotation, so that speeds need bins of their own
+    fastest : largest speed of release (m/s); lightest, heaviest : bounds of the rocks' masses (kg)
+    per_octave : bins per octave; spins : True if energies include rotation, so that speeds need bins of their own
     """
     height = _power_of_two(drop + fastest * fastest / (2.0 * gravity))
     speed = _power_of_two(math.sqrt(fastest * fastest + 2.0 * gravity * height))
@@ -74,9 +75,9 @@ def scales_of(
 
 @kernel
 def bin_of(bits: int, bins: int, per_octave: int) -> int:
-    """Return the bin of a value >= 0 divided by the largest value of the bins; clamped to the first and last bin.
+    """Return the number of the bin of a value >= 0, clamped to the first and the last bin.
 
-    bits : the value's double-precision bits as a whole number, from which exponent and mantissa are read
+    bits : the value, divided by the largest value of the bins: its double-precision bits, read as a whole number
     """
     x = (bits & MANTISSA) * 2.0**-52
     place = bins + ((bits >> 52) - 1023) * per_octave + math.floor(per_octave * (x + BEND * x * (1.0 - x)))
@@ -94,7 +95,7 @@ def bin_edges(top: float, bins: int, per_octave: int) -> FloatArray:
 
 
 def bin_values(edges: FloatArray) -> FloatArray:
-    """Return the value (B,) that stands for each bin: the geometric middle of the bin's edges (B + 1,), same unit."""
+    """Return the value (B,) that represents each bin: the geometric middle of its edges (B + 1,), same unit."""
     return np.asarray(np.sqrt(edges[1:] * edges[:-1]))
 
 

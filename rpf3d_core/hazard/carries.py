@@ -1,4 +1,4 @@
-"""Carries of a tally's one-byte bins: how often each bin has reached 256."""
+"""Carries of a tally's one-byte bins: the number of times that each bin has reached 256."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ FULL = 256
 WAITING = 1_000_000
 """Most carries that wait before they are counted."""
 AT_ONCE = 16_384
-"""Cells whose bins are widened together: tens of megabytes."""
+"""Most cells whose bins are widened at the same time: tens of megabytes."""
 
 Bins = NDArray[np.uint8]
 Places = NDArray[np.int64]
@@ -38,7 +38,7 @@ class Carries:
                 self._settle()
 
     def join(self, other: "Carries", slot: NDArray[np.int32]) -> None:
-        """Add the carries of another tally; slot : (S,) the slot here of each of the other tally's slots."""
+        """Add the carries of another tally; slot : (S,) the slot in this tally for each slot of the other tally."""
         places, counts = other.counted()
         theirs, b = np.divmod(places, self.bins)
         self._add(slot[theirs].astype(np.int64) * self.bins + b, counts)
@@ -58,7 +58,7 @@ class Carries:
         return self._places, self._counts
 
     def whole(self, bins: Bins, order: Places) -> NDArray[np.uint32]:
-        """Return the full counts (N, B) in the bins of some slots, order (N,)."""
+        """Return the counts (N, B) in the bins of the slots `order` (N,), with carries added."""
         wide = bins[order].astype(np.uint32)
         places, counts = self.counted()
         slot, b = np.divmod(places, self.bins)

@@ -1,8 +1,9 @@
-"""The cell size at which the rocks of a scene fill the cells of a map: a percentile needs 20 rocks in a cell.
+"""Choose the cell size at which most cells that rocks reach have a percentile, which needs 20 rocks in a cell.
 
-N rocks that fall on a front of W metres pass N cell / W to a cell. So in cells of at least 20 W / N, most cells on the
-rocks' way have percentiles. Before the first rock flies, only the starting places, the number of rocks and the depth
-of fall are known: a front is as wide as the source, plus the width over which rocks spread sideways.
+The front is the width over which the rocks fall. If N rocks fall on a front of W metres, about N c / W rocks pass a
+cell of side c. So with cells of at least 20 W / N, most cells on the rocks' paths have percentiles. Before the first
+rock flies, only the starting places, the number of rocks and the depth of fall are known. So the front is taken to be
+as wide as the source, plus the width over which rocks spread sideways.
 """
 
 import math
@@ -17,21 +18,21 @@ from rpf3d_core.values import Vec
 
 ASIDE = 0.2
 """Width over which rocks from one place spread, over the length of the slope (-): 0.1 to 0.2 in field tests (Azzoni &
-de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source stands for the length."""
+de Freitas 1995, Rock Mech. Rock Eng. 28:111-124). The depth of the terrain below the source is taken as the length."""
 
 LEAST_CELLS = 20
-"""Fewest cells along the longer side of a map, even for few rocks: coarser cells show nothing of the ground."""
+"""Fewest cells along the longer side of a map, even for few rocks: coarser cells do not show the ground's shape."""
 
 
 def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> float:
-    """Return the cell (m) in which a front of rocks has enough rocks for a percentile; 0 if no rock is released.
+    """Return the cell size (m) at which most reached cells have enough rocks for a percentile; 0 without rocks.
 
-    Depends only on the sources, the number of rocks and the terrain, so each part of an ensemble has the same.
+    The result depends only on the sources, the number of rocks and the terrain, so all parts of an ensemble agree.
 
     Parameters
     ----------
-    sources : with the places of rocks, local frame
-    rocks : number that all sources together release
+    sources : sources with the release places of rocks, local frame
+    rocks : number of rocks that all sources release together
     low, high : corners of the terrain's box, m, local frame
     """
     flying = [source for source in sources if source.rocks > 0]
@@ -44,12 +45,12 @@ def filled_cell(sources: Sequence[Source], rocks: int, low: Vec, high: Vec) -> f
 
 
 def coarsest_cell(low: Vec, high: Vec) -> float:
-    """Return the largest cell (m) that a map over a box may have if the scene does not give a cell."""
+    """Return the largest cell size (m) that a map over a box may have if the scene does not give a cell."""
     return max(high[0] - low[0], high[1] - low[1]) / LEAST_CELLS
 
 
 def _front(source: Source, lowest: float, highest: float) -> float:
-    """Return the width (m) of the front of a source's rocks: of its whole extent, or of its single points if less."""
+    """Return the width (m) of a source's front: the front of its whole extent, or the sum over its points if less."""
     aside, wide = _aside(source, lowest, highest), _wide(_places(source))
     if source.line or source.triangles is not None:
         return wide + aside

@@ -1,7 +1,7 @@
-"""Decide how many rocks are enough, from intervals and percentiles of places, as the ensemble doubles.
+"""Decide if an ensemble has enough rocks, from the intervals and percentiles of zones or areas after each doubling.
 
-Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than asked for, and no 95th percentile of
-energy has changed by more than asked for over the last two doublings. The mean alone never decides.
+Rule (physics reference 8.3): every share's 95 % Wilson interval is narrower than the target, and no 95th percentile of
+energy has changed by more than the target over the last two doublings. The mean alone never decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,10 @@ DOUBLINGS = 2
 
 @dataclass(frozen=True)
 class Place:
-    """Shares and energy of one place.
+    """Shares and energy of one place, which is a zone or an area of interest.
 
-    reached, stopped : shares of all rocks (-); half_width : of the wider of their 95 % intervals (-)
-    energy_p95 : J, None below 20 rocks
+    reached, stopped : shares of all rocks (-); half_width : half the width of the wider of their 95 % intervals (-)
+    energy_p95 : J, None for fewer than 20 rocks
     """
 
     reached: float
@@ -33,7 +33,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Step:
-    """Figures of all places after a number of rocks."""
+    """Figures of all places after `rocks` rocks have flown."""
 
     rocks: int
     places: Mapping[str, Place]
@@ -87,7 +87,7 @@ def is_enough(steps: Sequence[Step], half_width: float, p95_energy: float) -> bo
 
 
 def convergence_section(steps: Sequence[Step], half_width: float, p95_energy: float) -> dict[str, Any]:
-    """Return the steps for summary.json, and whether the targets were reached."""
+    """Return the section of summary.json: the targets, if they were reached, the last figures, and all steps."""
     return {
         "target": {"half_width": half_width, "p95_energy": p95_energy},
         "reached": is_enough(steps, half_width, p95_energy),

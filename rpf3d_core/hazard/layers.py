@@ -1,4 +1,4 @@
-"""Turn a tally into layers: shares, means and percentiles of every cell that rocks came to."""
+"""Turn a tally into layers: shares, means and percentiles of every cell that rocks reached."""
 
 from dataclasses import replace
 from typing import Any
@@ -22,7 +22,7 @@ FEW = 100_000
 
 
 def layers_of(tally: CellTally) -> Layers:
-    """Return the layers of the cells of a tally that rocks came to."""
+    """Return the layers of the cells of a tally that rocks reached."""
     found = tally.found()
     edges = [_edges(tally, q) for q in range(3)]
     percentiles = _percentiles_of(tally, found, edges)
@@ -35,7 +35,7 @@ def layers_of(tally: CellTally) -> Layers:
 
 
 def without_passages(layers: Layers) -> Layers:
-    """Return layers of zones or areas with passages set to 0: a rock crosses facets of a zone without leaving it."""
+    """Return layers of zones or areas with passages set to 0: a rock crosses facets without leaving the zone."""
     return replace(layers, passages=np.zeros_like(layers.passages))
 
 
@@ -55,7 +55,7 @@ def _percentiles_of(tally: CellTally, found: Found, edges: list[FloatArray]) -> 
         some = many[first : first + len(bins)]
         ranks = -((-found.rocks[some, None] * np.array(PERCENTILES)) // 100)
         for q in range(3):
-            if q == ENERGY or tally.scales.bins[q] > 0:  # else speed: the bin of the energy stands for its rank
+            if q == ENERGY or tally.scales.bins[q] > 0:  # else speed has no bins: it uses energy's
                 place = _places(bins, _columns(tally, q), ranks)
             told[q, some] = values[q][place]
         first += len(bins)
@@ -69,7 +69,7 @@ def _columns(tally: CellTally, q: int) -> slice:
 
 
 def _places(bins: NDArray[np.uint32], columns: slice, ranks: CountArray) -> CountArray:
-    """Return, for each ascending rank (N, P), the bin of that rank among some columns of bins (N, B): (N, P)."""
+    """Return the bin (N, P) that holds each rank (N, P), ascending, among some columns of the bins (N, B)."""
     if bins.size <= FEW:
         up_to = np.cumsum(bins[:, columns], axis=1)
         return np.stack([np.count_nonzero(up_to < rank[:, None], axis=1) for rank in ranks.T], axis=1)

@@ -1,8 +1,8 @@
 """The hazard of an ensemble, cell by cell: the result from which maps, zones and tables are drawn.
 
 A cell is a square of a raster in plan, a facet of the terrain, a zone, or an area of interest; all kinds have the same
-figures (`Layers`). Rocks come to a few thousand of a mine's millions of cells, so only those are kept: code that needs
-a value in every cell lays out one column at a time.
+figures (`Layers`). Rocks reach a few thousand of a mine's millions of cells, so only these cells are kept. Code that
+needs a value in every cell lays out one quantity at a time (`Layers.everywhere`).
 """
 
 from dataclasses import dataclass, field
@@ -17,18 +17,18 @@ CountArray = NDArray[np.int64]
 StatisticArray = NDArray[Any]  # float32; drawing code need not know
 
 PERCENTILES = (50, 90, 95, 99)
-"""Percentiles of each rock's maximum in a cell, over the distinct rocks that came there."""
+"""Percentiles of each rock's maximum in a cell, over the distinct rocks that reached the cell."""
 FEWEST_ROCKS = 20
 """Distinct rocks below which a cell has no percentiles (physics reference 8.2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class CellStatistics:
-    """Statistics of each rock's maximum in a cell, over the rocks that came there.
+    """Statistics of each rock's maximum in a cell, over the rocks that reached the cell.
 
     Every array is (S,), of the cells of a `Layers`.
-    largest : exact, to float32; mean : to 2^-35 of the largest value that the scene can produce, and float32
-    p50, p90, p95, p99 : to within `Layers.percentiles_within`; NaN below `FEWEST_ROCKS` rocks
+    largest : rounded to float32; mean : exact to 2^-35 of the largest value that the scene can produce, then float32
+    p50, p90, p95, p99 : exact to `Layers.percentiles_within`; NaN for fewer than `FEWEST_ROCKS` rocks
     """
 
     largest: StatisticArray
@@ -41,13 +41,13 @@ class CellStatistics:
 
 @dataclass(frozen=True, eq=False)
 class Layers:
-    """Figures of the S of C cells that rocks came to; every array (S,).
+    """Figures of the S cells that rocks reached, out of C cells; every array is (S,).
 
     count : C, the number of all cells; cell : number of each cell, from 0 to C - 1, ascending
     rocks : distinct rocks that passed over the cell, touched it or stopped in it, at least 1
     passages : times a rock entered the cell, or was released there; impacts : contacts with restitution; deposits :
         rocks that stopped there
-    first_arrival : s from its release until the fastest rock came
+    first_arrival : s, shortest time from the release of a rock to its arrival
     energy : J, translational, plus rotational if rocks spin; speed : m/s; height : m, vertical, above the terrain
         straight below
     percentiles_within : bound of the relative error of every percentile (-)
@@ -74,7 +74,7 @@ class Layers:
         return bool(self.ways.shape[1] > 0)
 
     def everywhere(self, values: NDArray[Any], elsewhere: float) -> NDArray[Any]:
-        """Return values (C,) of all cells, in the unit of `values` (S,); `elsewhere` where no rock came."""
+        """Return values (C,) of all cells, in the unit of `values` (S,); `elsewhere` where no rock arrived."""
         laid_out = np.full(self.count, elsewhere, dtype=values.dtype)
         laid_out[self.cell] = values
         return laid_out
@@ -98,11 +98,12 @@ class Raster(NamedTuple):
 class HazardMaps:
     """The hazard of an ensemble of `flown` rocks.
 
-    cells : of the raster (C = nx ny); facets : (F,), by plan and contact; zones : (Z,), of the facets of each zone
-    areas : of the areas of interest, in the order of `area_names`. Zones and areas have no passages (0), areas no
-    height (NaN). barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene names some
-    spins : whether rocks spin; energies then include rotation
-    lost : number of rocks lost to holes of the terrain; each might have come to any cell or area
+    cells : of the C = nx ny squares of the raster; facets : of the F facets that rocks pass over in plan or touch
+    zones : of the Z zones, each with all its facets; areas : of the areas of interest, in the order of `area_names`
+    Zones and areas have no passages (0), areas no height (NaN).
+    barriers : `hazard.barriers.BarrierFigures` of each barrier, if the scene has barriers
+    spins : True if rocks spin; energies then include rotation
+    lost : number of rocks lost to holes of the terrain; each might have reached any cell or area
     """
 
     flown: int
@@ -123,7 +124,7 @@ class HazardMaps:
 
 
 def reach_probability(layers: Layers, flown: int) -> FloatArray:
-    """Return the share (-) of all rocks flown that came to each of S cells, (S,), given that they fall.
+    """Return the share (S,) (-) of all rocks flown that reached each of S cells, given that the rocks fall.
 
     Source: physics reference 7.2.
     """

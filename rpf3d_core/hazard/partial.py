@@ -1,8 +1,8 @@
-"""The counts of a part of an ensemble, in a form that travels between processes and machines.
+"""Pack the counts of a part of an ensemble, so that they can be sent to another process or machine.
 
-Only cells that rocks came to are kept, and only those of their bins that hold a rock. In each cell a rock fills one bin
-of energy, one of height and, if masses differ, one of speed, out of several hundred. Joining parts gives the bits of
-one run (`hazard.tally`).
+Only cells that rocks reached are kept, and only the bins that hold a rock. In each cell a rock fills one bin of energy,
+one bin of height and, if masses differ, one bin of speed, out of several hundred. Parts that are joined give the same
+bits as one run (`hazard.tally`).
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from rpf3d_core.hazard.walks.cache_lines import Found, add_found
 
 @dataclass(frozen=True, eq=False)
 class PackedTally:
-    """A tally of C cells, S of which rocks came to, without empty bins.
+    """A tally of C cells without empty bins; rocks reached S of the cells.
 
     cells : C; scales, limit, merges : as in `CellTally`; width : bins of a cell (B)
     found : the figures of the S cells without their bins, in order of cell
-    filled : (N,) places in bins (S, B), row after row, that hold rocks; rocks : (N,) number of rocks at each place
+    filled : (N,) flat indices of the bins (S, B) that hold rocks; rocks : (N,) number of rocks in each of these bins
     """
 
     cells: int
@@ -82,7 +82,7 @@ def add_packed(tallies: Tallies, part: Sequence[PackedTally]) -> None:
     Raises
     ------
     ValueError
-        The part is of another ensemble: other cells, other scales or another limit of memory.
+        The part belongs to another ensemble: its cells, scales or limit of memory differ.
     """
     for tally, other in zip(_four(tallies), part, strict=True):
         theirs = (other.cells, other.scales, other.limit, other.found.ways is not None)

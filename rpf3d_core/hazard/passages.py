@@ -1,10 +1,10 @@
-"""Passages per metre: the share of rocks that pass a metre of width across their way, whatever the cell size.
+"""Passages per metre: how often a falling rock passes a metre of width on average, whatever the cell size.
 
 `reach_probability` refers to a whole cell, so it grows with the cell. The number of passages per metre is the density
-of the rocks' tracks in plan (`hazard.walks.ways`), whose definition has no cell. Multiplied by the width of an object
-across the rocks' way plus the rock's own diameter, it is the number of passages per falling rock that hit the object.
-That is the object's reach probability if the object is narrower than the scale on which the density changes, and rocks
-do not come back.
+of the rocks' tracks in plan (`hazard.walks.ways`), whose definition has no cell. Take the width of an object across the
+rocks' path plus the rock's own diameter. This width times the passages per metre is the number of hits on the object
+per falling rock. The number of hits is the object's reach probability if the object is narrower than the scale on which
+the density changes, and if rocks do not return.
 """
 
 from typing import NamedTuple
@@ -18,9 +18,9 @@ from rpf3d_core.terrain.frame import FloatArray
 
 
 class Passage(NamedTuple):
-    """Passages per metre of the S cells that rocks came to, over all rocks flown.
+    """Passages per metre of the S cells that rocks reached, over all rocks flown.
 
-    value : (S,) 1/m; low, high : (S,) 1/m, the ends of its 95 % interval
+    value : (S,) 1/m; low, high : (S,) 1/m, the ends of the value's 95 % interval
     """
 
     value: StatisticArray
@@ -35,7 +35,7 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
     With k = (sum of l)^2 / sum of l^2, the relative variance of that mean is (N / k - 1) / N: the relative variance of
     a share of k out of N rocks. So the interval is that share's Wilson interval, scaled to the value. If all rocks
     cross the cell on tracks of one length, k is their number. If no rock covers any length in a cell, the upper end is
-    that of a share of 0 out of N rocks that would cross the cell straight.
+    the upper end for a share of 0 out of N rocks, if the rocks crossed the cell straight.
 
     Raises
     ------
@@ -54,5 +54,5 @@ def passage_per_metre(maps: HazardMaps) -> Passage:
 
 
 def reached_over(maps: HazardMaps, width: float) -> FloatArray:
-    """Return the share (S,) of all rocks that hit an object of a width (m) across their way, 1 at most."""
+    """Return the share (S,) (-) of all rocks that hit an object `width` (m) wide across their path, 1 at most."""
     return np.minimum(passage_per_metre(maps).value * width, 1.0)

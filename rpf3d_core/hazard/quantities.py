@@ -1,6 +1,6 @@
 """Name and unit of each array of a hazard map in files: one list for rasters, meshes and pictures.
 
-Arrays (S,) are of the cells that rocks came to; all other cells have `Quantity.elsewhere`.
+Arrays (S,) hold the cells that rocks reached; all other cells have the value `Quantity.elsewhere`.
 """
 
 import math
@@ -18,11 +18,11 @@ from rpf3d_core.hazard.maps import (
 from rpf3d_core.terrain.frame import FloatArray
 
 STATISTICS = ("max", "mean", *(f"p{p}" for p in PERCENTILES))
-"""Statistics of each rock's maximum in a cell, over the distinct rocks that came there; the order of bands."""
+"""Statistics of each rock's maximum in a cell, over the distinct rocks that reached it, in the order of bands."""
 
 
 class Quantity(NamedTuple):
-    """The content of a file or an array: its name, unit and meaning, and its value where no rock came."""
+    """The content of a file or an array: its name, unit and meaning, and its value in cells that no rock reached."""
 
     name: str
     unit: str
@@ -52,17 +52,17 @@ HEIGHT = Quantity(name="height_m", unit="m", meaning="vertical height above the 
 
 
 def shares_of(maps: HazardMaps, layers: Layers) -> list[tuple[Quantity, FloatArray]]:
-    """Return quantities with one number a cell that are not counts: arrays (S,), share (-) and s."""
+    """Return the reach probability (-) and the first arrival (s), with their arrays (S,)."""
     return [(REACH, reach_probability(layers, maps.flown)), (ARRIVAL, layers.first_arrival)]
 
 
 def counts_of(layers: Layers) -> list[tuple[Quantity, CountArray]]:
-    """Return quantities that are counts, with arrays (S,)."""
+    """Return the counts of passages, impacts and deposits, with their arrays (S,)."""
     return [(PASSAGES, layers.passages), (IMPACTS, layers.impacts), (DEPOSITS, layers.deposits)]
 
 
 def spreads_of(layers: Layers) -> list[tuple[Quantity, CellStatistics]]:
-    """Return quantities with statistics over rocks: J, m/s and m, arrays (S,)."""
+    """Return energy (J), speed (m/s) and height (m), with their statistics over rocks, arrays (S,)."""
     return [(ENERGY, layers.energy), (SPEED, layers.speed), (HEIGHT, layers.height)]
 
 

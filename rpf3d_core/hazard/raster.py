@@ -16,10 +16,10 @@ SMALLEST_CELL = 0.25
 """Smallest cell that is chosen (m); a finer map shows single rocks, not a hazard."""
 
 STEPS = (1.0, 2.0, 5.0)
-"""Cell sizes above SMALLEST_CELL and 0.5 m are these times a power of ten: round numbers to count in on a map."""
+"""Cell sizes of 1 m and more are these numbers times a power of ten, so cells are easy to count on a map."""
 
 MOST_CELLS = 4_000_000
-"""Most cells of a raster whose cell the scene does not give: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
+"""Most cells of a raster if the scene gives no cell size: 2 km by 2 km at 1 m, drawn and written in about 1 s."""
 
 SAMPLE = 100_000
 """Fewest facets from which the typical size is estimated, if the terrain has as many."""
@@ -38,7 +38,8 @@ def raster_over(
 
     Parameters
     ----------
-    cell : side of a cell, m; None for at most half the size of the median facet, and at most `MOST_CELLS` cells
+    cell : side of a cell, m; None for a round size, at most half the median facet's unless `least` or `MOST_CELLS`
+        requires more
     least : smallest cell (m) if no cell is given; rounded up
     box : corners of the terrain's box if they are known already, m
     """
@@ -59,8 +60,8 @@ def _extent_of(terrain: Terrain) -> tuple[FloatArray, FloatArray]:
 def _finest_cell(terrain: Terrain) -> float:
     """Return the largest round cell (m) that is at most half as large as the median facet, or `SMALLEST_CELL`.
 
-    Finer than the facets, because a path is known far better than the ground: a berm as wide as a facet is then
-    visible.
+    The cell is finer than the facets, because a path is known far better than the ground: a berm as wide as a facet is
+    then visible.
     """
     return round_below(0.5 * typical_size(terrain))
 
@@ -93,14 +94,14 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
     Parameters
     ----------
     facets : number of facets; the terrain has a map too, with one cell per facet
-    memory_gb : allowed for all maps, 10^9 bytes
-    bytes_per_cell : that a tally keeps for each cell of the raster, and for each facet
+    memory_gb : memory allowed for all maps, 10^9 bytes
+    bytes_per_cell : bytes that a tally keeps for each cell of the raster, and for each facet
 
     Raises
     ------
     InputError
-        Says how much memory the maps would need, what is allowed, and which cell would fit. If no cell fits, because
-        the facets alone need more, says which `memory_gb` would.
+        The maps need more memory than allowed. The message states both amounts and a cell size that fits. If no cell
+        fits, because the facets alone need more, it states a sufficient `memory_gb`.
     """
     allowed = memory_gb * GIGABYTE / bytes_per_cell - facets
     if raster.nx * raster.ny <= allowed:
@@ -114,8 +115,8 @@ def check_memory(raster: Raster, facets: int, memory_gb: float, bytes_per_cell: 
 
 
 def _advice(raster: Raster, facets: int, allowed: float, bytes_per_cell: int) -> str:
-    """Return which cell fits into `allowed` cells, or which memory the smallest raster needs."""
-    if allowed < 4:  # the coarsest raster over a terrain that contains a corner of cells
+    """Return advice: a cell size with which at most `allowed` cells result, or the memory of the smallest raster."""
+    if allowed < 4:  # even the coarsest raster has 4 cells if a corner of cells lies on the terrain
         least = _gigabytes((facets + 4) * bytes_per_cell)
         return f"no cell fits, for the facets alone need {least} GB: set memory_gb to at least that"
     fits = next(size for size in round_cells() if size > raster.cell and _most_cells(raster, size) <= allowed)
@@ -138,7 +139,7 @@ def _covering(terrain: Terrain, low: FloatArray, high: FloatArray, cell: float) 
     """Return the raster of a cell size over the box low (2,) to high (2,) m; points on the box's rim are in a cell."""
     origin = np.array(terrain.frame.origin[:2])
     first = np.floor((low + origin) / cell)
-    # A cell does not hold its upper border: a point on it belongs to the next one.
+    # A cell does not contain its upper border: a point on this border belongs to the next cell.
     columns, rows = (np.floor((high + origin) / cell) - first).astype(int) + 1
     x, y = first * cell - origin
     return Raster(x=float(x), y=float(y), cell=float(cell), nx=int(columns), ny=int(rows))

@@ -42,8 +42,8 @@ class Scale(NamedTuple):
 def reach_scale(flown: int, share: Values) -> Scale:
     """Return the scale of reach probabilities (C,) (-).
 
-    From a round share, at or below one rock of all flown, to a round share that no cell exceeds: at least a power of
-    ten.
+    The scale begins at a round share, at or below the share of one rock, but not below LEAST_REACH. It ends at a round
+    share that no cell exceeds, and spans at least a power of ten.
     """
     low = max(LEAST_REACH, _rounded_down(1.0 / max(flown, 10)))
     most = float(share.max(initial=0.0, where=np.isfinite(share)))

@@ -1,6 +1,6 @@
 """Tallies of an ensemble while it flies: squares of the raster, facets, zones and areas of interest.
 
-Rocks are examined batch by batch, on the thread that flew them, and then forgotten: memory depends on the terrain and
+Rocks are examined batch by batch, on the thread that flew them, and then discarded: memory depends on the terrain and
 on the maps, not on the number of rocks.
 """
 
@@ -28,12 +28,12 @@ from rpf3d_core.hazard.walks.walk import Scratch, empty_spans, with_more_room
 from rpf3d_core.jit.background import Call
 
 ROOM = 65_536
-"""Visits to one kind of cell that are gathered before they are added to the tally: 4 MB."""
+"""Most visits to one kind of cell that are gathered before they are added to the tally: 4 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tallies:
-    """Counts of everything that hazard maps show. Call it with each batch of flown rocks, from any thread."""
+    """The counts behind all hazard maps. Call the object with each batch of flown rocks; any thread may call."""
 
     ground: WalkedTerrain
     areas: Areas
@@ -44,7 +44,7 @@ class Tallies:
     inside: CellTally
     compiled: bool
     idle: "queue.SimpleQueue[Scratch]"
-    spins: bool = False  # whether energies include rotation
+    spins: bool = False  # True if energies include rotation
     barriers: Any = None  # a `hazard.barriers.BarrierTally` if the scene names barriers
 
     def __call__(self, batch: Batch, releases: Releases) -> FloatArray:
@@ -64,7 +64,7 @@ class Tallies:
         return heights
 
     def precompile(self) -> None:
-        """Compile the functions that count."""
+        """Compile the functions that gather and count visits."""
         scratch, nothing = self._scratch(), np.empty(0)
         self._fold(scratch)
         self._visit(scratch, self._flown(NOTHING, nothing, nothing), 0, nothing)
@@ -86,7 +86,7 @@ class Tallies:
             self.barriers.join(other.barriers.counted)
 
     def after(self, ground: WalkedTerrain) -> "Tallies":
-        """Return the same counts over the terrain after a change of facets; empty them before rocks fly over it."""
+        """Return these tallies for the terrain after a change of its facets; empty them before rocks are counted."""
         cells = len(ground.facets.zone)
         fits = cells <= len(self.facets.slot)  # the scratch is as long as the slots, so it fits too
         self.facets.widened(cells)
@@ -102,7 +102,7 @@ class Tallies:
         )
 
     def places(self, flown: int, area_names: tuple[str, ...]) -> HazardMaps:
-        """Return maps as `maps` does, of zones and areas of interest only: quick enough to ask for repeatedly."""
+        """Return the maps of zones and areas of interest only, which is fast enough to call repeatedly."""
         nothing = layers_of(CellTally(0, self.squares.scales, math.inf))
         zones, inside = (layers_of(tally) for tally in (self.zones, self.inside))
         zones, inside = without_passages(zones), without_passages(inside)
@@ -113,7 +113,7 @@ class Tallies:
         return self.squares, self.facets, self.zones, self.inside
 
     def _scratch(self) -> Scratch:
-        """Return scratch that no thread uses, from the idle scratches or new."""
+        """Return an idle scratch, or a new scratch if none is idle."""
         try:
             return self.idle.get_nowait()
         except queue.Empty:

@@ -1,9 +1,9 @@
-"""What all rocks together did in each cell of one kind: the sum of the visits of single rocks.
+"""Add up the visits of all rocks to the cells of one kind.
 
-Everything that is kept is a count, a largest or smallest value, or a sum of whole numbers. So the order in which visits
-are added changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
+A tally holds only counts, largest or smallest values, and sums of whole numbers. So the order in which visits are added
+changes nothing: any number of threads, batches and parts of an ensemble give the same bits.
 
-The memory that a visit touches decides what it costs. So the counts and sums of a cell fill one cache line
+The cost of a visit depends on the memory that it touches. So the counts and sums of a cell fill one cache line
 (`walks/cache_lines.py`), bins are bytes, and lines are prefetched. Overflows of a byte are carried (`carries.py`).
 """
 
@@ -23,16 +23,16 @@ from rpf3d_core.jit.background import Call
 from rpf3d_core.jit.memory import longer
 
 FEWEST_SLOTS = 1024
-"""Slots when memory is first allocated, unless there are fewer cells."""
+"""Number of slots when memory is first allocated, unless there are fewer cells."""
 GROWTH = 4
-"""Factor by which full slots grow: the copied bytes then stay a small part of all bytes written."""
+"""Factor by which the memory grows when all slots are in use: few of all bytes written are then copies."""
 MOST_MERGES = PER_OCTAVE.bit_length() - 1
-"""Most mergings in pairs: after them a bin is an octave wide."""
+"""Largest number of times that bins are merged in pairs: a bin is then an octave wide."""
 BYTES_PER_CELL = 132
-"""Bytes that every cell needs, whether rocks come to it or not: for its slot number here, in the visits of a thread, in
-the sheet of facets, and in layers if rocks come."""
+"""Bytes that every cell needs, even if no rock reaches it: for its slot number here, in the visits of a thread, in the
+sheet of facets, and in layers if rocks reach it."""
 BYTES_PER_SLOT = LINE + 4
-"""Bytes that a cell needs in addition to its bins once rocks have come to it."""
+"""Bytes that a cell needs in addition to its bins once a rock has reached it."""
 LEAST_SHARE = 0.2
 """Share of the memory for maps that bins may take, even if the cells leave less."""
 
@@ -41,9 +41,9 @@ class CellTally:
     """Counts over C cells of one kind.
 
     Bins take at most `limit` bytes. Beyond that they are merged in pairs, at most until each is an octave wide. The
-    merging depends only on the cells that rocks came to, so the result does not depend on the order of the rocks.
-    compiled : False if so few rocks come that plain Python finishes before the loop is compiled
-    ways : whether the lengths of tracks inside cells are gathered
+    merging depends only on the cells that rocks reached, so the result does not depend on the order of the rocks.
+    compiled : False for so few rocks that plain Python finishes before the loop is compiled
+    ways : True to gather the lengths of tracks inside cells
     """
 
     def __init__(self, cells: int, scales: Scales, limit: float, compiled: bool = True, ways: bool = False) -> None:
@@ -59,7 +59,7 @@ class CellTally:
     def emptied(self, scales: Scales, limit: float) -> "CellTally":
         """Return an empty tally of the same cells that reuses this tally's memory; do not use this tally afterwards.
 
-        The cost depends on the cells that rocks came to, not on the number of all cells.
+        The cost depends on the number of cells that rocks reached, not on the number of all cells.
         """
         fresh = CellTally(0, scales, limit, self.compiled, self.ways)
         self.slot[self.slots.cell[: self.used]] = -1
@@ -67,7 +67,7 @@ class CellTally:
         return fresh
 
     def widened(self, cells: int) -> None:
-        """Make room for `cells` cells in all, if there is less."""
+        """Make room for at least `cells` cells."""
         self.slot = longer(self.slot, cells, -1)
 
     @property
@@ -80,7 +80,7 @@ class CellTally:
         return CellTally(len(self.slot), self.scales, self.limit, self.compiled, True)
 
     def fold(self, visits: Visits) -> None:
-        """Add the visits of whole rocks to the tally and empty `visits`; any thread may call."""
+        """Add visits to the tally, all visits of a rock at once, and empty `visits`; any thread may call."""
         used = int(visits.state[USED])
         with self._lock:
             self._take_in(visits.cell[:used])
@@ -118,15 +118,15 @@ class CellTally:
             self.carries.add_bins(self.slots.bins, place, bins)
 
     def found(self) -> Found:
-        """Return the figures of the S cells that rocks came to, in order of cell, without bins (see `bins_found`)."""
+        """Return the figures of the S cells that rocks reached, in order of cell, without bins (see `bins_found`)."""
         order, ways = self._order(), self.slots.ways
         found = found_in(self.slots.lines, self.slots.cell[order], order)
         return found if ways is None else found._replace(ways=ways[order])
 
     def bins_found(self, some: NDArray[np.intp] | None = None) -> Iterator[NDArray[np.uint32]]:
-        """Yield the bins of these cells including carries, (N, B) at a time: all at once would fill the memory.
+        """Yield the bins (N, B) of the cells of `found`, carries included, N cells at a time to save memory.
 
-        some : numbers of the wanted cells among those of `found`; None for all
+        some : indices of the wanted cells among the cells of `found`; None for all
         """
         order = self._order() if some is None else self._order()[some]
         for begin in range(0, len(order), AT_ONCE):
@@ -137,7 +137,7 @@ class CellTally:
         return np.argsort(self.slots.cell[: self.used], kind="stable")
 
     def _take_in(self, cells: NDArray[np.int32]) -> None:
-        """Give a slot to each cell that has none."""
+        """Give a slot to each cell without a slot."""
         first, new = self.used, self._new_cells(cells)
         self.used += new
         beside = BYTES_PER_SLOT + (WAY_BYTES if self.ways else 0)

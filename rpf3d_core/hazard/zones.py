@@ -22,10 +22,10 @@ class Matrix(NamedTuple):
     energy_levels (J) and probability_levels (-) : ascending; n levels separate n + 1 bands, and a level belongs to the
         band above it
     classes : a row for each band of energy, from the lowest, with a name for each band of probability, from the
-        lowest; None for no zone. One name may stand in several places.
+        lowest; None for no zone. A name may occur several times.
     percentile : of energy, one of `maps.PERCENTILES`
-    object_width : m, of the object that may be hit: probabilities are then of hitting it; None for those of reaching a
-        cell
+    object_width : m, of the object that may be hit: probabilities are then those of a hit on the object; None for the
+        probabilities of reaching a cell
     """
 
     energy_levels: tuple[float, ...]
@@ -48,8 +48,8 @@ class Zone(NamedTuple):
         "matrix", all cells of a class
     level : of reach probability (-), None for a class; name : of the class, None for a level
     cells : (C,) flag of each cell; guessed : number of these cells whose largest energy replaces a missing percentile
-    object_width : m, of the object for the probabilities of a class; None if they are those of reaching a cell, which
-        grow with the cell
+    object_width : m, of the object that the probabilities of a class refer to; None if they refer to a cell and so grow
+        with the cell
     """
 
     kind: str
@@ -69,10 +69,10 @@ def reach_zones(maps: HazardMaps, levels: Sequence[float]) -> list[Zone]:
 
 
 def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
-    """Return a zone for each class of a matrix, the highest first, of cells that rocks came to.
+    """Return a zone for each class of a matrix, the highest first, of cells that rocks reached.
 
     A cell with fewer than 20 rocks has no percentile. Such a cell takes its largest energy instead, which is never
-    below the percentile, and the zone counts such cells. To leave the cell out would be to call it safe.
+    below the percentile, and the zone counts such cells. A cell that is left out would look safe.
     """
     width = matrix.object_width
     share = reach_probability(maps.cells, maps.flown) if width is None else reached_over(maps, width)
@@ -99,12 +99,12 @@ def matrix_zones(maps: HazardMaps, matrix: Matrix) -> list[Zone]:
 
 
 def _flags(maps: HazardMaps, belongs: Flags) -> Flags:
-    """Return flags (C,) of all cells from flags (S,) of the cells that rocks came to."""
+    """Return flags (C,) of all cells from flags (S,) of the cells that rocks reached."""
     return maps.cells.everywhere(belongs, False)
 
 
 def _energy(maps: HazardMaps, percentile: int) -> tuple[FloatArray, Flags]:
-    """Return the percentile of energy (S,) J, or the largest energy if there is none, and flags (S,) of the latter."""
+    """Return the percentile of energy (S,) J, or the largest energy if it is missing; and flags (S,) of the missing."""
     energy = getattr(maps.cells.energy, f"p{percentile}")
     guessed = np.isnan(energy)
     return np.where(guessed, maps.cells.energy.largest, energy), guessed

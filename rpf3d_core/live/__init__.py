@@ -1,1 +1,1 @@
-"""Live simulation while a mine works: the ground changes, sources come in bursts, and the first answer cannot wait."""
+"""Live simulation while a mine works: the ground changes, many sources arrive at once, and answers must be fast."""

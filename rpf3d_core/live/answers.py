@@ -1,7 +1,7 @@
 """Answer sources: fly a small ensemble at once, then double the number of rocks until the answer is good enough.
 
-An answer is a function of the trigger, the ground, the scene and the seed. An interrupted refinement changes which
-answers exist, and no bit of any answer.
+An answer is a function of the trigger, the ground, the scene and the seed. An interruption prevents later answers, but
+changes no bit of any answer.
 """
 
 import time
@@ -29,15 +29,15 @@ from rpf3d_core.values import Outcome
 BLOCK = 1024
 """Rocks that fly before the next check for a newer trigger: some tens of milliseconds.
 
-The first stage is flown whatever arrives, in blocks as large as those of a run, because rocks that start close
-together look at the same facets.
+The first stage is flown even if a newer trigger arrives. Its blocks are as large as the blocks of a run, because rocks
+that start close together use the same facets.
 """
 
 SHOWN = 1000
-"""Rocks of the first ensemble whose trajectories, impacts and deposits are kept for display."""
+"""Number of rocks of the first stage whose trajectories, impacts and deposits are kept for display."""
 
 Stop = Callable[[int], bool]
-"""Return True to give up a stage while its rocks fly, given the stage's number.
+"""Function of a stage's number that returns True if the stage must be given up while its rocks fly.
 
 If the function returns True for stage 0, the trigger stays unanswered.
 """
@@ -45,9 +45,9 @@ If the function returns True for stage 0, the trigger stays unanswered.
 
 @dataclass(frozen=True)
 class EnsembleSize:
-    """The number of rocks of the first answer, about, and the least number of the last.
+    """The approximate number of rocks of the first answer, and the least number of rocks of the last answer.
 
-    least : rocks to fly even if the target is met earlier, because the site clears no level with fewer
+    least : rocks to fly even if the target is met earlier, because the site clears no level with fewer rocks
     """
 
     first: int
@@ -162,7 +162,7 @@ def _stream(standing: PreparedTerrain, tallies: Tallies, outcomes: Counter[Outco
 def warm_answers(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSpread, rocks: int) -> float:
     """Fly a small ensemble and discard it, so that all code of an answer is compiled; return the seconds it took.
 
-    rocks : enough to reach more cells than the number whose percentiles NumPy computes (`hazard.layers.FEW`)
+    rocks : enough to reach cells with more than `hazard.layers.FEW` bins, so that the compiled loop is used, too
     """
     began = time.perf_counter()
     centre = np.asarray(trigger.positions)[0, :2]

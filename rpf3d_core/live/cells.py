@@ -17,8 +17,8 @@ class TerrainCells(NamedTuple):
     """The C cells of a raster over a terrain, computed once for each ground.
 
     covered : (C,) True if there is ground below the middle of the cell
-    height : (C,) m, local frame, of the highest ground there; of ground near it if the middle has none; NaN if no facet
-        is near
+    height : (C,) m, local frame, of the highest ground below the middle; if the middle has none, of ground near it; NaN
+        if no facet is near
     """
 
     covered: NDArray[np.bool_]

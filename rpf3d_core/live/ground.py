@@ -1,7 +1,7 @@
-"""The ground that a live simulator flies over: built whole from a survey, or patched where a survey replaces a part.
+"""The ground that rocks fly over in a live simulator: built whole from a survey, or patched with a smaller survey.
 
-A whole ground is laid out in memory that no ground in use occupies, so it can be built while another ground is flown
-over. A patch is sewn into the memory of the ground itself: no rock may fly over that ground meanwhile or afterwards.
+A whole ground is built in memory that no ground in use occupies, so rocks can fly over another ground at the same time.
+A patch is sewn into the memory of the ground itself: no rock may fly over the old ground meanwhile or afterwards.
 """
 
 import time
@@ -38,7 +38,7 @@ ZONE = "terrain"
 WELD = 1e-4
 """Distance (m) below which vertices of a mesh are merged, unless the user sets another."""
 THREADS = 2
-"""Threads that lay out a ground: the loops are cut into two halves."""
+"""Number of threads that lay out a ground: the loops are cut into two halves."""
 
 
 class Changed(NamedTuple):
@@ -65,7 +65,7 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class LiveTerrain:
-    """The ground that a simulator flies over.
+    """The ground that rocks fly over in a simulator.
 
     terrain, facets, engine : share memory; the engine is compiled if numba is installed
     digest : SHA-256 (hex) of the surveys; the digest of a patch includes the digest of the ground it is laid upon
@@ -90,7 +90,7 @@ class LiveTerrain:
 
 
 class Workshop:
-    """Builds grounds. One thread may build a whole ground while another patches its own and a third flies over a third.
+    """Builds grounds. One thread may build a ground while a second thread patches a ground and a third flies rocks.
 
     Parameters
     ----------
@@ -223,12 +223,12 @@ def _laid_out(terrain: Terrain, room: Room, share: Share) -> Facets:
 
 
 def _border(sides: FloatArray, tolerance: float) -> Border:
-    """Return the border of a ground with its caps; tolerance : of contacts (m)."""
+    """Return the border of a ground with its caps; tolerance : tolerance of contacts (m)."""
     return Border(sides, caps_within(sides, tolerance))
 
 
 def _border_after(ground: LiveTerrain, change: PatchChange) -> Border:
-    """Return the border after a patch; most patches leave the border and so the caps unchanged."""
+    """Return the border after a patch; most patches change neither the border nor the caps."""
     sides = net_sides(ground.terrain.triangles[change.gone], change.triangles)
     if len(sides) == 0:
         return ground.border

@@ -1,9 +1,9 @@
 """Plan how a patch is sewn into the ground, before anything is changed: facets to remove, facets to add, and the ring.
 
 The footprint of a patch is the area of its own facets in plan. Every facet of the ground that touches the footprint is
-removed as a whole; all other facets keep every bit. The ring from the corners of what stays to the rim of the patch is
-cut into triangles. So are holes of the patch that are too small for ground to have stayed in them. In larger holes the
-ground stays unchanged.
+removed as a whole; all other facets keep every bit. The ring between the remaining ground and the rim of the patch is
+filled with triangles. So are small holes of the patch, in which no facet of the ground remains. In larger holes the
+ground remains unchanged.
 """
 
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ class PatchChange(NamedTuple):
     """The changes that a patch makes to a ground with F facets and V vertices.
 
     gone : (G,) facets that are removed; freed : (U,) vertices that no facet uses any more
-    vertices : (N, 3) m, that are added; triangles : (S, 3) that are added, numbers from V on refer to `vertices`
+    vertices : (N, 3) m, added vertices; triangles : (S, 3) added triangles, numbers from V on refer to `vertices`
     block, entries : buckets of all changed facets, and entries of the added facets in them
     low, high : corners of the box in plan of all removed and added facets, m
     """
@@ -58,7 +58,7 @@ def change_of(
     """Return the changes that a patch in the ground's frame makes; None if nothing of the ground stays.
 
     marks : (F,) all STAYS at first; the function sets GOES for removed facets
-    Raises TerrainError if the patch touches no ground, is not a sheet in plan, or cannot be sewn to what stays.
+    Raises TerrainError if the patch touches no ground, is not a sheet in plan, or cannot be sewn to the rest.
     """
     slack, corners = REACH * facets.tolerance, _corners(patch.vertices, patch.triangles)
     _check_sheet(corners)
@@ -104,11 +104,11 @@ class _Found:
         self.gone = touched(facets.corners, locator, self._footprint, marks)
 
     def near(self, thin: FloatArray) -> NDArray[np.bool_]:
-        """Return (N,), True for each of the triangles (N, 9) m that touches the patch."""
+        """Return flags (N,), True for each of the triangles (N, 9) m that touches the patch."""
         return near_patch(thin, self._locator, self._footprint)
 
     def between(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Return (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
+        """Return flags (N,), True for each of the places (N, 2) m over a removed facet but not over the patch."""
         over = over_what_goes(points, self._ground, self._locator, self._marks)
         flat = np.concatenate([points, np.zeros((len(points), 1))], axis=1)
         return over & ~near_patch(np.tile(flat, 3), self._locator, self._footprint._replace(slack=0.0))
@@ -122,7 +122,7 @@ def _check_sheet(corners: FloatArray) -> None:
 
 
 def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
-    """True if a facet with an area stays."""
+    """True if a facet that has an area stays in the ground."""
     stays = np.flatnonzero(marks[: len(facets.zone)] == 0)
     return bool(facets.normals[stays].any())
 
@@ -130,7 +130,7 @@ def _any_stays(facets: Facets, marks: NDArray[np.uint8]) -> bool:
 def _ring(
     patch: Mesh, terrain: Terrain, seam: NDArray[np.int64], border: NDArray[np.int64], found: _Found
 ) -> NDArray[np.int64]:
-    """Return the triangles (T, 3) between the ground's edges and the patch's rim; numbers from V on are the patch's."""
+    """Return the triangles (T, 3) between the ground's edges and the patch's rim; the patch's vertices start at V."""
     count = len(terrain.vertices)
     edges = np.concatenate([seam, border, rim_edges(patch.triangles, len(patch.vertices)) + count])
     ids = np.unique(edges)
@@ -143,7 +143,7 @@ def _ring(
 
 
 def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
-    """Raise TerrainError if an edge of what stays has no triangle of the ring next to it with the same winding."""
+    """Raise TerrainError if an edge of the remaining ground has no triangle of the ring next to it, wound alike."""
     sides = {(a, b) for a, b, c in ring.tolist()} | {(b, c) for a, b, c in ring.tolist()}
     sides |= {(c, a) for a, b, c in ring.tolist()}
     if not all((a, b) in sides for a, b in seam.tolist()):
@@ -151,7 +151,7 @@ def _check_closed(seam: NDArray[np.int64], ring: NDArray[np.int64]) -> None:
 
 
 def _renumbered(came: NDArray[np.int64], some: NDArray[np.int64], terrain: Terrain) -> NDArray[np.int64]:
-    """Return the triangles renumbered to the vertices `some` of the ground, followed by those of the patch."""
+    """Return the triangles renumbered to the ground's vertices `some`, followed by the patch's vertices."""
     old = came < len(terrain.vertices)
     return np.where(old, np.searchsorted(some, np.where(old, came, 0)), came - len(terrain.vertices) + len(some))
 

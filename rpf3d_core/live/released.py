@@ -1,7 +1,7 @@
 """Release rocks for the sources of a trigger, over a ground.
 
-Each source becomes a cloud of rocks around it. Monitoring gives a place to within metres and a rough speed, and the
-answer shows how much this uncertainty matters.
+The rocks of a source are spread around it. Monitoring gives a place that is exact to some metres, and a rough speed. So
+the answer shows how much this uncertainty matters.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from rpf3d_core.terrain.frame import FloatArray
 Flags = NDArray[np.bool_]
 
 SAME_GROUND = 1e-6
-"""m; a source's heights above the ground below it and above the highest ground there may differ by so much rounding."""
+"""Rounding (m) by which a source's height above the ground below it and above the highest ground there may differ."""
 
 MOST_NAMED = 3
 """Largest number of sources that a sentence names one by one."""
@@ -51,7 +51,7 @@ class Released:
     The order keeps the draws independent of which sources are left out.
 
     places : (S, 3) m, local; velocities : (S, 3) m/s; diameters : (S,) m, NaN for the scene's rocks, or None
-    heights : (S,) m above the highest ground there, kept by rocks that are spread; NaN where rocks are not spread
+    heights : (S,) m above the highest ground there; spread rocks start at the same height; NaN if rocks are not spread
     sound : (S,) True for released sources; left_out : a sentence on the other sources, "" if there are none
     around : how rocks are spread around each source
     """
@@ -104,10 +104,10 @@ def released_over(standing: PreparedTerrain, trigger: Trigger, around: ReleaseSp
 
 
 def releases_of(standing: PreparedTerrain, released: Released, ranges: Sequence[range], seed: int) -> Releases:
-    """Return the rocks of each source in the given ranges of rock numbers; each rock has the same bits in any ranges.
+    """Return the rocks of each source in the given ranges of rock numbers; a rock's bits do not depend on the ranges.
 
     A rock that is spread keeps its source's height above the ground, so no rock starts in the wall behind the source.
-    Where there is no ground, the rock starts at its source. Draws are those of `ensemble.releases`.
+    Where there is no ground, the rock starts at its source. Random numbers are drawn as in `ensemble.releases`.
     """
     numbers = [np.arange(span.start, span.stop, span.step) for span in ranges]
     source = np.repeat(np.arange(len(ranges)), [len(some) for some in numbers])
@@ -148,8 +148,8 @@ def _sized(mass: FloatArray, radius: FloatArray, diameter: FloatArray, density: 
 def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> tuple[FloatArray, FloatArray, Flags]:
     """Measure points (S, 3) against the ground, in three arrays (S,).
 
-    They are: depth under the ground (m; 0 above it), height above the highest ground there (m; NaN where other ground
-    hangs over the point), and True for points off the terrain.
+    The arrays are: depth under the ground (m; 0 above the ground), height above the highest ground there (m; NaN if
+    other ground hangs over the point), and True for points off the terrain.
     """
     over = _over_top(standing, x)
     off = over[:, 1] < 0
@@ -163,7 +163,7 @@ def _measured(standing: PreparedTerrain, x: FloatArray, above: float | None) -> 
 
 
 def _over_top(standing: PreparedTerrain, x: FloatArray) -> FloatArray:
-    """Return `Engine.ground_below` of points above everything, at places (S, 3) m."""
+    """Return `Engine.ground_below` for points above all terrain, with the x and y of places (S, 3) m."""
     top = np.array(x)
     top[:, 2] = standing.ground.facets.high[2] + ABOVE_EVERYTHING
     return standing.ground.engine.ground_below(top)

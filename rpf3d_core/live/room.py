@@ -1,4 +1,4 @@
-"""Sets of memory for grounds: a set is used again only when nothing uses the ground in it any more."""
+"""Sets of memory for grounds: a set is used again only when no object uses the ground in the set any more."""
 
 import weakref
 from collections.abc import Iterator
@@ -37,12 +37,12 @@ class Room:
         self.free_vertices = np.empty(0, np.int64)
 
     def patched(self, free_rows: NDArray[np.int32]) -> None:
-        """Record that another patch was sewn in; `free_rows` (U,) are the rows that hold no facet any more."""
+        """Record that another patch was sewn in; `free_rows` (U,) are the rows without a facet."""
         self.patches += 1
         self.free_rows = free_rows
 
     def used_by(self, *users: Any) -> None:
-        """Register objects whose arrays lie here."""
+        """Register objects that have arrays in this memory."""
         with self._lock:  # another thread may be searching for a free room
             self._users += [weakref.ref(user) for user in users]
 

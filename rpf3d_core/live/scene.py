@@ -1,7 +1,7 @@
 """The scene that is flown live: from a scene file, or from single values under the names of the scene file's keys.
 
-A live scene is the same `Scene` as the scene of a run. Its terrain and sources come in messages, so stand-ins take
-their places. Nothing else is made up but the default material (thesis table 5-1).
+A live scene is the same `Scene` as the scene of a run. Its terrain and sources arrive in messages, so the scene has
+placeholders for them. The only other value that the user does not give is the default material (thesis table 5-1).
 """
 
 from collections.abc import Iterable, Mapping
@@ -86,7 +86,7 @@ def live_scene(values: Mapping[str, Any]) -> Scene:
     Raises
     ------
     SceneError
-        One line for each value that is refused, worded as for a scene file; or there are values in addition to `scene`.
+        Values are refused: one line for each, as for a scene file. Or there are values in addition to `scene`.
     """
     given = {name: value for name, value in values.items() if name != SCENE}
     if values.get(SCENE):
@@ -112,7 +112,7 @@ def _from_file(path: str, given: Mapping[str, Any]) -> Scene:
 
 
 def _fault(name: str, value: Any) -> str | None:
-    """Return the error in a name, or in the name of a model; None if there is none.
+    """Return the error in the name of a parameter, or in the name of a model; None if there is no error.
 
     Everything else is checked by the scene's model.
     """
@@ -169,7 +169,7 @@ def _copied(value: Any) -> Any:
 
 
 def _default(field: SceneField, standard: Scene) -> Any:
-    """Return the value of a field in a scene that gives nothing; for a field of a model or effect, its own default."""
+    """Return a field's value in a scene of defaults only; for a field of a model or effect, the field's own default."""
     if field.within or field.names:
         return field.default
     value: Any = standard

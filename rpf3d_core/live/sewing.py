@@ -1,6 +1,6 @@
 """Write a patch into the arrays of a ground: added facets take the rows of removed facets.
 
-Unused rows hold a facet without area, which no rock can touch and no bucket holds. If more facets are added than
+Unused rows hold a facet without area, which no rock can touch and no bucket lists. If more facets are added than
 removed, the arrays grow into the spare memory behind them.
 """
 
@@ -30,7 +30,7 @@ from rpf3d_core.values import Vec
 WIDER = 1.25
 """Largest growth of the terrain's diagonal, as a factor, since its tolerance was set.
 
-The tolerance has a factor of 200 in hand (`RELATIVE_TOLERANCE`).
+The tolerance has a margin of a factor of 200 (`RELATIVE_TOLERANCE`).
 """
 
 

@@ -10,7 +10,7 @@ from rpf3d_core.live.standing import Outlines
 from rpf3d_core.terrain.frame import FloatArray, Frame
 
 MOST_STEPS = 2000
-"""Largest number of steps along a ring: a ring longer than this number of cells is laid on the ground more coarsely."""
+"""Largest number of steps along a ring: a ring longer than this number of cells has steps longer than a cell."""
 
 
 def shown_areas(areas: Outlines, cells: TerrainCells, raster: Raster, frame: Frame) -> Mapping[str, list[FloatArray]]:

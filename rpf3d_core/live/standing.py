@@ -1,4 +1,4 @@
-"""Prepare a ground once and keep the result while sources come and go, so an answer costs only what its rocks cost.
+"""Prepare a ground once and use the result for many triggers, so that an answer costs only the flight of its rocks.
 
 Only `stand_on`, called once for each ground, takes longer for a larger terrain.
 """
@@ -66,7 +66,7 @@ class Surveyed(Protocol):
 
 @dataclass(eq=False)
 class PreparedTerrain:
-    """A ground with everything that answers over it share; for one thread and one answer at a time.
+    """A ground with all data that answers over this ground share; for one thread and one answer at a time.
 
     areas : rings of the scene's own areas of interest, local frame
     tallies : memory of the current answer, emptied for the next one

@@ -1,7 +1,7 @@
-"""Keep the last good terrain on disk, so that a restarted simulator has it again and reports its age.
+"""Keep the last good terrain on disk, so that a simulator can load it after a restart and report its age.
 
 A folder holds the last whole survey and the patches sewn in since. Each patch names the digest of the ground that it
-was laid upon. Whenever the process dies, the folder holds a ground that was flown over: a whole survey replaces the
+was laid upon. Whenever the process ends, the folder holds a ground that was in use: a whole survey replaces the
 previous one in one step, and patches that do not continue from it are ignored. Only one store at a time may use a
 folder: two stores would remove each other's patches.
 """
@@ -24,7 +24,7 @@ MOST_PATCHES = 64
 """Number of patches after which the ground is written whole: restoring a patch takes some hundredths of a second."""
 
 LOCK = "in_use.lock"
-"""An empty file, locked while a store is open; the file stays, and the lock ends with its process however that dies."""
+"""An empty file, locked while a store is open; the file stays, the lock ends with its process, even after a crash."""
 
 
 class StoredSurveys(NamedTuple):
@@ -54,7 +54,7 @@ class StoredSurveys(NamedTuple):
 def read_last(folder: Path) -> StoredSurveys | None:
     """Return the last ground that was kept in a folder; None if there is none.
 
-    A damaged patch ends the list, with a sentence. Raises TerrainError if the whole survey is damaged, and OSError if
+    A damaged patch ends the list; see `faults`. Raises TerrainError if the whole survey is damaged, and OSError if
     it cannot be read.
     """
     if not (folder / WHOLE).exists():
@@ -71,7 +71,7 @@ def read_last(folder: Path) -> StoredSurveys | None:
 
 
 class Store:
-    """Keeps grounds in a folder, on a thread of its own; if grounds come faster than it writes, the newest wins."""
+    """Keeps grounds in a folder, on a thread of its own; a new whole ground replaces the surveys that still wait."""
 
     def __init__(self, folder: Path, most_patches: int = MOST_PATCHES) -> None:
         """Open the store in a folder, which is created if it is missing.
@@ -95,7 +95,7 @@ class Store:
         self._thread.start()
 
     def keep(self, ground: LiveTerrain, survey: Survey) -> None:
-        """Keep a ground, and the survey that it was built from or that was sewn in last; returns at once.
+        """Queue a ground for writing, with the survey that it was built from or that was sewn in last; returns at once.
 
         After many patches the ground itself is copied, which takes some hundredths of a second.
         """
@@ -118,7 +118,7 @@ class Store:
         self._last, self._patches = last.pieces[-1].digest, len(last.pieces) - 1
 
     def flush(self, timeout: float | None = None) -> bool:
-        """Wait until everything is on disk, at most `timeout` (s); return True if it is."""
+        """Wait at most `timeout` (s) until all surveys are on disk; return True if they are."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._waiting and not self._busy, timeout)
 
@@ -154,7 +154,7 @@ class Store:
                 self._changed.notify_all()
 
     def _try_to_write(self, piece: StoredSurvey) -> None:
-        """Write a survey. If that fails, set the fault and write no patch until a whole ground is written."""
+        """Write a survey. If writing fails, set `fault`, and write no patch until a whole ground is written."""
         try:
             self._write(piece)
         except Exception as error:  # the thread must survive any error
@@ -176,9 +176,9 @@ class Store:
 
 
 def _locked(folder: Path) -> tuple[int, str | None]:
-    """Lock a folder and return a descriptor that holds the lock, or -1 and why the folder could not be locked.
+    """Lock a folder and return a descriptor that holds the lock, or -1 and the reason why it was not locked.
 
-    A bad disk must not keep the simulator from flying. Raises InputError if another store holds the lock.
+    A faulty disk must not stop the simulator. Raises InputError if another store holds the lock.
     """
     handle = -1
     try:

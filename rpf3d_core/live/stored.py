@@ -60,7 +60,7 @@ def write_piece(path: Path, piece: StoredSurvey) -> None:
 
 
 def read_piece(path: Path) -> StoredSurvey:
-    """Read a survey. Raises TerrainError, in one sentence, if anything is missing or changed; raises OSError."""
+    """Read a survey. Raises TerrainError, in one sentence, if anything is missing or changed; or OSError."""
     content = path.read_bytes()
     body = memoryview(content)[: max(len(content) - CHECK, 0)]
     if bytes(body[: len(MAGIC)]) != MAGIC:
@@ -94,7 +94,7 @@ def _bytes_of(array: Any) -> Any:
 
 
 def _piece(body: memoryview) -> StoredSurvey:
-    """Return the survey in a body whose checksum is right."""
+    """Return the survey in the content of a file, without the checksum, which was found right."""
     begin = len(MAGIC) + LENGTH.size
     (length,) = LENGTH.unpack(body[len(MAGIC) : begin])
     header = json.loads(bytes(body[begin : begin + min(length, LONGEST_HEADER)]))

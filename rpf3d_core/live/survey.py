@@ -35,7 +35,7 @@ class MeshSurvey:
 class CloudSurvey:
     """A survey of scattered points.
 
-    points : (N, 3) m, map frame, in no order; a point with a NaN does not count
+    points : (N, 3) m, map frame, in no order; a point with a NaN is ignored
     """
 
     points: FloatArray

@@ -14,7 +14,7 @@ class Trigger:
 
     positions : (S, 3) m, map frame; velocities : (S, 3) m/s; diameters : (S,) m, NaN where unknown, or None
     stamp_ns : stamp of the message
-    digest : SHA-256 (hex) of all that, as from `digest_of`; topic : the topic of the message
+    digest : SHA-256 (hex) of all these values, as from `digest_of`; topic : the topic of the message
     """
 
     positions: FloatArray
@@ -34,7 +34,7 @@ def trigger_of(
 
 
 def digest_of(positions: FloatArray, velocities: FloatArray, diameters: FloatArray | None, stamp_ns: int) -> str:
-    """Return the SHA-256 (hex) of sources, given as to `trigger_of`; the same for equal numbers of any data type."""
+    """Return the SHA-256 (hex) of sources (see `trigger_of`); the same for equal numbers of any data type."""
     found = hashlib.sha256(f"sources {len(positions)} {stamp_ns}".encode())
     for column in (positions, velocities, diameters):
         found.update(b"-" if column is None else np.ascontiguousarray(column, dtype="<f8").tobytes())

@@ -14,7 +14,7 @@ from rpf3d_core.terrain.frame import FloatArray
 class ShownZone:
     """A hazard zone, map frame.
 
-    name : of the level; corners : (F, 3, 3) m of the zone's facets; outline : (E, 2, 3) m, edges
+    name : of the level; corners : (F, 3, 3) m, of the zone's facets; outline : (E, 2, 3) m, ends of its edges
     """
 
     name: str
@@ -40,7 +40,7 @@ def shown_zones(maps: HazardMaps, terrain: Terrain, levels: Sequence[float]) -> 
 
 
 def outer_edges(triangles: IntArray) -> IntArray:
-    """Return the edges (E, 2), by their vertices, that belong to only one of the triangles (F, 3)."""
+    """Return the edges (E, 2), as pairs of vertex numbers, that belong to only one of the triangles (F, 3)."""
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]).astype(np.int64)
     one, other = sides.T
     edges = np.sort(np.minimum(one, other) << 32 | np.maximum(one, other))

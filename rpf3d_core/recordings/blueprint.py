@@ -77,7 +77,7 @@ def _view(name: str, eye: tuple[FloatArray, FloatArray], hidden: Iterable[str] =
 
 
 def _series(origin: str, name: str, largest: float) -> Any:
-    """Return a view of series, from 0 to their largest value, without a legend: that of 20 rocks would cover them."""
+    """Return a view of series, from 0 to their largest value, without a legend: 20 names would cover the lines."""
     import rerun.blueprint as rrb
 
     axis = rrb.ScalarAxis(range=(0.0, HEADROOM * largest)) if largest > 0.0 else None

@@ -12,10 +12,10 @@ from rpf3d_core.errors import InputError
 from rpf3d_core.recordings.log import import_rerun
 
 LONGEST = 600.0
-"""Most seconds for a tool of rerun; 1 GB takes about 10 s."""
+"""Longest time (s) that a tool of rerun may take; a recording of 1 GB takes about 10 s."""
 
 IN_FLIGHT = "/trajectories/rocks"
-"""End of the path of the entity whose times lie after the moment of recording: rocks are shown where they will be."""
+"""Last part of the path of an entity that shows where rocks will be: its times lie after the moment of recording."""
 
 TIMELINES = ("ros_time", "sim_time")
 """Timelines in order of preference: the last moment of a recording is given on the first of them that it has."""

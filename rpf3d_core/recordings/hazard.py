@@ -1,7 +1,7 @@
-"""Log the hazard of the terrain's facets to a recording: coloured meshes to switch on and off, and the bench table.
+"""Log the hazard of the terrain's facets to a recording: coloured meshes that can be hidden, and the bench table.
 
 rerun colours vertices, not facets. A layer is therefore a mesh of its own, slightly above the terrain, with duplicated
-vertices where the colour changes, so that each facet has exactly its own colour. It holds only the facets that rocks
+vertices where the colour changes, so that each facet has exactly its own colour. A mesh has only the facets that rocks
 reached, so the size of the recording depends on these facets and not on the whole terrain.
 """
 
@@ -33,7 +33,7 @@ LIFT = 2e-4
 for the viewer's depth buffer when the whole terrain is in view."""
 
 LEGEND_STEPS = 5
-"""Number of values of a scale whose colours the document names."""
+"""Number of values of a scale for which the document names the colour."""
 
 JOULE_PER_KJ = 1000.0
 
@@ -42,7 +42,7 @@ class Layer(NamedTuple):
     """One hazard quantity of the S facets that rocks reached.
 
     values : (S,) in their own unit; scale : of the values; unit : the unit shown
-    per_unit : factor (-), how much of the values' own unit is one of the unit shown
+    per_unit : one unit shown, expressed in the values' own unit, such as 1000 for kJ if the values are in J
     """
 
     entity: str

@@ -1,4 +1,4 @@
-"""The words of a recording: lines of its log, and its document."""
+"""Compose the text of a recording: the lines of its log, and its document."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class RecordedOutputs(Protocol):
 
 
 class RecordedMethod(Protocol):
-    """Attributes of the method that finds contacts which a recording needs."""
+    """Attributes that a recording needs of the method that finds contacts."""
 
     def describe(self) -> str:
         """Return the method in words."""
@@ -73,7 +73,7 @@ def sentences_of(summary: Mapping[str, Any]) -> dict[Outcome, str]:
 
 
 def scene_lines(scene: RecordedScene, terrain: Terrain, summary: Mapping[str, Any]) -> list[str]:
-    """Return the lines of the log on a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
+    """Return the log's lines about a scene: name, seed, method, terrain, frame, mesh faults, materials, outcomes."""
     faults = summary.get("terrain", {}).get("faults", {})
     counted = ", ".join(f"{name} {value}" for name, value in faults.items() if isinstance(value, int) and value)
     outcomes = ", ".join(f"{name} {share['rocks']}" for name, share in summary.get("outcomes", {}).items())
@@ -97,7 +97,7 @@ def frame_line(frame: Frame) -> str:
 def outcome_line(
     names: Sequence[str], terrain: Terrain, deposits: Deposits, row: int, sentences: Mapping[Outcome, str]
 ) -> str:
-    """Return the line of the log on a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
+    """Return the log's line about a rock: outcome, sentence, last zone, time, length of path, impacts, top speed."""
     outcome, facet = Outcome(deposits.outcome[row]), int(deposits.facet[row])
     where = f", last on {terrain.zones[terrain.zone[facet]]}" if facet >= 0 else ", never on the ground"
     return (

@@ -53,7 +53,7 @@ def parted_mesh(
 
 
 def strips_by_speed(samples: PathSamples, fastest: float) -> tuple[list[FloatArray], FloatArray]:
-    """Return strips (N, 3) m of nearly one speed each, joined end to end, and the speed (m/s) of each strip.
+    """Cut paths into strips (N, 3) m of nearly one speed each, end to end; return the strips and their speeds (m/s).
 
     fastest : highest speed of the colour scale (m/s)
     """

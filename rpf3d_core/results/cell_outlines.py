@@ -1,4 +1,4 @@
-"""Outlines of grid cells with the same number, along the borders of the cells."""
+"""Find the outlines of grid cells that have the same number, along the borders of the cells."""
 
 import json
 from collections import defaultdict
@@ -14,7 +14,7 @@ CELLS_THAT_TOUCH = 4
 """Connectivity of polygons: cells that share a border are one polygon. Cells that share only a corner are two, because
 their outlines would cross there."""
 CELLS_AROUND = 8
-"""Connectivity of holes: a hole also continues over a shared corner, because no square has ground there."""
+"""Connectivity of holes: cells of a hole that share only a corner are one hole, because no square there has ground."""
 
 
 def cell_outlines(numbers: NDArray[np.int32], transform: Affine) -> dict[int, list[Any]]:

@@ -67,7 +67,7 @@ class Run:
     flights : of all rocks or, if the run was written to disk, of the rocks that are drawn, an even selection
     totals, maps : of all rocks flown
     planned : rocks that should fly; more than the rocks flown if the run was interrupted
-    steps : convergence after each doubling if the scene says `rocks: auto`, else empty
+    steps : convergence after each doubling if the scene has `rocks: auto`, else empty
     wall_s : wall seconds from the start of the preparation until the last rock has flown
     """
 

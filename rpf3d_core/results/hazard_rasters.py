@@ -4,7 +4,7 @@ Plan axes are the input's, as in polygons of zones and areas: x and y, or x and 
 axis of the file is z, and the tag AXES says so. The first row has the largest second coordinate.
 
 Nodata: NaN in a statistic or a time means that no rock reached the cell; in a percentile, that fewer than 20 rocks did.
-Shares and counts are 0 where no rock came; 0 is a value.
+Shares and counts are 0 in cells that no rock reached; there 0 is a valid value.
 """
 
 import math
@@ -64,7 +64,7 @@ def write_hazard_rasters(folder: Path, terrain: Terrain, maps: HazardMaps, crs: 
     """
     system = reference_system(crs, terrain.frame.up)
     with warnings.catch_warnings():
-        # The warning comes for cells of 1 m with a corner at (0, 0), but this driver stores that transform.
+        # rasterio warns of cells of 1 m with a corner at (0, 0), but the driver stores this transform correctly.
         warnings.simplefilter("ignore", NotGeoreferencedWarning)
         _write_all(folder, terrain, maps, system)
 

@@ -1,8 +1,8 @@
 """Write hazard/zones.geojson: outlines of hazard zones, along the borders of the raster's cells.
 
 The outlines follow the cells; they are not contours between cell centres. Rocks are counted in cells, so the area of
-the cells is exact, and with cells of 2 m the steps look like a curve. A smooth curve would claim to know more. The
-outlines come from `rasterio.features.shapes`, so no other library is needed.
+the cells is exact, and with cells of 2 m the steps look like a curve. A smooth curve would suggest more precision. The
+outlines are made by `rasterio.features.shapes`, so no other library is needed.
 
 Coordinates are the input's own plan coordinates (x y, or x z if y is up), so the file can be read back as polygons of
 areas of interest. RFC 7946 allows longitude and latitude only. The reference system is therefore in the `crs` member

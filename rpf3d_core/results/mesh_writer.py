@@ -110,4 +110,4 @@ WRITERS: dict[str, Callable[[Path, Terrain], None]] = {
     ".ply": _write_ply,
     ".obj": _write_obj,
 }
-"""Writers by extension. Only .vtp keeps the zones; STL rounds to float32."""
+"""Functions that write a mesh, by extension. Only .vtp keeps the zones; STL rounds to float32."""

@@ -40,7 +40,7 @@ def write_cost(path: Path, name: str, series: Sequence[Series], target: float) -
 
 
 def _draw(axes: Axes, one: Series) -> None:
-    """Draw a series with labels next to its points and, with hollow markers, its times with the compiled engine."""
+    """Draw a series with labels next to its points; hollow markers show the times with the compiled engine."""
     red, green, blue = one.colour
     colour = (red / 255.0, green / 255.0, blue / 255.0)
     marker, size = ("*", 14) if one.name == "events" else (MARKERS[one.kind], 5)

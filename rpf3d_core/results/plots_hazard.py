@@ -61,7 +61,7 @@ RELEASE: dict[str, Any] = {"marker": "o", "color": "#1450d2", "markersize": 4.5,
 MANY_RELEASES = 100
 """Above this number, releases are drawn as dots, so that they hide little of the map."""
 DOT: dict[str, Any] = {"marker": ".", "color": "black", "markersize": 2.0, "markeredgewidth": 0.0}
-"""Marker of a release among many. It is not blue, because it would be lost among the cells of colour FEW."""
+"""Marker of a release among many. The marker is not blue, because it would be hard to see on cells of colour FEW."""
 
 TITLE_PAD = 26.0
 """Distance of the title from the map (points): a long title stands above the scale bar, not in it."""
@@ -81,7 +81,7 @@ class Theme:
 
     title : part of the picture's title between the scene and the number of rocks; unit : label of the colour bar
     values : (C,) of all cells of the raster, NaN where unknown, in their own unit; scale : of the values
-    per_unit : factor (-), how much of the values' own unit is one unit of the colour bar
+    per_unit : one unit of the colour bar, expressed in the values' own unit
     """
 
     title: str
@@ -183,7 +183,7 @@ def hazard_figure(
 def _ground(
     terrain: Terrain, maps: HazardMaps, releases: FloatArray, areas: Mapping[str, Sequence[FloatArray]]
 ) -> MapBackground:
-    """Return the part of the terrain that rocks reached, with the areas close to them, seen from above."""
+    """Return the background: the part of the terrain that rocks reached, with the areas close to it, from above."""
     whole = whole_window(terrain)
     window = window_with_areas(whole, np.concatenate([_reached(maps), releases[:, :2]]), areas)
     picture = hillshade(terrain, seen_from_above(terrain, window, PIXELS))
@@ -278,7 +278,7 @@ def _say_why_empty(side: Axes, maps: HazardMaps) -> None:
 
 
 def _beyond(scale: Scale, known: Values) -> str:
-    """Return which ends of the colour bar are pointed: those with values (N,), in its unit, beyond them."""
+    """Return which ends of the colour bar are drawn as arrows, because some values (N,) lie beyond that end."""
     below, above = bool((known < scale.low).any()), bool((known > scale.high).any())
     return {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[below, above]
 

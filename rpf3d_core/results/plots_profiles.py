@@ -101,7 +101,7 @@ def sections(profile: Profile, ground: FloatArray, titles: Mapping[int, str], wh
     """Draw a column for each rock in `titles`: elevation with the terrain under the path above, speed below.
 
     ground : (S,) m, elevation of the terrain under the path; titles : row of the rock in `Deposits` -> title
-    which : words below the columns that say which rocks these are
+    which : text below the columns that explains the choice of the rocks
     """
     columns = max(1, len(titles))
     figure, axes = _panels(columns, (5.2 * columns, 7.5))

@@ -130,7 +130,8 @@ def selection(count: int) -> Any:
 def starts_of(releases: FloatArray) -> FloatArray:
     """Return at most MOST_RELEASES release points (N, 2) m in plan, local frame, of R rocks.
 
-    Each distinct point comes once; if there are more than MOST_RELEASES, an even selection of the rocks' points.
+    Each distinct point is returned once. If there are more than MOST_RELEASES, the result is an even selection of the
+    rocks' points.
 
     releases : (R, 2 or 3) m
     """

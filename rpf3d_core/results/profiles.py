@@ -77,7 +77,7 @@ def terrain_below(terrain: Terrain, points: FloatArray) -> FloatArray:
 def typical_rows(deposits: Deposits, rows: IntArray, runout: FloatArray) -> IntArray:
     """Return at most three of the rows (N,): the rocks with the shortest, median and longest runout.
 
-    Chosen among the deposited rocks, or among all if none of them is deposited; `runout` (R,) in m.
+    The rocks are chosen among the deposited rocks, or among all rocks if none is deposited; runout : (R,) m
     """
     at_rest = rows[np.isin(deposits.outcome[rows], DEPOSITED)]
     some = at_rest if len(at_rest) else rows

@@ -1,4 +1,4 @@
-"""Series of points: the data of the price list of accuracy that pictures and recordings draw."""
+"""Series of points of the price list of accuracy, for pictures and recordings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,7 +11,7 @@ class Series(NamedTuple):
 
     kind : numerical, geometric or statistical; colour : red, green, blue, each up to 255
     seconds : (S,) s; errors : (S,) (-), above 0; words : (S,) labels next to the points
-    compiled : (S,) s that the same steps take with the compiled engine, if `seconds` are those of the thesis' method
+    compiled : (S,) s, times of the same steps with the compiled engine, if `seconds` are times of the thesis' method
     """
 
     name: str

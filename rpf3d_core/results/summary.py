@@ -103,12 +103,12 @@ def _version(package: str) -> str | None:
 
 
 def _digests(scene: Scene) -> dict[str, str]:
-    """Return the digest of the scene, and the digest of its releases (equal if rocks start alike)."""
+    """Return the digest of the scene, and the digest of its releases; scenes with equal releases share the latter."""
     return {"digest": scene_digest(scene), "releases_digest": releases_digest(scene)}
 
 
 def _settings(scene: Scene) -> dict[str, Any]:
-    """Return the scene's settings that decide the result; the materials are not among them."""
+    """Return the scene's settings that affect the result, without the materials."""
     names = ("stop_speed", "gravity", "smallest_bounce", "max_time", "max_impacts")
     return {
         "seed": scene.seed,
@@ -153,7 +153,7 @@ def _counts(findings: Run) -> dict[str, Any]:
 
 
 def _lost(findings: Run) -> dict[str, Any]:
-    """Return the share of rocks lost to holes of the terrain, and a sentence on what it means for other shares."""
+    """Return the share of rocks lost to holes of the terrain, and a sentence on its effect on other shares."""
     lost, rocks = findings.totals.outcomes[Outcome.LOST_TO_HOLE], findings.totals.rocks
     return {**share_of(lost, rocks), "meaning": lost_in_words(lost, rocks) if lost else None}
 

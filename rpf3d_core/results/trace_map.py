@@ -65,7 +65,7 @@ def facet_layers(maps: HazardMaps) -> dict[str, Scattered]:
     """Return the layers of the facets by name; counts as whole numbers, other values in single precision.
 
     A quantity with a spread has one array for each statistic, such as `energy_j_p95` (J), `speed_m_s_max` (m/s),
-    `height_m_mean` (m). A value is NaN where no rock came; a percentile, where fewer than 20 rocks came. Double
+    `height_m_mean` (m). A value is NaN for a facet that no rock reached, a percentile for fewer than 20 rocks. Double
     precision would double the file.
     """
     facets = maps.facets

@@ -1,8 +1,8 @@
-"""Walk a track from facet to facet over their sides, where the terrain is one sheet in plan.
+"""Walk a track from facet to facet across their shared sides, where the terrain is one sheet in plan.
 
 Each corner of a facet lies to the left or right of the track's line in plan; a corner on the line counts as left. So
-the line enters and leaves each facet through exactly one side each, and neighbours agree on where, however thin they
-are.
+the line enters each facet through exactly one side and leaves it through exactly one other side. Neighbouring facets
+find the same crossing of their shared side, however thin the facets are.
 """
 
 from typing import Any, NamedTuple
@@ -23,14 +23,14 @@ from rpf3d_core.jit.dispatch import kernel
 from rpf3d_core.terrain.facet_geometry import REACH
 
 NOWHERE = -1
-"""No facet: the track cannot be walked from here."""
+"""Stands in place of a facet's number: the track cannot be walked over the sheet from here."""
 
 
 class FacetCrossing(NamedTuple):
     """Crossing of facet f by the line of a track, which leaves the facet through side k.
 
-    al, cl, ar, cr : places along and across the line (`over_facet.along_across`) of the corners to the left and right
-    of the exit, m^2/s
+    al, cl : place along and across the line (`over_facet.along_across`) of the corner to the left of the exit, m^2/s
+    ar, cr : place along and across the line of the corner to the right of the exit, m^2/s
     """
 
     f: int
@@ -46,7 +46,7 @@ NO_CROSSING = FacetCrossing(f=NOWHERE, k=0, al=0.0, cl=0.0, ar=0.0, cr=0.0)
 
 
 class Cursor(NamedTuple):
-    """The square that a track is over: its column and row, when the track leaves them (s), and the rock's visit."""
+    """The square below the track: column, row, times (s) at which the track leaves them, index of the rock's visit."""
 
     i: int
     j: int
@@ -60,7 +60,8 @@ def walk_sheet(walk: Walk, at: int) -> tuple[int, float]:
     """Visit every facet that the track passes over, and its zone; record the height above the facets in the squares.
 
     at : the facet over which the track may begin, NOWHERE if unknown
-    Returns the facet over which the track ends and its duration (s), or NOWHERE and the time to which it was walked.
+    Returns the facet over which the track ends and the track's duration (s). If the walk stops before the end of the
+    track, returns NOWHERE and the time (s) at which the walk stopped.
     """
     ground, track = walk.ground, walk.track
     arc = track.arc
@@ -100,10 +101,10 @@ def _crossing_from(ground: WalkedTerrain, arc: Arc, at: int) -> FacetCrossing:
 
 @kernel
 def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
-    """Return the crossing of facet f by the line of an arc; NO_CROSSING unless it enters f by the start of the arc.
+    """Return the crossing of facet f by the line of an arc, if the line has entered facet f when the arc starts.
 
-    Returns NO_CROSSING also if other facets lie above or below f. If the line has left f by the start of the arc, the
-    walk goes on over the facets beyond.
+    Returns NO_CROSSING otherwise, and if other facets lie above or below facet f. If the line has already left facet f
+    when the arc starts, the walk continues over the facets beyond.
     """
     facets = ground.facets
     a0, c0 = along_across(facets, f, 0, arc)
@@ -125,7 +126,10 @@ def _crossing_over(ground: WalkedTerrain, arc: Arc, f: int) -> FacetCrossing:
 
 @kernel
 def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> FacetCrossing:
-    """Return the crossing of the facet beyond the exit. The facet's side m runs from the left corner to the right."""
+    """Return the crossing of the facet beyond the exit; NO_CROSSING if the walk cannot continue there.
+
+    Side m of the next facet runs from the corner to the left of the exit to the corner to the right.
+    """
     f, m = facet_beyond(ground.sheet, ground.locator, ground.facets, passed.f, passed.k)
     if f == NOTHING or not is_alone(ground.sheet, ground.locator, ground.facets, f):
         return NO_CROSSING
@@ -138,7 +142,7 @@ def _crossing_beyond(ground: WalkedTerrain, arc: Arc, passed: FacetCrossing) -> 
 
 @kernel
 def _pass_over(walk: Walk, f: int, low: float, high: float, cursor: Cursor) -> Cursor:
-    """Visit facet f and its zone between two times of the track (s), and record the height above f in the squares."""
+    """Visit facet f and its zone between two times of the track (s), and record the height above it in the squares."""
     ground, squares, track = walk.ground, walk.scratch.squares, walk.track
     c, b = above_plane(ground.facets, f, track.arc)
     gravity, begin, most = track.arc.gravity, low, -np.inf

@@ -60,9 +60,10 @@ def _visit_bucket(walk: Walk, i: int, j: int, begin: float, leave: float) -> Non
 
 @kernel
 def _visit_what_is_below(walk: Walk, used: int) -> None:
-    """Visit only the facets straight below, where facets overlap in plan: overhang, two terrains, track on an edge.
+    """Visit only the facet straight below the track at each time, where facets overlap in plan.
 
-    The facet straight below changes only where a facet begins or ends: between these times one query is enough.
+    Facets overlap at an overhang, if one terrain lies above another, or if the track runs along an edge. The facet
+    straight below changes only where a facet begins or ends: between two such times, one query is enough.
     """
     ground, track, spans = walk.ground, walk.track, walk.scratch.spans
     cuts = _sorted_cuts(spans, used)
@@ -101,7 +102,7 @@ def _overlapping(spans: Spans, used: int, slack: float) -> bool:
 def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> None:
     """Visit facet f and its zone between two times of a track (s), and record the height in the squares.
 
-    height : m above f, the largest between the two times
+    height : largest height (m) above facet f between the two times
     """
     visit_facet(walk, f, low, high, height)
     _note_heights(walk.ground, walk.scratch.squares, walk.track, f, low, high, height)
@@ -109,7 +110,7 @@ def _visit_span(walk: Walk, f: int, low: float, high: float, height: float) -> N
 
 @kernel
 def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: int, begin: float, leave: float) -> int:
-    """Find the facets of a bucket under a part of a track, but not those above the track; return their number."""
+    """Find the facets of a bucket that lie under a part of a track, not above the track; return their number."""
     locator, facets, arc = ground.locator, ground.facets, track.arc
     bucket = j * locator.nx + i
     probe = probe_of(grid_of(locator), i, j, position(arc, begin), position(arc, leave))
@@ -133,7 +134,7 @@ def _spans_over(ground: WalkedTerrain, spans: Spans, track: Track, i: int, j: in
 def _note_heights(
     ground: WalkedTerrain, squares: Visits, track: Track, f: int, low: float, high: float, most: float
 ) -> None:
-    """Record in the squares between two times of a track how high the rock was above facet f in each.
+    """Record in each square that a track crosses between two times (s) the largest height above facet f there.
 
     most : the largest of these heights (m), which applies to a track that stays in one square
     """

@@ -1,4 +1,4 @@
-"""The figures of a cell without its bins, in one cache line of 64 bytes, which is fetched and written back as one.
+"""The figures of a cell without its bins, in one cache line of 64 bytes, which is fetched and written as a whole.
 
 Sums, and counts that may exceed 2^32, have 64 bits. Distinct rocks and deposits, which never exceed the rocks, have 32
 bits. Largest values have single precision. So three arrays view the same memory.
@@ -49,7 +49,7 @@ class Found(NamedTuple):
 
 
 def empty_lines(room: int) -> CacheLines:
-    """Return cache lines of S cells that no rock has come to; unused lines take no memory."""
+    """Return `room` empty cache lines; unused lines take no memory."""
     words = LINE // 8
     memory = np.zeros((room + 1) * words, dtype=np.int64)
     ahead = -memory.ctypes.data % LINE // 8  # so that each line fills exactly one line of the cache
@@ -58,7 +58,7 @@ def empty_lines(room: int) -> CacheLines:
 
 
 def found_in(lines: CacheLines, cell: IntArray, place: IntArray) -> Found:
-    """Return the figures that the lines at some places (N,) hold of their cells (N,)."""
+    """Return the figures of cells (N,) from their cache lines at places (N,)."""
     long = lines.long[place]
     short, single = long.view(np.uint32), long.view(np.float32)
     return Found(

@@ -1,4 +1,4 @@
-"""The terrain, index and raster over which tracks are walked."""
+"""The terrain over which tracks are walked, with its search index and the raster of the maps."""
 
 from typing import NamedTuple
 
@@ -19,12 +19,12 @@ class WalkedTerrain(NamedTuple):
 
 
 def ground_over(facets: Facets, locator: BucketLocator, raster: Raster) -> WalkedTerrain:
-    """Return a walked terrain whose sheet is still unknown."""
+    """Return the terrain for walks; the neighbours of all facets are still unknown."""
     return WalkedTerrain(facets=facets, locator=locator, sheet=unknown_sheet(facets, locator), raster=raster)
 
 
 def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, changed: Block) -> WalkedTerrain:
-    """Return the walked terrain after facets in some buckets have changed; do not use `before` afterwards.
+    """Return the terrain for walks after facets in some buckets have changed; do not use `before` afterwards.
 
     The result reuses the memory of `before`.
     """
@@ -34,5 +34,5 @@ def ground_after(before: WalkedTerrain, facets: Facets, locator: BucketLocator, 
 
 
 def plain_ground(ground: WalkedTerrain) -> WalkedTerrain:
-    """Return the walked terrain for plain Python, which reads single numbers faster from memoryviews than arrays."""
+    """Return the terrain for walks in plain Python, which reads single numbers faster from memoryviews than arrays."""
     return ground._replace(facets=plain(ground.facets), sheet=plain(ground.sheet))

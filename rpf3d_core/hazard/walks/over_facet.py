@@ -11,16 +11,16 @@ from rpf3d_core.values import Vec
 from rpf3d_core.vectors import dot, subtract
 
 VERTICAL = 1e-7
-"""Cosine of the angle to the vertical below which a facet has no plan: 20 m of wall would be 2 um wide there, and the
-height above its plane would be pure rounding."""
+"""Vertical component of the unit normal (-) below which a facet counts as vertical, without area in plan. A wall 20 m
+high would be 2 um wide in plan, and the height above its plane would be a rounding error."""
 
 
 @kernel
 def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[float, float]:
-    """Return from when to when (s), between two times, an arc passes over facet f in plan; (inf, -inf) if never.
+    """Return begin and end (s) of an arc's passage over facet f in plan, within two times; end <= begin if none.
 
-    The arc is a straight line in plan. The line enters and leaves a triangle through the edges whose ends lie on either
-    side of it; the places of these ends along and across the line give the crossing.
+    The arc is a straight line in plan. The line enters and leaves a triangle through the two edges whose ends
+    lie on different sides of the line. The places of these ends along and across the line give the crossings.
     """
     if abs(stored_normal(facets, f)[2]) <= VERTICAL:
         return math.inf, -math.inf
@@ -40,9 +40,9 @@ def under(facets: Facets, f: int, arc: Arc, begin: float, end: float) -> tuple[f
 
 @kernel
 def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float]:
-    """Return how far corner k of facet f lies along an arc's line in plan and left of it, from its start (m^2/s).
+    """Return the place of corner k of facet f in plan: along an arc's line from the arc's start, and left of the line.
 
-    Both are distances (m) times the arc's speed in plan (m/s).
+    Both values are distances (m) times the arc's speed in plan (m/s), in m^2/s.
     """
     p = corner(facets, f, k)
     x, y = p[0] - arc.x[0], p[1] - arc.x[1]
@@ -51,10 +51,10 @@ def along_across(facets: Facets, f: int, k: int, arc: Arc) -> tuple[float, float
 
 @kernel
 def crossing(a: float, across_a: float, b: float, across_b: float) -> float:
-    """Return the place along the line at which it crosses an edge, from the ends' places along and across the line.
+    """Return the place along a line at which the line crosses an edge.
 
-    The result is the same whichever end comes first, so neighbouring facets agree on where one ends and the next
-    begins.
+    a, across_a and b, across_b : places of the two ends of the edge along and across the line
+    The result is the same if the two ends are exchanged, so neighbouring facets find the same crossing.
     """
     if across_a < across_b:
         a, across_a, b, across_b = b, across_b, a, across_a
@@ -74,14 +74,14 @@ def _holds(facets: Facets, f: int, x: Vec) -> bool:
 
 @kernel
 def largest_height(facets: Facets, f: int, arc: Arc, low: float, high: float) -> float:
-    """Return the largest height (m) of an arc above the plane of f between two times (s); negative if always below."""
+    """Return the largest height (m) of an arc above facet f's plane between two times (s); negative if always below."""
     c, b = above_plane(facets, f, arc)
     return largest_above(c, b, arc.gravity, low, high)
 
 
 @kernel
 def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
-    """Return the vertical height (m) of an arc's start above the plane of f, and its rate of change there (m/s).
+    """Return the height (m) of an arc's start vertically above facet f's plane, and its rate of change there (m/s).
 
     After t (s) the height is c + b t - g t^2 / 2.
     """
@@ -91,7 +91,7 @@ def above_plane(facets: Facets, f: int, arc: Arc) -> tuple[float, float]:
 
 @kernel
 def largest_above(c: float, b: float, g: float, low: float, high: float) -> float:
-    """Return the largest height c + b t - g t^2 / 2 (m) between two times (s): at either or, where b = g t, between."""
+    """Return the largest height c + b t - g t^2 / 2 (m) between two times t (s), ends included."""
     height = max(c + (b - 0.5 * g * low) * low, c + (b - 0.5 * g * high) * high)
     if g > 0.0 and low * g < b < high * g:
         height = max(height, c + 0.5 * b * b / g)

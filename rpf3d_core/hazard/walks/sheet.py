@@ -1,11 +1,11 @@
-"""Where the terrain is one sheet in plan: the facet beyond each side of a facet, with nothing above or below it.
+"""Neighbours of facets where the terrain is one sheet in plan: one facet beyond each side, none above or below.
 
 Over such a sheet a track goes from facet to facet without searching buckets. Each answer is computed once and kept,
-because rocks come to few of a mine's millions of facets. Threads may compute the same answer at the same time: they
+because rocks reach few of a mine's millions of facets. Threads may compute the same answer at the same time: they
 write the same numbers.
 
 A bucket is clear if no border or fold of the terrain runs through it and exactly one facet lies over its middle. In
-plan the number of facets over a place changes only at borders and folds, so it is one everywhere in the bucket.
+plan the number of facets over a place changes only at borders and folds, so every place of the bucket has one facet.
 """
 
 from typing import Any, NamedTuple
@@ -27,19 +27,20 @@ from rpf3d_core.values import Vec
 UNKNOWN, YES, NO = 0, 1, 2
 """Answers that a `Sheet` keeps."""
 NOTHING = -1
-"""Beyond a side: a border, more than one facet, or a facet that is wound the other way."""
+"""Value for a side without a single neighbour: at a border, several facets, or a facet that is wound the other way."""
 CROWDED = 64
-"""Facets in a bucket above which the bucket counts as not clear without a test. The test compares all facets in pairs:
-millions of pairs, where a fine mesh lies in cells made for a coarse mesh."""
+"""Largest number of facets for which a bucket is tested; a bucket with more counts as not clear. The test compares all
+facets in pairs: millions of pairs where a fine mesh lies in buckets made for a coarse mesh."""
 MIDDLE = (0.5137, 0.5071)
 """Tested place of a bucket, in cells: next to the exact middle, through which edges of regular terrains often run."""
 
 
 class Sheet(NamedTuple):
-    """The known neighbours of F facets and clear buckets among B; everything is UNKNOWN at first.
+    """The neighbours of F facets, and the clear buckets among B buckets; everything is UNKNOWN at first.
 
-    beyond : (3 F,) beyond side k of facet f, which runs from corner k: 1 + 4 g + m for side m of facet g, or NOTHING
-    alone : (F,) whether a facet lies in clear buckets only; clear : (B,) whether a bucket is clear
+    beyond : (3 F,) entry 3 f + k is for side k of facet f, which starts at corner k: 1 + 4 g + m if side m of facet g
+        is its only neighbour, else NOTHING
+    alone : (F,) YES if a facet lies in clear buckets only; clear : (B,) YES if a bucket is clear
     """
 
     beyond: Any
@@ -48,7 +49,7 @@ class Sheet(NamedTuple):
 
 
 def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
-    """Return a sheet in which everything is unknown."""
+    """Return a sheet in which all answers are unknown."""
     count = len(facets.zone)
     return Sheet(
         beyond=np.zeros(3 * count, dtype=np.int32),
@@ -58,10 +59,11 @@ def unknown_sheet(facets: Facets, locator: BucketLocator) -> Sheet:
 
 
 def sheet_after(sheet: Sheet, facets: Facets, locator: BucketLocator, changed: Block) -> Sheet:
-    """Return what is still known after a change of facets, which all lie, or lay, in some buckets; reuses the memory.
+    """Return the sheet after a change of facets in some buckets: every answer that may differ becomes unknown.
 
-    A facet with a new neighbour shares one of these buckets with it. So the answers become unknown for all facets in
-    these buckets, for the buckets that any of these facets reaches, and for the facets in those buckets.
+    The result reuses the memory of `sheet`. All changed facets lie, or lay, in the buckets `changed`. A facet with a
+    new neighbour shares a changed bucket with this neighbour. So the answers become unknown for all facets in the
+    changed buckets, for every bucket that these facets reach, and for all facets in the reached buckets.
     """
     reached = block_of(facets.corners[facets_in(locator, changed)], locator, 0.0)
     near, count = facets_in(locator, reached), len(facets.zone)
@@ -87,7 +89,7 @@ def facet_beyond(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int, k
 
 @kernel
 def is_alone(sheet: Sheet, locator: BucketLocator, facets: Facets, f: int) -> bool:
-    """True if no other facet lies above or below any part of facet f, judged from its buckets."""
+    """True if no other facet lies above or below any part of facet f; if that is uncertain, False."""
     if sheet.alone[f] == UNKNOWN:
         sheet.alone[f] = YES if _lies_in_clear_buckets(sheet, locator, facets, f) else NO
     return bool(sheet.alone[f] == YES)
@@ -134,7 +136,7 @@ def _is_clear(sheet: Sheet, locator: BucketLocator, facets: Facets, i: int, j: i
 
 @kernel
 def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
-    """Return how far a place lies inside facet f in plan, from the nearest of its lines (m); negative outside."""
+    """Return the distance (m, up to 1.42 times too large) of a place in plan from facet f's rim; negative outside."""
     least = np.inf
     for k in range(3):
         a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
@@ -145,7 +147,10 @@ def _least_inside(facets: Facets, f: int, x: float, y: float) -> float:
 
 @kernel
 def _found_beyond(locator: BucketLocator, facets: Facets, f: int, k: int) -> int:
-    """Return the value for `Sheet.beyond`: all facets with that side are in the bucket of the side's first corner."""
+    """Return the entry of `Sheet.beyond` for side k of facet f.
+
+    The bucket of the side's first corner holds all facets that share the side.
+    """
     a, b = corner(facets, f, k), corner(facets, f, (k + 1) % 3)
     i = cell_index(a[0], locator.x, locator.cell, locator.nx)
     j = cell_index(a[1], locator.y, locator.cell, locator.ny)

@@ -1,4 +1,4 @@
-"""The track of a path segment in plan: which cells of a grid it crosses, and when.
+"""Tracks: path segments in plan, and the times at which they cross the cells of a grid.
 
 In plan a flight is a straight line at constant speed, so it enters and leaves a square at exact times. A straight slide
 has a constant acceleration; a slide that turns is a curve within one facet, and is walked as chords.
@@ -15,10 +15,10 @@ from rpf3d_core.vectors import norm
 
 FLIGHT = int(Mode.FLIGHT)
 CHORDS = 8
-"""Chords for a slide that bends. The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so over 8 chords it
-leaves them by less than 1e-3 of its length."""
+"""Chords for a slide that bends. The slide turns by 7 degrees at most (`kinetics.slide_path.BEND`), so 8 chords
+deviate from it by less than 1e-3 of its length."""
 STRAIGHT = 1e-6
-"""Sine of the angle between the first direction of a slide and the direction to its end, below which it is straight."""
+"""Sine of the angle between a slide's first direction and the direction to its end, below which it is straight."""
 
 
 class TrackSpin(NamedTuple):
@@ -31,10 +31,10 @@ class TrackSpin(NamedTuple):
 class Track(NamedTuple):
     """A path segment, or a chord of it, that is straight in plan.
 
-    arc : from where and how fast it begins; gravity is 0 on a chord
+    arc : position and velocity at the start; gravity is 0 on a chord
     begin, until : s since the release; duration : s, which may differ from until - begin by rounding
-    start, end : speeds (m/s) at the ends of a chord, with a constant acceleration between; of a flight, both are its
-        speed at the start
+    start, end : speeds (m/s) at the ends of a chord, with a constant acceleration between; for a flight, both are
+        its speed at the start
     spin : what the rock's spin adds to its squared speed at both ends, for energies (m^2/s^2); linear along the track;
         None if rocks do not spin
 
@@ -53,7 +53,7 @@ class Track(NamedTuple):
 
 @kernel
 def tracks_of(pieces: Any, modes: Any, p: int) -> int:
-    """Return the number of tracks that segment p is walked as: 0 for a segment that takes no time."""
+    """Return the number of tracks into which path segment p is divided: 0 for a segment that takes no time."""
     if not pieces[p + 1, 0] > pieces[p, 0]:
         return 0
     if modes[p] == FLIGHT:
@@ -66,9 +66,9 @@ def tracks_of(pieces: Any, modes: Any, p: int) -> int:
 
 @kernel
 def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gravity: float) -> Track:
-    """Return track k of the `count` tracks that segment p is walked as.
+    """Return track k of the `count` tracks into which path segment p is divided.
 
-    pieces : (S, 10), `simulation.record.Record`; the row after p holds the end of the segment
+    pieces : (S, 10), as in `simulation.record.Record`; row p + 1 is the end of the segment
     spins : (S, 2) what spin adds to squared speeds at the ends of segments; None if rocks do not spin
     """
     t, duration = pieces[p, 0], pieces[p + 1, 0] - pieces[p, 0]
@@ -104,7 +104,10 @@ def track_of(pieces: Any, modes: Any, spins: Any, p: int, k: int, count: int, gr
 
 @kernel
 def spin_of(spins: Any, p: int, begin: float, end: float) -> Any:
-    """Return what spin adds to squared speeds (m^2/s^2) after two shares of the time of segment p; None if unknown."""
+    """Return what spin adds to squared speeds (m^2/s^2) at two times of segment p; None if rocks do not spin.
+
+    begin, end : the two times, as shares of the segment's duration (-)
+    """
     if spins is None:
         return None
     first, last = math.sqrt(spins[p, 0]), math.sqrt(spins[p, 1])
@@ -140,7 +143,7 @@ def speed2_at(track: Track, t: float) -> float:
 
 @kernel
 def time_at(track: Track, t: float) -> float:
-    """Return the seconds since the release, t seconds into the walk of a track; at its end, exactly the next event's.
+    """Return the time (s) since the release, t seconds into the walk of a track; at the track's end, exactly `until`.
 
     A share f of a chord takes f (u + w) / (u + v) of the duration, with the speeds u at the start of the chord, v after
     the share f, and w at the end of the chord.
@@ -156,7 +159,7 @@ def time_at(track: Track, t: float) -> float:
 
 @kernel
 def top_speed2(track: Track, begin: float, end: float) -> float:
-    """Return the largest squared speed (m^2/s^2) between two times of a walk: at either time, as it is convex."""
+    """Return the largest squared speed (m^2/s^2) between two times of a walk: at one of them, because it is convex."""
     return max(speed2_at(track, begin), speed2_at(track, end))
 
 
@@ -177,7 +180,7 @@ def _energy2_at(spin: Any, track: Track, t: float) -> float:
 
 @kernel
 def pace_of(v: float) -> float:
-    """Return the pace (s/m) of a speed along an axis (m/s); inf for a speed too low to cross anything."""
+    """Return the pace (s/m) of a speed along an axis (m/s); inf for a speed too low to cross a cell."""
     return 1.0 / v if abs(v) > SLOWEST else math.inf
 
 
@@ -189,7 +192,7 @@ def square_at(value: float, origin: float, side: float, count: int) -> int:
 
 @kernel
 def leaving_time(index: int, count: int, origin: float, side: float, x: float, pace: float) -> float:
-    """Return when a coordinate of some pace (s/m) leaves row `index` (s); inf if never, as in the outermost rows."""
+    """Return the time (s) at which a coordinate x with a pace (s/m) leaves row `index`; inf if never."""
     if pace == math.inf or index == (count - 1 if pace > 0.0 else 0):
         return math.inf
     return (origin + (index + 1 if pace > 0.0 else index) * side - x) * pace
@@ -197,7 +200,10 @@ def leaving_time(index: int, count: int, origin: float, side: float, x: float, p
 
 @kernel
 def next_square(i: int, j: int, leave_i: float, leave_j: float, v: Vec) -> tuple[int, int]:
-    """Return the next column and row of a track of velocity v (m/s), from when it leaves its column and row (s)."""
+    """Return the next column and row of a track with velocity v (m/s).
+
+    leave_i, leave_j : times (s) at which the track leaves column i and row j
+    """
     if leave_i <= leave_j:
         return (i + 1 if v[0] > 0.0 else i - 1), j
     return i, (j + 1 if v[1] > 0.0 else j - 1)

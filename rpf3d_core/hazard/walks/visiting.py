@@ -37,10 +37,10 @@ STOPPED, CAUGHT, FAILED = int(Outcome.STOPPED), int(Outcome.CAUGHT), int(Outcome
 def visit_all(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, begin: int, heights: Any
 ) -> int:
-    """Gather the visits of rock after rock from number `begin` on; return the number of the first without room.
+    """Gather the visits of the rocks from number `begin` on; return the number of the first rock without room.
 
     The impacts of rock r begin at row first[r, 0] of the record, its path segments at row first[r, 1].
-    heights : (N,) m, filled in
+    heights : (N,) m, filled with the largest height of each rock above the terrain
     """
     counts, impacts, first = flown.counts, flown.impacts, flown.first
     for r in range(begin, len(heights)):
@@ -104,7 +104,7 @@ def _note_impact_energy(visits: Visits, k: int, spins: Any, q: int, speed2: floa
 def _walk_piece(
     ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, p: int, at: int
 ) -> int:
-    """Visit all cells that segment p of the path of rock r passes over; return the facet over which it ends.
+    """Visit all cells that segment p of the path of rock r passes over; return the facet below its end.
 
     at : the facet over which the segment may begin, NOWHERE if unknown; the result may be NOWHERE, too
     """
@@ -136,7 +136,7 @@ def _square(raster: Raster, x: float, y: float) -> int:
 
 @kernel
 def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int, q: int) -> None:
-    """Count impact q, of rock r, at its place; only an impact visits a vertical facet."""
+    """Count impact q of rock r in its square, facet, zone and areas; passing rocks do not visit vertical facets."""
     impacts, spins, facet, mass = flown.impacts, flown.spins, flown.facets[q], flown.mass[r]
     t, speed2 = impacts[q, 0], impacts[q, 7] * impacts[q, 7]
     x = (impacts[q, 1], impacts[q, 2], impacts[q, 3])
@@ -162,7 +162,7 @@ def _note_impact(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: F
 
 @kernel
 def _come_to_rest(ground: WalkedTerrain, areas: Areas, scratch: Scratch, flown: FlownRocks, r: int) -> None:
-    """Count a rock that has stopped at its place, and a rock that never moved at its release."""
+    """Visit the square in which the path of rock r ends; if the rock stopped or was caught, count a deposit there."""
     outcome, facet, final, mass = flown.counts[r, 0], flown.counts[r, 1], flown.finals[r], flown.mass[r]
     t, x = final[0], (final[1], final[2], final[3])
     k = visit(scratch.squares, _square(ground.raster, x[0], x[1]), t, mass)

@@ -1,7 +1,7 @@
-"""Visits: what one rock does in each cell that it comes to, gathered while its path is walked.
+"""Visits: one record for each cell that a rock reaches, gathered while the rock's path is walked.
 
-A cell is a number: of a square of the raster, a facet, a zone or an area. Visits are scratch of one thread: a batch of
-rocks fills them, then they are added to a `CellTally` under its lock.
+A cell is given by its number: of a square of the raster, of a facet, of a zone or of an area. Each thread has its own
+visits: a batch of rocks fills them, and they are then added to a `CellTally` under its lock.
 """
 
 import math
@@ -28,16 +28,16 @@ JOINED = 1e-9
 class Visits(NamedTuple):
     """Room for N visits to C cells; the visits of one rock are consecutive.
 
-    mark : (C,) the possible visit to each cell: valid only if that visit is the current rock's and names the cell, so
+    mark : (C,) index of a visit to each cell; valid only if this visit belongs to the current rock and to this cell, so
         that nothing needs to be cleared between rocks
     cell : (N,); times : (N, 2) s, first arrival and the end of the last stay
     most : (N, 2) the rock's largest squared speed (m^2/s^2) and height (m) in the cell
     counts : (N, 3) passages, impacts, deposits
     mass : (N,) kg, of the rock
-    way : (N,) length of the rock's tracks in plan inside the cell, in cell widths; None if no map asks for it
+    way : (N,) length of the rock's tracks in plan inside the cell, in cell widths; None if no map needs it
     energy2 : (N,) twice the rock's largest kinetic energy in the cell, J/kg; None if rocks do not spin, because the
         squared speed is then enough
-    state : (3,) number of visits, first visit of the current rock, whether room has run out
+    state : (3,) number of visits, first visit of the current rock, 1 if room has run out
     """
 
     mark: Any
@@ -52,9 +52,9 @@ class Visits(NamedTuple):
 
 
 def empty_visits(cells: int, room: int, ways: bool = False, spins: bool = False) -> Visits:
-    """Return room for N visits to C cells, without visits.
+    """Return empty room for `room` visits to `cells` cells.
 
-    ways : whether the lengths of tracks are gathered; spins : whether energies include rotation
+    ways : True to gather the lengths of tracks; spins : True if energies include rotation
     """
     return Visits(
         mark=np.zeros(cells, dtype=np.int32),
@@ -77,7 +77,7 @@ def next_rock(visits: Visits) -> None:
 
 @kernel
 def take_back(visits: Visits) -> None:
-    """Remove the visits of the current rock, which found no room."""
+    """Remove the visits of the current rock, because there was no room for all of them."""
     visits.state[USED] = visits.state[OF_ROCK]
     visits.state[FULL] = 0
 
@@ -92,7 +92,7 @@ def visited(visits: Visits, cell: int) -> int:
 
 @kernel
 def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
-    """Return the index of the rock's visit to a cell, begun at t (s) if it is the first; -1 if there is no room."""
+    """Return the index of the rock's visit to a cell, a new visit from t (s) on if needed; -1 if there is no room."""
     k = visited(visits, cell)
     if k >= 0:
         return k
@@ -112,7 +112,7 @@ def visit(visits: Visits, cell: int, t: float, mass: float) -> int:
 
 @kernel
 def note_stay(visits: Visits, k: int, begin: float, end: float, speed2: float) -> None:
-    """Record a stay in the cell of visit k from begin to end (s), at no more than a squared speed (m^2/s^2).
+    """Record a stay in the cell of visit k from begin to end (s); speed2 : largest squared speed (m^2/s^2).
 
     A stay that begins when the last stay ended belongs to the same passage, even after a bounce.
     """

@@ -53,7 +53,7 @@ def empty_spans() -> Spans:
 
 
 def with_more_room(scratch: Scratch) -> Scratch:
-    """Return scratch with twice the room, for a rock that comes to more cells than there was room for."""
+    """Return scratch with twice the room, for a rock that reaches more cells than there was room for."""
     squares, facets, zones, areas = (
         empty_visits(len(visits.mark), 2 * len(visits.cell), visits.way is not None, visits.energy2 is not None)
         for visits in (scratch.squares, scratch.facets, scratch.zones, scratch.areas)

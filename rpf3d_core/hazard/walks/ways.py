@@ -1,9 +1,10 @@
 """The lengths of tracks in plan inside cells, from which passages per metre follow, whatever the cell size.
 
 A cell of area A in which the tracks of rocks have the lengths l in plan has a track density of sum(l) / A. That is the
-number of passages per metre of a line across each rock's way: a rock that crosses a strip of length L across its way
-and of depth d along it leaves l = d on A = L d. Lengths and areas are additive, so the density of a cell is the mean of
-the densities of its parts: its expectation at a place depends on the cell only through the averaging over the cell.
+number of passages per metre of a line across each rock's path. For example, a rock that crosses a strip of length L
+across its path and of depth d along its path has a track of length l = d in the area A = L d. Lengths and areas are
+additive, so the density of a cell is the mean of the densities of its parts. The expected density at a place depends on
+the cell only because the density is averaged over the cell.
 (Chilton 1978, Health Phys. 34:637: fluence as track length over volume, any shape of volume; ICRU report 85, section
 3.1. A raster has tracks in a plane, and areas.)
 
@@ -20,11 +21,11 @@ from rpf3d_core.jit.dispatch import kernel
 
 WAY_UNITS = 2.0**20
 """A track length is counted in units of the cell's width over 2^20, its square in units of the cell's area over 2^20.
-2^29 rocks that each cover 128 widths in one cell fit in 64 bits."""
+The sums over 2^29 rocks that each cover 128 widths in one cell fit in 64 bits."""
 WAY, SQUARE = 0, 1
 """Columns of the figures of a cell: the sum of the rocks' track lengths, and the sum of their squares."""
 WAY_BYTES = 16
-"""Bytes that a cell which rocks came to needs for both sums."""
+"""Bytes of both sums of a cell that rocks reached."""
 
 
 class Square(NamedTuple):
@@ -53,8 +54,7 @@ def begin_length(way: Any, k: int) -> None:
 def note_length(way: Any, k: int, square: Square, track: Track, begin: float, leave: float) -> None:
     """Add the length of a track between two times (s) inside a square to visit k, in widths of the square.
 
-    For `walk_raster` the outermost squares have no outer end, but track outside the raster is not counted: it has no
-    area.
+    `walk_raster` extends the outermost squares without end; the part of a track outside the raster is not counted.
     """
     if way is None:
         return
