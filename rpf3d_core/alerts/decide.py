@@ -18,7 +18,7 @@ from rpf3d_core.alerts.times import ns_of, when
 
 
 class _Held(NamedTuple):
-    """The level held, the sentences that raised the level, the time of the raise, and why an acknowledgement is void."""
+    """The level held, the sentences that raised it, the start time (ns), and why an acknowledgement is void."""
 
     level: Level
     by: tuple[str, ...]

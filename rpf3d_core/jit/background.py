@@ -55,7 +55,8 @@ class BackgroundCompiler:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Order calls of functions that call loops; the caller must call `wait` before the first call of these loops."""
+        """Order calls of functions that call loops; the caller must call `wait` before its first call of these loops.
+        """
         self._order([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
