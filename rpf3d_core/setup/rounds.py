@@ -44,8 +44,8 @@ def doubling_rounds(first: Sequence[int], most: int, least: int = 0) -> list[Rou
 def rounds_of(scene: Scene, points: Sequence[int]) -> list[Round]:
     """Return one round of all rocks of a scene or, for `rocks: auto`, doubling rounds, up to `most_rocks`.
 
-    points : number of release points of each source. The first round uses all points, so that its result does not
-        depend on the first points only.
+    points : number of release points of each source, 1 for random places. The first round uses all points, so that its
+        result does not depend on the first points only.
     """
     counts = [source.rocks for source in scene.sources]
     if scene.rocks != "auto":
