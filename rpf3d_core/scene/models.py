@@ -147,7 +147,7 @@ def chosen_model(spec: type[OneOf]) -> Any:
 
 
 def named_effects(value: Any) -> Any:
-    """Return the fields of `EffectsSpec` from a mapping of effect names to parameters; None means default parameters."""
+    """Return the fields of `EffectsSpec` from a mapping of effect names to parameters; None means the defaults."""
     own, ours = _told_apart(value)
     return ours | {OWN: own} if own else ours
 

@@ -120,7 +120,7 @@ class SourceSpec(StrictModel):
 
 
 def source_points(spec: SourceSpec, up: Up) -> FloatArray:
-    """Return the points (P, 3) m in the file of a source; heights are optional if rocks start on or above the ground.
+    """Return the points (P, 3) m in the file of a source; heights are optional if the source gives `above_ground`.
 
     Raises
     ------
