@@ -10,8 +10,7 @@ STEM, ENDING = "decisions-", ".jsonl"
 
 
 class NotLogged(OSError):
-    """A decision could not be logged; the message gives the reason. The decision is valid and must still be published.
-    """
+    """A decision could not be logged, for the reason in the message; it is valid and must still be published."""
 
 
 class Tail(NamedTuple):

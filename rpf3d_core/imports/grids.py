@@ -1,5 +1,4 @@
-"""Find the grids of an input folder by name, read them, and check that all have the same cells as the elevation grid.
-"""
+"""Find the grids of an input folder by name, read them, and check that all have the cells of the elevation grid."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

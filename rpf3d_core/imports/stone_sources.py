@@ -19,8 +19,7 @@ NEIGHBOURS = {
     "north": (0, 1), "north_east": (1, 1), "east": (1, 0), "south_east": (1, -1),
     "south": (0, -1), "south_west": (-1, -1), "west": (-1, 0), "north_west": (-1, 1),
 }  # fmt: skip
-"""Neighbours of a cell, with steps (cells) to the east and north. Of two equally steep neighbours, the first is used.
-"""
+"""Neighbours of a cell, with steps (cells) to the east and north. Of equally steep neighbours, the first is used."""
 
 MOST_LINES = 5_000_000
 """Largest total number of lines in all files of source points; more lines would take minutes to read."""

@@ -24,8 +24,7 @@ from typing import Any
 from rpf3d_core.jit.cache import compile_apart, compiled_apart, is_cached, keeps_compiled
 
 PATIENCE = 60.0
-"""Longest time (s) that the main process waits for the background process. An idle machine compiles everything in 15 s.
-"""
+"""Longest time (s) that the main process waits for the background process; an idle machine needs 15 s for all loops."""
 FEWEST_CORES = 2
 HOME = Path(__file__).parents[2]
 """Folder that contains the package `rpf3d_core`, for any current folder of the caller."""
@@ -55,8 +54,7 @@ class BackgroundCompiler:
             self._order([(*_address(loop), tuple(map(loop.typeof_pyval, given))) for loop, given in calls])
 
     def call(self, *functions: Callable[[], Any]) -> None:
-        """Order calls of functions that call loops; the caller must call `wait` before its first call of these loops.
-        """
+        """Order calls of functions that call loops; the caller must call `wait` before it calls these loops."""
         self._order([(*_address(function), None) for function in functions])
 
     def wait(self, *parts: Any) -> None:
@@ -181,8 +179,7 @@ def main(modules: Sequence[str]) -> None:
 
 
 def _take(orders: "queue.SimpleQueue[bytes]") -> None:
-    """Put each arriving order into a queue, still pickled: unpickling imports modules, and one thread only may import.
-    """
+    """Put each arriving order into a queue, still pickled: unpickling imports modules, which one thread only may do."""
     try:
         # not `sys.stdin`: at exit the interpreter would wait for its lock forever
         with open(sys.stdin.fileno(), "rb", closefd=False) as given:

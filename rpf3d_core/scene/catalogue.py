@@ -89,8 +89,7 @@ def _entry(kind: str, name: str, model_spec: type[ModelSpec], cost: dict[str, fl
 
 
 def _parameter(name: str, field: FieldInfo, model_spec: type[ModelSpec]) -> Parameter:
-    """Return the parameter for a field of a model. A field without a source of its own takes the source of the model.
-    """
+    """Return the parameter for a field of a model; a field without its own source takes the source of the model."""
     facts: Any = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     default = field.get_default(call_default_factory=True)
     return Parameter(

@@ -98,8 +98,7 @@ class OutputSpec(StrictModel):
 
 
 class TargetSpec(StrictModel):
-    """The target of `rocks: auto`: the run ends at this accuracy in the areas of interest; without areas, in the zones.
-    """
+    """The target of `rocks: auto`: the accuracy at which a run ends, in the areas of interest or else in the zones."""
 
     half_width: Number = Field(
         0.02, gt=0, lt=0.5, description="a number above 0 and below 0.5, the half-width of the 95 % intervals of shares"

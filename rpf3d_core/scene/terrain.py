@@ -11,8 +11,7 @@ from rpf3d_core.scene.values import Along, InputFile, Name, Number, StrictModel,
 from rpf3d_core.terrain.pit.parameters import Pit
 
 HIGHEST, WIDEST = 50.0, 200.0
-"""Largest allowed height and width (m) of a berm. Berms along haul roads are 2 m high, waste dumps some tens of metres.
-"""
+"""Largest allowed height and width (m) of a berm. Berms of haul roads are 2 m high, waste dumps some tens of metres."""
 
 
 def _pit_values(pit: Any) -> Any:

@@ -9,8 +9,7 @@ from rpf3d_core.scene.sphere import SPHERE_GROUND
 from rpf3d_core.setup.sources import rock_of
 
 LEAST_FRICTION = 1.0
-"""Smallest plausible friction angle (degrees); ice on ice has 2. A smaller value is probably in radians, or a tangent.
-"""
+"""Smallest plausible friction angle (degrees); ice on ice has 2. A smaller value is probably radians or a tangent."""
 LEAST_STEM = 2.0
 """Smallest plausible stem diameter (cm); such a thin stem stops no rock. A smaller value is probably in metres."""
 LEAST_DENSITY = 100.0
