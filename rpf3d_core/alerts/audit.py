@@ -216,7 +216,7 @@ class _Reading:
             )
 
     def _without_areas(self, place: str) -> None:
-        """Add one note that the log comes from a version that decided no levels for single areas."""
+        """Add one note that the log was written by a version of rpf3d that decided no levels for single areas."""
         if not self.is_older:
             self.is_older = True
             self.audit.notes.append(f"{place}: tells of no areas, as logs once did; what it tells of is compared")

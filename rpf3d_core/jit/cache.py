@@ -58,7 +58,7 @@ def cache_folder(module: str) -> Path:
 
 
 def is_cached(loop: Any, *classes: type) -> bool:
-    """True if a loop is on disk, compiled for arguments of the given classes."""
+    """True if the disk cache contains a loop, compiled for arguments of the given classes."""
     with suppress(OSError):
         found = cache_folder(loop.__module__).rglob(f"*.{loop.__name__}-*.nbi")
         return any(all(cls.__name__.encode() in index for cls in classes) for index in map(Path.read_bytes, found))
@@ -92,7 +92,7 @@ def in_cache_folder(module: str) -> Iterator[bool]:
 
 
 def source_digest(module: str) -> str:
-    """Return the first 16 hex digits of the SHA-256 of the source files that the loops of a module come from."""
+    """Return the first 16 hex digits of the SHA-256 of all source files that the loops of a module depend on."""
     return _digest(SOURCES, module.removeprefix(PACKAGE).replace(".", "/"))
 
 

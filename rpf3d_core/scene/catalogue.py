@@ -43,7 +43,7 @@ class Parameter:
 class CatalogueEntry:
     """A model or effect that a scene may name.
 
-    kind : the scene's key; summary : what the model or effect does
+    kind : the scene's key; summary : description of the model or effect
     cost : two numbers, measured on the wall of a synthetic pit; None if not measured. "time" is the time per rock
         divided by the time per rock with default settings. "runout" is the relative change of the mean runout.
     """
